@@ -1,0 +1,1 @@
+"""Road graphs, their import, the label-setting search on them, and reachable areas."""

@@ -1,0 +1,291 @@
+"""The road graph as compact frozen arrays, and its assembly from loose links."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field, fields
+from enum import StrEnum
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import connected_components
+
+from routing.errors import ImportFailedError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+FORMAT_VERSION: Final = 1
+E7: Final = 1e7  # geometry is stored as whole 1e-7 degrees, as OSM does (11 mm)
+EARTH_RADIUS_M: Final = 6_371_008.8  # IUGG mean radius
+
+
+class Terrain(StrEnum):
+    """Where the heights of a graph come from."""
+
+    MEASURED = "measured"
+    SYNTHETIC = "synthetic"
+    ABSENT = "absent"
+
+
+@dataclass(frozen=True, slots=True)
+class GraphMeta:
+    """What a graph is made of; goes into meta.json and, shortened, into every answer.
+
+    bbox: west, south, east, north [deg].
+    elevation_method: how heights were made, in words; smoothing_m: smoothing length along the road [m], 0 where none.
+    dropped: what the import left out, by reason.
+    """
+
+    name: str
+    source: str
+    licence: str
+    attribution: str
+    terrain: Terrain
+    elevation_method: str
+    smoothing_m: float
+    bbox: tuple[float, float, float, float]
+    dropped: Mapping[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class RoadGraph:
+    """Directed links between nodes; every array is read-only.
+
+    N nodes, M links sorted by tail node, S permitted link-to-link transitions, G geometry points.
+    node_lat_deg, node_lon_deg, node_height_m: float64 (N,); node_id: int64 (N,) outside identifier.
+    tail, head: int32 (M,) node indices; length_m: float64 (M,) > 0; speed_limit_mps: float64 (M,) > 0.
+    functional_class, cross: int8 (M,), values of energy.stops.FunctionalClass and Cross; urban: bool (M,).
+    way_id: int64 (M,) outside identifier; name_idx: int32 (M,) into names.
+    reverse_idx: int32 (M,) the link driven the other way, -1 on a oneway.
+    structure: bool (M,) bridge or tunnel.
+    geometry_first: int64 (M+1,), geometry_lon_e7, geometry_lat_e7: int32 (G,) polyline of a link, ends included.
+    successor_first: int64 (M+1,), successor: int32 (S,) links that may follow a link: turn restrictions and
+    U-turns (permitted at dead ends only) are already taken out.
+    """
+
+    meta: GraphMeta
+    names: tuple[str, ...]
+    node_lat_deg: NDArray[np.float64]
+    node_lon_deg: NDArray[np.float64]
+    node_height_m: NDArray[np.float64]
+    node_id: NDArray[np.int64]
+    tail: NDArray[np.int32]
+    head: NDArray[np.int32]
+    length_m: NDArray[np.float64]
+    speed_limit_mps: NDArray[np.float64]
+    functional_class: NDArray[np.int8]
+    cross: NDArray[np.int8]
+    urban: NDArray[np.bool_]
+    structure: NDArray[np.bool_]
+    way_id: NDArray[np.int64]
+    name_idx: NDArray[np.int32]
+    reverse_idx: NDArray[np.int32]
+    geometry_first: NDArray[np.int64]
+    geometry_lon_e7: NDArray[np.int32]
+    geometry_lat_e7: NDArray[np.int32]
+    successor_first: NDArray[np.int64]
+    successor: NDArray[np.int32]
+
+    def __post_init__(self) -> None:
+        for name in ARRAY_NAMES:
+            getattr(self, name).flags.writeable = False
+
+    @property
+    def node_count(self) -> int:
+        """Number of nodes."""
+        return int(self.node_lat_deg.size)
+
+    @property
+    def link_count(self) -> int:
+        """Number of directed links."""
+        return int(self.tail.size)
+
+    def climb_m(self) -> NDArray[np.float64]:
+        """Height gained along each link from its node heights, float64 (M,) [m]."""
+        climb: NDArray[np.float64] = self.node_height_m[self.head] - self.node_height_m[self.tail]
+        return climb
+
+    def geometry(self, link_idx: int) -> NDArray[np.float64]:
+        """Polyline of a link in driving direction, float64 (k, 2), columns lon and lat [deg]."""
+        begin, end = self.geometry_first[link_idx], self.geometry_first[link_idx + 1]
+        return np.column_stack((self.geometry_lon_e7[begin:end] / E7, self.geometry_lat_e7[begin:end] / E7))
+
+    def successors(self, link_idx: int) -> NDArray[np.int32]:
+        """Links that may follow a link, int32 (k,)."""
+        return self.successor[self.successor_first[link_idx] : self.successor_first[link_idx + 1]]
+
+
+ARRAY_NAMES: Final = tuple(f.name for f in fields(RoadGraph) if f.name not in ("meta", "names"))
+
+
+@dataclass(frozen=True, slots=True)
+class LooseLinks:
+    """Links in any order, as an importer makes them; shapes and units as in RoadGraph.
+
+    forbidden_turns: int64 (k, 2), positions in these arrays: the first link may not be followed by the second.
+    """
+
+    tail: NDArray[np.int32]
+    head: NDArray[np.int32]
+    length_m: NDArray[np.float64]
+    speed_limit_mps: NDArray[np.float64]
+    functional_class: NDArray[np.int8]
+    cross: NDArray[np.int8]
+    urban: NDArray[np.bool_]
+    structure: NDArray[np.bool_]
+    way_id: NDArray[np.int64]
+    name_idx: NDArray[np.int32]
+    geometry_first: NDArray[np.int64]
+    geometry_lon_e7: NDArray[np.int32]
+    geometry_lat_e7: NDArray[np.int32]
+    forbidden_turns: NDArray[np.int64]
+
+
+@dataclass(frozen=True, slots=True)
+class LooseNodes:
+    """Nodes as an importer makes them; shapes and units as in RoadGraph."""
+
+    lat_deg: NDArray[np.float64]
+    lon_deg: NDArray[np.float64]
+    height_m: NDArray[np.float64]
+    id: NDArray[np.int64]
+
+
+def great_circle_m(
+    lat_a_deg: NDArray[np.float64] | float,
+    lon_a_deg: NDArray[np.float64] | float,
+    lat_b_deg: NDArray[np.float64] | float,
+    lon_b_deg: NDArray[np.float64] | float,
+) -> NDArray[np.float64]:
+    """Great-circle distance between points on the mean sphere [m]; broadcasts (haversine formula)."""
+    phi_a, phi_b = np.radians(lat_a_deg), np.radians(lat_b_deg)
+    half_dphi = (phi_b - phi_a) / 2.0
+    half_dlam = np.radians(np.subtract(lon_b_deg, lon_a_deg)) / 2.0
+    hav = np.sin(half_dphi) ** 2 + np.cos(phi_a) * np.cos(phi_b) * np.sin(half_dlam) ** 2
+    distance: NDArray[np.float64] = 2.0 * EARTH_RADIUS_M * np.arcsin(np.sqrt(np.minimum(hav, 1.0)))
+    return distance
+
+
+def assemble_graph(meta: GraphMeta, names: tuple[str, ...], nodes: LooseNodes, links: LooseLinks) -> RoadGraph:
+    """The largest strongly connected part of loose links as a RoadGraph, in O((M + S) log M).
+
+    Connected means link to link, over permitted transitions, so that every link reaches every other one.
+    meta.dropped gains `not_connected`, the number of links left out here.
+    Raises ImportFailedError when nothing is left.
+    """
+    kept = np.arange(links.tail.size)
+    forbidden = _pair_keys(links.forbidden_turns, links.tail.size)
+    while True:
+        reverse = _reverse_of(links, kept)
+        first, successor = _transitions(links, kept, reverse, forbidden)
+        matrix = csr_array((np.ones(successor.size, np.int8), successor, first), shape=(kept.size, kept.size))
+        count, component = connected_components(matrix, directed=True, connection="strong")
+        if kept.size == 0 or successor.size == 0:
+            raise ImportFailedError("links", int(links.tail.size), "no two drivable links are connected")
+        if count == 1:
+            break
+        kept = kept[component == np.argmax(np.bincount(component))]
+    order = np.argsort(links.tail[kept], kind="stable")
+    rank = np.empty(kept.size, np.int64)
+    rank[order] = np.arange(kept.size)
+    degree = np.diff(first)[order]
+    new_first = np.concatenate(([0], np.cumsum(degree)))
+    gather = np.repeat(first[:-1][order] - new_first[:-1], degree) + np.arange(int(new_first[-1]))
+    used = kept[order]
+    node_used = np.unique(np.concatenate((links.tail[used], links.head[used])))
+    node_rank = np.full(nodes.lat_deg.size, -1, np.int32)
+    node_rank[node_used] = np.arange(node_used.size, dtype=np.int32)
+    points = np.diff(links.geometry_first)[used]
+    geometry_first = np.concatenate(([0], np.cumsum(points)))
+    point = np.repeat(links.geometry_first[:-1][used] - geometry_first[:-1], points) + np.arange(int(geometry_first[-1]))
+    lon, lat = links.geometry_lon_e7[point], links.geometry_lat_e7[point]
+    dropped = dict(meta.dropped)
+    dropped["not_connected"] = dropped.get("not_connected", 0) + int(links.tail.size - used.size)
+    bbox = (float(lon.min() / E7), float(lat.min() / E7), float(lon.max() / E7), float(lat.max() / E7))
+    return RoadGraph(
+        meta=GraphMeta(
+            meta.name,
+            meta.source,
+            meta.licence,
+            meta.attribution,
+            meta.terrain,
+            meta.elevation_method,
+            meta.smoothing_m,
+            bbox,
+            dropped,
+        ),
+        names=names,
+        node_lat_deg=nodes.lat_deg[node_used],
+        node_lon_deg=nodes.lon_deg[node_used],
+        node_height_m=nodes.height_m[node_used],
+        node_id=nodes.id[node_used],
+        tail=node_rank[links.tail[used]],
+        head=node_rank[links.head[used]],
+        length_m=links.length_m[used],
+        speed_limit_mps=links.speed_limit_mps[used],
+        functional_class=links.functional_class[used],
+        cross=links.cross[used],
+        urban=links.urban[used],
+        structure=links.structure[used],
+        way_id=links.way_id[used],
+        name_idx=links.name_idx[used],
+        reverse_idx=np.where(reverse >= 0, rank[reverse], -1)[order].astype(np.int32),
+        geometry_first=geometry_first,
+        geometry_lon_e7=lon,
+        geometry_lat_e7=lat,
+        successor_first=new_first,
+        successor=rank[successor[gather]].astype(np.int32),
+    )
+
+
+def _pair_keys(pairs: NDArray[np.int64], link_count: int) -> NDArray[np.int64]:
+    keys: NDArray[np.int64] = np.unique(pairs[:, 0] * link_count + pairs[:, 1]) if pairs.size else np.empty(0, np.int64)
+    return keys
+
+
+def _reverse_of(links: LooseLinks, kept: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Position in kept of the link that runs the other way over the same points, -1 where none, int64 (K,)."""
+    first = links.geometry_first
+    middle = (first[kept] + first[kept + 1] - 1) // 2
+    other_middle = first[kept] + first[kept + 1] - 1 - middle
+    node_count = int(max(links.tail.max(initial=0), links.head.max(initial=0))) + 1
+    reverse = np.full(kept.size, -1, np.int64)
+    forward: dict[tuple[int, int, int, int, int], int] = {}
+    tail, head = links.tail[kept], links.head[kept]
+    twoway_keys = np.isin(tail.astype(np.int64) * node_count + head, head.astype(np.int64) * node_count + tail)
+    lon, lat, length = links.geometry_lon_e7, links.geometry_lat_e7, links.length_m
+    for k in np.flatnonzero(twoway_keys).tolist():
+        mm = round(float(length[kept[k]]) * 1000.0)
+        here = (int(tail[k]), int(head[k]), int(lon[middle[k]]), int(lat[middle[k]]), mm)
+        there = (int(head[k]), int(tail[k]), int(lon[other_middle[k]]), int(lat[other_middle[k]]), mm)
+        twin = forward.pop(there, -1)
+        if twin >= 0:
+            reverse[k], reverse[twin] = twin, k
+        else:
+            forward[here] = k
+    return reverse
+
+
+def _transitions(
+    links: LooseLinks, kept: NDArray[np.int64], reverse: NDArray[np.int64], forbidden: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """CSR of permitted transitions between kept links: first (K+1,), successor (S,)."""
+    tail, head = links.tail[kept], links.head[kept]
+    by_tail = np.argsort(tail, kind="stable")
+    sorted_tail = tail[by_tail]
+    begin = np.searchsorted(sorted_tail, head, side="left")
+    out_degree = np.searchsorted(sorted_tail, head, side="right") - begin
+    origin = np.repeat(np.arange(kept.size), out_degree)
+    offset = np.arange(origin.size) - np.repeat(np.cumsum(out_degree) - out_degree, out_degree)
+    target = by_tail[np.repeat(begin, out_degree) + offset]
+    allowed = np.ones(origin.size, bool)
+    if forbidden.size:
+        allowed = ~np.isin(kept[origin] * links.tail.size + kept[target], forbidden)
+    u_turn = reverse[origin] == target
+    elsewhere = np.bincount(origin[allowed & ~u_turn], minlength=kept.size)
+    allowed &= ~u_turn | (elsewhere[origin] == 0)
+    counts = np.bincount(origin[allowed], minlength=kept.size)
+    return np.concatenate(([0], np.cumsum(counts))), target[allowed]

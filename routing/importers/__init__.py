@@ -1,0 +1,1 @@
+"""Readers that turn outside map and elevation data into a RoadGraph."""

@@ -1,0 +1,184 @@
+"""What is asked of the planner and what it answers, in SI units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from energy.chain import LinkModel, StopRule
+from energy.stops import StopSettings
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+    from shapely import MultiPolygon
+
+    from energy.chain import EnergyParts, LinkResult
+    from energy.vehicle import Vehicle
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A place on the map [deg, WGS 84]."""
+
+    lat_deg: float
+    lon_deg: float
+
+
+@dataclass(frozen=True, slots=True)
+class Weights:
+    """What a search minimises: energy·[kWh] + time·[h] + distance·[km]; each ≥ 0, not all 0."""
+
+    energy: float = 1.0
+    time: float = 0.0
+    distance: float = 0.0
+
+
+ECO = Weights(1.0, 0.0, 0.0)
+FASTEST = Weights(0.0, 1.0, 0.0)
+# one kWh for six minutes: about what a compact car uses in that time in town
+BALANCED = Weights(1.0, 10.0, 0.0)
+NAMED_WEIGHTS = {"eco": ECO, "fastest": FASTEST, "balanced": BALANCED}
+
+
+@dataclass(frozen=True, slots=True)
+class RouteQuery:
+    """One route request; a name is given to each weighting, one route is answered for each.
+
+    soc_frac, reserve_soc_frac: 0..1, reserve ≤ soc.
+    """
+
+    start: Point
+    goal: Point
+    soc_frac: float
+    vehicle: Vehicle
+    reserve_soc_frac: float = 0.0
+    weightings: tuple[tuple[str, Weights], ...] = (("eco", ECO),)
+    link_model: LinkModel = LinkModel.INTEGRATED
+    stop_rule: StopRule = StopRule.EXPECTED
+    stop_settings: StopSettings = field(default_factory=StopSettings)
+
+
+@dataclass(frozen=True, slots=True)
+class RangeQuery:
+    """One range request.
+
+    bands_soc_frac: for each band, the charge that must be left on arrival, 0..1, each ≥ reserve and ≤ soc.
+    The reserve itself is always the outermost band.
+    """
+
+    origin: Point
+    soc_frac: float
+    vehicle: Vehicle
+    reserve_soc_frac: float = 0.0
+    bands_soc_frac: tuple[float, ...] = ()
+    link_model: LinkModel = LinkModel.INTEGRATED
+    stop_rule: StopRule = StopRule.EXPECTED
+    stop_settings: StopSettings = field(default_factory=StopSettings)
+
+
+@dataclass(frozen=True, slots=True)
+class SnappedPoint:
+    """Where a point met the road network."""
+
+    asked: Point
+    on_road: Point
+    distance_m: float
+    link_idx: int
+    offset_m: float
+    road_name: str
+
+
+@dataclass(frozen=True, slots=True)
+class RouteLink:
+    """One link of a route, driven from from_m to to_m of its length; result has energy, parts, time, speeds."""
+
+    link_idx: int
+    from_m: float
+    to_m: float
+    grade_frac: float  # rise over length, sin θ
+    speed_limit_mps: float
+    stop_probability_frac: float
+    road_name: str
+    result: LinkResult
+    soc_end_frac: float
+    braked_away_j: float
+
+
+@dataclass(frozen=True, slots=True)
+class Remedy:
+    """What would make an infeasible route feasible.
+
+    soc_start_needed_frac: charge at departure that this route needs, may exceed 1.
+    charge_needed_wh: energy to add before or on the way.
+    """
+
+    soc_start_needed_frac: float
+    charge_needed_wh: float
+
+
+@dataclass(frozen=True, slots=True)
+class Route:
+    """One route. Not feasible: soc goes below the reserve, deficit_j > 0 and furthest is where it does."""
+
+    name: str
+    weights: Weights
+    feasible: bool
+    distance_m: float
+    duration_s: float
+    energy_j: float
+    parts: EnergyParts
+    braked_away_j: float
+    soc_start_frac: float
+    soc_end_frac: float
+    soc_min_frac: float
+    climb_m: float
+    descent_m: float
+    geometry: NDArray[np.float64]  # (k, 2) lon, lat [deg]
+    links: tuple[RouteLink, ...]
+    deficit_j: float = 0.0
+    furthest: Point | None = None
+    remedy: Remedy | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SearchStats:
+    """What a search did."""
+
+    labels_made: int
+    labels_settled: int
+    seconds: float
+    method: str  # "label-setting" | "label-correcting", with "-pareto" where the charge limits bind
+
+
+@dataclass(frozen=True, slots=True)
+class RouteAnswer:
+    """Routes in the order of the weightings asked."""
+
+    routes: tuple[Route, ...]
+    start: SnappedPoint
+    goal: SnappedPoint
+    stats: tuple[SearchStats, ...]
+    warnings: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class RangeBand:
+    """The area that can be reached with at least soc_left_frac left on arrival."""
+
+    soc_left_frac: float
+    area: MultiPolygon
+    area_m2: float
+    node_count: int
+    false_in_frac: float  # share of unreachable nodes near the area that it covers
+    false_out_frac: float  # share of reachable nodes that it leaves out
+
+
+@dataclass(frozen=True, slots=True)
+class RangeAnswer:
+    """Bands from the outermost (reserve) to the innermost."""
+
+    origin: SnappedPoint
+    bands: tuple[RangeBand, ...]
+    stats: SearchStats
+    warnings: tuple[str, ...]
