@@ -2,27 +2,390 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+import math
+import threading
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from energy.battery import JOULE_PER_WH, soc_along
+from energy.chain import Chain, EnergyParts, LinkModel, StopRule, simulate_chain
+from energy.errors import LinkError
+from energy.stops import StopSettings
+from energy.vehicle import Powertrain
+from routing.area import reachable_areas
+from routing.errors import NoPathError, QueryError
+from routing.graph import Terrain
+from routing.query import (
+    ECO,
+    LinkSpan,
+    Point,
+    RangeAnswer,
+    RangeBand,
+    Remedy,
+    Route,
+    RouteAnswer,
+    RouteLink,
+    SearchStats,
+)
+from routing.search import (
+    FoundPath,
+    Limits,
+    LinkPosition,
+    SearchCounts,
+    SearchSpace,
+    WorkspacePool,
+    find_path,
+    link_stops,
+    reach,
+    search_space,
+)
+from routing.snap import RoadIndex, part_of_line
 
 if TYPE_CHECKING:
+    from energy.chain import ChainResult
+    from energy.vehicle import Vehicle
     from routing.graph import RoadGraph
-    from routing.query import RangeAnswer, RangeQuery, RouteAnswer, RouteQuery
+    from routing.query import RangeQuery, RouteQuery, SnappedPoint, Weights
+
+SAME_PLACE_M: Final = 0.5
+SPACES_KEPT: Final = 8
+LABELS_PER_LINK: Final = 60
 
 
 class Planner:
     """Answers queries on one frozen graph; safe to share between threads."""
 
-    def __init__(self, graph: RoadGraph, *, snap_limit_m: float = 1000.0, label_limit: int = 50_000_000) -> None:
+    def __init__(self, graph: RoadGraph, *, snap_limit_m: float = 1000.0, label_limit: int | None = None) -> None:
         self.graph = graph
+        self._snap_limit_m = snap_limit_m
+        self._label_limit = label_limit or max(LABELS_PER_LINK * graph.link_count, 1_000_000)
+        self._roads = RoadIndex(graph)
+        self._pool = WorkspacePool(graph.link_count)
+        self._spaces: dict[tuple[object, ...], SearchSpace] = {}
+        self._lock = threading.Lock()
+
+    def warm_up(self, vehicle: Vehicle) -> None:
+        """Compile the kernels for this graph's arrays before the first query, and build the road index."""
+        west, south, east, north = self.graph.meta.bbox
+        middle = LinkPosition(0, 0.5 * float(self.graph.length_m[0]))
+        space = self._space(vehicle, LinkModel.INTEGRATED, StopRule.EXPECTED, StopSettings())
+        find_path(space, self._pool, ECO, Limits(), [middle], [middle], label_limit=1000)
+        reach(space, self._pool, Limits(0.0, 0.0), [middle], self.graph.head, self.graph.node_count)
+        self.simulate((LinkSpan(0, 0.0, float(self.graph.length_m[0])),), vehicle)
+        self._roads.snap("warm-up", Point((south + north) / 2.0, (west + east) / 2.0), math.inf)
 
     def route(self, query: RouteQuery) -> RouteAnswer:
-        """One route for each weighting of the query."""
-        raise NotImplementedError
+        """One route for each weighting of the query, from rest at the start to rest at the goal.
+
+        Raises QueryError, PointOutsideMapError, PointFarFromRoadError, NoPathError, NegativeCycleError,
+        SearchLimitError. A goal out of reach on this charge is an answer, with `feasible` false.
+        """
+        _check_charge(query.soc_frac, query.reserve_soc_frac)
+        if not query.weightings:
+            raise QueryError("weightings", "empty", "at least one weighting")
+        for name, weights in query.weightings:
+            _check_weights(name, weights)
+        start, starts = self._roads.snap("start", query.start, self._snap_limit_m)
+        goal, goals = self._roads.snap("goal", query.goal, self._snap_limit_m)
+        routes, stats = [], []
+        crowded = False
+        for name, weights in query.weightings:
+            if start.link_idx == goal.link_idx and abs(start.offset_m - goal.offset_m) < SAME_PLACE_M:
+                routes.append(_no_route(name, weights, query, start))
+                stats.append(SearchStats(0, 0, 0.0, "none"))
+                continue
+            path, within, counts, method = self._search(query, weights, starts, goals)
+            crowded |= counts.crowded > 0
+            routes.append(self._unpack(name, weights, query, path, within))
+            stats.append(SearchStats(counts.labels_made, counts.labels_settled, counts.seconds, method))
+        warnings = self._warnings(query, crowded)
+        return RouteAnswer(tuple(routes), start, goal, tuple(stats), warnings)
 
     def range(self, query: RangeQuery) -> RangeAnswer:
-        """The reachable area with its bands."""
-        raise NotImplementedError
+        """The area that can be reached before the charge falls below the reserve, with its inner bands.
 
-    def warm_up(self) -> None:
-        """Compile the kernels for this graph's arrays before the first query."""
-        raise NotImplementedError
+        Raises QueryError, PointOutsideMapError, PointFarFromRoadError, NegativeCycleError, SearchLimitError.
+        """
+        _check_charge(query.soc_frac, query.reserve_soc_frac)
+        for band in query.bands_soc_frac:
+            if not query.reserve_soc_frac <= band <= query.soc_frac:
+                raise QueryError("bands", band, f"{query.reserve_soc_frac:g} (reserve_soc)..{query.soc_frac:g} (soc)")
+        origin, starts = self._roads.snap("origin", query.origin, self._snap_limit_m)
+        space = self._space(query.vehicle, query.link_model, query.stop_rule, query.stop_settings)
+        capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
+        limits = _limits(query.soc_frac, query.reserve_soc_frac, capacity_j)
+        reached = reach(
+            space,
+            self._pool,
+            limits,
+            starts,
+            self.graph.head,
+            self.graph.node_count,
+            label_limit=self._label_limit,
+        )
+        thresholds = tuple(sorted({query.reserve_soc_frac, *query.bands_soc_frac}))
+        budgets_j = [(query.soc_frac - left) * capacity_j for left in thresholds]
+        areas = reachable_areas(self.graph, reached, budgets_j, origin.on_road)
+        bands = tuple(
+            RangeBand(left, a.area, a.area_m2, a.node_count, a.false_in_frac, a.false_out_frac)
+            for left, a in zip(thresholds, areas, strict=True)
+        )
+        counts = reached.counts
+        stats = SearchStats(counts.labels_made, counts.labels_settled, counts.seconds, _method(counts, pareto=False))
+        return RangeAnswer(origin, bands, stats, self._warnings(query, counts.crowded > 0))
+
+    def simulate(
+        self,
+        spans: tuple[LinkSpan, ...],
+        vehicle: Vehicle,
+        *,
+        link_model: LinkModel = LinkModel.INTEGRATED,
+        stop_rule: StopRule = StopRule.EXPECTED,
+        stop_settings: StopSettings | None = None,
+        arrive_stopped: bool = True,
+    ) -> ChainResult:
+        """Energy and time over stretches of links driven one after the other.
+
+        Raises LinkError where a link does not exist, may not follow the one before, or a stretch leaves it.
+        """
+        chain = self._chain(spans, stop_settings or StopSettings())
+        return simulate_chain(
+            vehicle, chain, link_model=link_model, stop_rule=stop_rule, arrive_stopped=arrive_stopped
+        )
+
+    def _chain(self, spans: tuple[LinkSpan, ...], settings: StopSettings) -> Chain:
+        graph = self.graph
+        for k, span in enumerate(spans):
+            if not 0 <= span.link_idx < graph.link_count:
+                raise LinkError("id", k, span.link_idx, f"0..{graph.link_count - 1}")
+            length_m = float(graph.length_m[span.link_idx])
+            slack = 1e-6 * length_m
+            if not -slack <= span.from_m < span.to_m <= length_m + slack:
+                raise LinkError("from_m, to_m", k, f"{span.from_m}, {span.to_m}", f"0 <= from_m < to_m <= {length_m}")
+            if k > 0:
+                before = spans[k - 1]
+                if span.link_idx not in graph.successors(before.link_idx):
+                    raise LinkError("id", k, span.link_idx, f"a link that may follow link {before.link_idx}")
+                if span.from_m > slack or before.to_m < float(graph.length_m[before.link_idx]) * (1.0 - 1e-6):
+                    raise LinkError("from_m, to_m", k, f"{span.from_m}, {span.to_m}", "no gap to the link before")
+        idx = np.array([s.link_idx for s in spans], np.int64)
+        probability, wait = link_stops(graph, settings)
+        stop_class = 4 * graph.urban[idx].astype(np.int8) + graph.cross[idx]
+        climb = graph.node_height_m[graph.head[idx]] - graph.node_height_m[graph.tail[idx]]
+        return Chain(
+            length_m=np.array([s.to_m - s.from_m for s in spans]),
+            grade_frac=climb / graph.length_m[idx],
+            speed_limit_mps=graph.speed_limit_mps[idx],
+            stop_probability_frac=probability[idx],
+            stop_time_s=wait[idx],
+            stop_class=stop_class.astype(np.int8),
+        )
+
+    def _space(self, vehicle: Vehicle, model: LinkModel, rule: StopRule, settings: StopSettings) -> SearchSpace:
+        key = (_vehicle_key(vehicle), model, rule, settings.probability_frac.tobytes(), settings.time_s.tobytes())
+        with self._lock:
+            space = self._spaces.pop(key, None)
+        if space is None:
+            space = search_space(self.graph, vehicle, model, rule, settings)
+        with self._lock:
+            self._spaces[key] = space  # last used is last; the first is dropped
+            while len(self._spaces) > SPACES_KEPT:
+                self._spaces.pop(next(iter(self._spaces)))
+        return space
+
+    def _search(
+        self, query: RouteQuery, weights: Weights, starts: tuple[LinkPosition, ...], goals: tuple[LinkPosition, ...]
+    ) -> tuple[FoundPath, bool, SearchCounts, str]:
+        """The best path, whether it keeps the charge limits, the work done and the method."""
+        space = self._space(query.vehicle, query.link_model, query.stop_rule, query.stop_settings)
+        capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
+        limits = _limits(query.soc_frac, query.reserve_soc_frac, capacity_j)
+        energy_only = weights.time == 0.0 and weights.distance == 0.0
+
+        def find(w: Weights, held: Limits, *, pareto: bool = False) -> tuple[FoundPath | None, SearchCounts]:
+            return find_path(
+                space, self._pool, w, held, starts, goals, pareto=pareto, label_limit=self._label_limit
+            )
+
+        pareto = False
+        if energy_only:
+            path, counts = find(weights, limits)
+        else:
+            # without limits costs add up, so that the search is simpler; most often its path keeps the limits anyway
+            path, counts = find(weights, Limits())
+            if path is not None and not self._keeps(query, path, limits):
+                path, counts = find(ECO, limits)
+                if path is not None:
+                    path, counts = find(weights, limits, pareto=True)
+                    pareto = True
+        if path is not None:
+            return path, True, counts, _method(counts, pareto=pareto)
+        path, counts = find(ECO if not energy_only else weights, Limits())
+        if path is None:
+            raise NoPathError("no permitted way leads from start to goal")
+        return path, False, counts, _method(counts, pareto=False)
+
+    def _keeps(self, query: RouteQuery, path: FoundPath, limits: Limits) -> bool:
+        """Whether a path neither overfills the battery nor takes it below the reserve, link by link."""
+        rule = StopRule.EXPECTED if query.stop_rule is StopRule.COUNTED else query.stop_rule
+        result = self.simulate(
+            self._spans(path),
+            query.vehicle,
+            link_model=query.link_model,
+            stop_rule=rule,
+            stop_settings=query.stop_settings,
+        )
+        used = np.cumsum([link.energy_j for link in result.links])
+        return bool(np.all((used >= limits.least_energy_j) & (used <= limits.most_energy_j)))
+
+    def _spans(self, path: FoundPath) -> tuple[LinkSpan, ...]:
+        last = len(path.links) - 1
+        return tuple(
+            LinkSpan(
+                link,
+                path.start.offset_m if k == 0 else 0.0,
+                path.goal.offset_m if k == last else float(self.graph.length_m[link]),
+            )
+            for k, link in enumerate(path.links)
+        )
+
+    def _unpack(self, name: str, weights: Weights, query: RouteQuery, path: FoundPath, within: bool) -> Route:
+        graph = self.graph
+        spans = self._spans(path)
+        chain = self._chain(spans, query.stop_settings)
+        result = simulate_chain(query.vehicle, chain, link_model=query.link_model, stop_rule=query.stop_rule)
+        capacity_wh = query.vehicle.usable_capacity_wh
+        energy_j = np.array([link.energy_j for link in result.links])
+        soc, braked = soc_along(energy_j, query.soc_frac, capacity_wh)
+        links, lines = [], []
+        for k, span in enumerate(spans):
+            length_m = float(graph.length_m[span.link_idx])
+            line = part_of_line(graph.geometry(span.link_idx), span.from_m / length_m, span.to_m / length_m)
+            lines.append(line if k == 0 else line[1:])
+            links.append(
+                RouteLink(
+                    link_idx=span.link_idx,
+                    from_m=span.from_m,
+                    to_m=span.to_m,
+                    grade_frac=float(chain.grade_frac[k]),
+                    speed_limit_mps=float(chain.speed_limit_mps[k]),
+                    stop_probability_frac=result.links[k].stop_probability_frac,
+                    road_name=graph.names[int(graph.name_idx[span.link_idx])],
+                    result=result.links[k],
+                    soc_end_frac=float(soc[k]),
+                    braked_away_j=float(braked[k]),
+                )
+            )
+        climb = chain.grade_frac * chain.length_m
+        soc_min = float(min(soc.min(), query.soc_frac))
+        # the search and the sum over links round differently; below that no one runs dry
+        feasible = soc_min >= query.reserve_soc_frac - 1e-9 if within else False
+        route = Route(
+            name=name,
+            weights=weights,
+            feasible=feasible,
+            distance_m=result.distance_m,
+            duration_s=result.duration_s,
+            energy_j=result.energy_j,
+            parts=result.parts,
+            braked_away_j=float(braked.sum()),
+            soc_start_frac=query.soc_frac,
+            soc_end_frac=float(soc[-1]),
+            soc_min_frac=soc_min,
+            climb_m=float(climb[climb > 0.0].sum()),
+            descent_m=float(-climb[climb < 0.0].sum()),
+            geometry=np.concatenate(lines),
+            links=tuple(links),
+        )
+        if feasible:
+            return route
+        missing = max(query.reserve_soc_frac - soc_min, 0.0)
+        return replace(
+            route,
+            deficit_j=missing * capacity_wh * JOULE_PER_WH,
+            furthest=self._furthest(route, query.reserve_soc_frac),
+            remedy=Remedy(query.soc_frac + missing, missing * capacity_wh),
+        )
+
+    def _furthest(self, route: Route, reserve_frac: float) -> Point:
+        """Where along a route the charge reaches the reserve, taking it as linear within a link."""
+        before = route.soc_start_frac
+        for link in route.links:
+            if link.soc_end_frac < reserve_frac:
+                share = (before - reserve_frac) / (before - link.soc_end_frac)
+                at_m = link.from_m + share * (link.to_m - link.from_m)
+                part = at_m / float(self.graph.length_m[link.link_idx])
+                lon, lat = part_of_line(self.graph.geometry(link.link_idx), 0.0, max(part, 1e-9))[-1]
+                return Point(float(lat), float(lon))
+            before = link.soc_end_frac
+        lon, lat = route.geometry[-1]
+        return Point(float(lat), float(lon))
+
+    def _warnings(self, query: RouteQuery | RangeQuery, crowded: bool) -> tuple[str, ...]:
+        warnings = []
+        meta = self.graph.meta
+        if meta.terrain is Terrain.ABSENT:
+            warnings.append(f"graph {meta.name!r} has no terrain: every road counts as flat, climbs are missing")
+        elif meta.terrain is Terrain.SYNTHETIC:
+            warnings.append(f"graph {meta.name!r} has synthetic terrain: it is no real place or not its real heights")
+        if query.stop_rule is StopRule.COUNTED:
+            warnings.append("stops 'counted' depend on the way so far: the search used 'expected', the figures 'counted'")
+        if query.link_model is LinkModel.PRINTED:
+            warnings.append("link model 'printed' does not conserve energy: label-correcting search")
+        if query.vehicle.powertrain is Powertrain.ICE:
+            warnings.append("combustion vehicle: energies are fuel energy, soc is the share of the tank")
+        if crowded:
+            warnings.append("very many short links: dominance was relaxed, a route some Wh better may exist")
+        return tuple(warnings)
+
+
+def _vehicle_key(vehicle: Vehicle) -> tuple[object, ...]:
+    return (
+        vehicle.mass_kg,
+        vehicle.road_load_a_n,
+        vehicle.road_load_b_n_per_mps,
+        vehicle.road_load_c_n_per_mps2,
+        vehicle.drive_eff,
+        vehicle.recuperation_eff,
+        vehicle.aux_power_w,
+        vehicle.aux_move_eff,
+        vehicle.aux_idle_eff,
+        vehicle.rotating_mass_coef,
+        vehicle.accel_speed_mps.tobytes(),
+        vehicle.accel_mps2.tobytes(),
+        vehicle.decel_mps2.tobytes(),
+    )
+
+
+def _limits(soc_frac: float, reserve_frac: float, capacity_j: float) -> Limits:
+    return Limits(-(1.0 - soc_frac) * capacity_j, (soc_frac - reserve_frac) * capacity_j)
+
+
+def _method(counts: SearchCounts, *, pareto: bool) -> str:
+    return ("label-correcting" if counts.label_correcting else "label-setting") + ("-pareto" if pareto else "")
+
+
+def _check_charge(soc_frac: float, reserve_frac: float) -> None:
+    if not 0.0 <= soc_frac <= 1.0:
+        raise QueryError("soc", soc_frac, "0..1")
+    if not 0.0 <= reserve_frac <= soc_frac:
+        raise QueryError("reserve_soc", reserve_frac, f"0..{soc_frac:g} (soc)")
+
+
+def _check_weights(name: str, weights: Weights) -> None:
+    values = (weights.energy, weights.time, weights.distance)
+    for field, value in zip(("energy", "time", "distance"), values, strict=True):
+        if not 0.0 <= value <= 1e6:
+            raise QueryError(f"weights.{field} ({name})", value, "0..1e6")
+    if max(values) == 0.0:
+        raise QueryError(f"weights ({name})", values, "at least one above 0")
+
+
+def _no_route(name: str, weights: Weights, query: RouteQuery, start: SnappedPoint) -> Route:
+    """The route from a place to itself."""
+    here = np.array([[start.on_road.lon_deg, start.on_road.lat_deg]] * 2)
+    soc = query.soc_frac
+    nothing = EnergyParts(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return Route(name, weights, True, 0.0, 0.0, 0.0, nothing, 0.0, soc, soc, soc, 0.0, 0.0, here, ())

@@ -90,6 +90,15 @@ class SnappedPoint:
 
 
 @dataclass(frozen=True, slots=True)
+class LinkSpan:
+    """A directed link driven from from_m to to_m of its length [m]."""
+
+    link_idx: int
+    from_m: float
+    to_m: float
+
+
+@dataclass(frozen=True, slots=True)
 class RouteLink:
     """One link of a route, driven from from_m to to_m of its length; result has energy, parts, time, speeds."""
 

@@ -1,0 +1,23 @@
+# syntax=docker/dockerfile:1
+FROM python:3.12-slim AS builder
+RUN python -m venv /opt/joulepath
+ENV PATH=/opt/joulepath/bin:$PATH PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_CACHE_DIR=1
+COPY requirements.lock .
+RUN pip install --require-hashes --requirement requirements.lock
+
+FROM python:3.12-slim
+RUN useradd --system --create-home --uid 10001 joulepath
+WORKDIR /srv/joulepath
+COPY --from=builder /opt/joulepath /opt/joulepath
+COPY pyproject.toml README.md LICENSE NOTICE ./
+COPY app app
+COPY routing routing
+COPY energy energy
+COPY data data
+RUN /opt/joulepath/bin/pip install --no-index --no-deps --no-build-isolation --no-cache-dir --editable .
+ENV PATH=/opt/joulepath/bin:$PATH PYTHONUNBUFFERED=1
+USER joulepath
+EXPOSE 8000
+HEALTHCHECK --interval=30s --timeout=5s --start-period=60s --retries=3 \
+    CMD ["python", "-c", "import urllib.request; urllib.request.urlopen('http://127.0.0.1:8000/healthz', timeout=4)"]
+CMD ["joulepath", "serve", "--host", "0.0.0.0", "--port", "8000"]

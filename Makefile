@@ -1,0 +1,85 @@
+# Every target does its own set-up: it finds Python >= 3.11, makes .venv and installs the locked dependencies.
+# Variables: PYTHON (interpreter to use), HOST and PORT (serve), ARGS (serve, bench), PYTEST_ARGS (test).
+
+SHELL := /bin/bash
+.SHELLFLAGS := -euo pipefail -c
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+
+VENV := .venv
+BIN := $(VENV)/bin
+LOCK = $(BIN)/uv pip compile pyproject.toml --universal --python-version 3.11 --generate-hashes --no-header --quiet
+PIP := $(BIN)/python -m pip --disable-pip-version-check
+HOST ?= 127.0.0.1
+PORT ?= 8000
+ARGS ?=
+PYTEST_ARGS ?=
+CANDIDATES = $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python)
+
+.PHONY: help serve test test-jit test-nojit lint check format bench lock clean
+
+help: ## List the targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
+
+serve: $(VENV)/.runtime ## Serve the HTTP interface on http://127.0.0.1:8000
+	$(BIN)/joulepath serve --host $(HOST) --port $(PORT) $(ARGS)
+
+test: test-jit test-nojit ## Run all tests, then the small ones again without compilation
+
+test-jit: $(VENV)/.dev
+	$(BIN)/python -m pytest $(PYTEST_ARGS)
+
+test-nojit: $(VENV)/.dev
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -m nojit $(PYTEST_ARGS)
+
+lint: $(VENV)/.dev ## Check format, style, types and the import contract
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+check: lint test ## All of lint and test
+
+format: $(VENV)/.dev ## Format the code and mend what ruff can mend
+	$(BIN)/ruff check --fix .
+	$(BIN)/ruff format .
+
+bench: $(VENV)/.runtime ## Print the benchmarks
+	$(BIN)/joulepath bench $(ARGS)
+
+lock: $(VENV)/.created ## Resolve the dependencies anew into both lock files
+	$(PIP) install --quiet uv
+	$(LOCK) --upgrade --extra build --output-file requirements.lock
+	$(LOCK) --upgrade --extra build --extra dev --constraints requirements.lock --output-file requirements-dev.lock
+
+clean: ## Remove the environment, caches and build output
+	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# The stamps lie inside .venv, so that removing it starts over; a newer lock or pyproject.toml installs again.
+$(VENV)/.runtime: requirements.lock pyproject.toml $(VENV)/.created
+	$(PIP) install --quiet --require-hashes --requirement requirements.lock
+	$(PIP) install --quiet --no-index --no-deps --no-build-isolation --editable .
+	touch $@
+
+$(VENV)/.dev: requirements-dev.lock $(VENV)/.runtime
+	$(PIP) install --quiet --require-hashes --requirement requirements-dev.lock
+	touch $@
+
+$(VENV)/.created:
+	@found=""; bare=""; \
+	for python in $(CANDIDATES); do \
+		"$$python" -c 'import sys; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || continue; \
+		"$$python" -c 'import ensurepip, venv' 2>/dev/null || { bare="$${bare:-$$python}"; continue; }; \
+		found="$$python"; break; \
+	done; \
+	if [ -z "$$found" ] && [ -n "$$bare" ]; then \
+		echo "make: $$bare has no venv or ensurepip module. Install it (Debian, Ubuntu: apt install python3-venv)" \
+			"or name another interpreter: make PYTHON=/path/to/python3" >&2; exit 1; \
+	elif [ -z "$$found" ]; then \
+		echo "make: no Python >= 3.11 found (tried $(CANDIDATES))." \
+			"Install one or name it: make PYTHON=/path/to/python3" >&2; exit 1; \
+	fi; \
+	echo "make: creating $(VENV) with $$("$$found" --version)"; \
+	"$$found" -m venv $(VENV)
+	@touch $@

@@ -1,0 +1,63 @@
+"""The graphs that a process answers on, each loaded once with its planner."""
+
+from __future__ import annotations
+
+from threading import Lock
+from typing import TYPE_CHECKING
+
+from routing.errors import GraphNotFoundError
+from routing.graph_files import load_graph, load_meta
+from routing.planner import Planner
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+    from pathlib import Path
+
+    from energy.vehicle import Vehicle
+
+
+def graph_folders(parents: Iterable[Path]) -> dict[str, Path]:
+    """Folder of each stored graph by its name, in alphabetic order; the first folder of a name wins.
+
+    Raises GraphFormatError where a folder's meta.json is damaged or of another version.
+    """
+    found: dict[str, Path] = {}
+    for parent in parents:
+        if not parent.is_dir():
+            continue
+        for folder in sorted(parent.iterdir()):
+            if not folder.name.startswith(".") and (folder / "meta.json").is_file():
+                found.setdefault(load_meta(folder).name, folder)
+    return dict(sorted(found.items()))
+
+
+class Atlas:
+    """Planners by graph name; a graph is loaded when it is first asked for."""
+
+    def __init__(self, folders: Mapping[str, Path], *, snap_limit_m: float, label_limit: int | None) -> None:
+        self._folders = dict(folders)
+        self._snap_limit_m = snap_limit_m
+        self._label_limit = label_limit
+        self._planners: dict[str, Planner] = {}
+        self._lock = Lock()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of all graphs."""
+        return tuple(self._folders)
+
+    def planner(self, name: str) -> Planner:
+        """The planner of one graph; raises GraphNotFoundError, or GraphFormatError while loading it."""
+        if name not in self._folders:
+            raise GraphNotFoundError(name, self.names)
+        with self._lock:
+            if name not in self._planners:
+                self._planners[name] = Planner(
+                    load_graph(self._folders[name]), snap_limit_m=self._snap_limit_m, label_limit=self._label_limit
+                )
+            return self._planners[name]
+
+    def load_all(self, vehicle: Vehicle) -> None:
+        """Load every graph and compile its kernels, with a vehicle to try them on."""
+        for name in self.names:
+            self.planner(name).warm_up(vehicle)

@@ -1,0 +1,97 @@
+"""The command line; each command asks the same use cases as HTTP."""
+
+from __future__ import annotations
+
+import json
+from typing import Annotated, Any
+
+import typer
+from pydantic import ValidationError
+from rich.console import Console
+from typer.core import TyperGroup
+
+from app.commands.graphs import graphs, making
+from app.commands.output import CommandError, GraphOption, service_for
+from app.commands.queries import queries
+from app.commands.vehicles import vehicles
+from energy.errors import EnergyError
+from routing.errors import RoutingError
+
+
+def _validation_message(error: ValidationError) -> str:
+    from fastapi.exceptions import RequestValidationError
+
+    from app.errors import problem_of
+
+    return problem_of(RequestValidationError(error.errors()), "").detail
+
+
+class ReportingGroup(TyperGroup):
+    """Commands whose expected errors end in one red line and exit code 2."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command."""
+        try:
+            return super().invoke(ctx)
+        except ValidationError as error:
+            message = _validation_message(error)
+        except (EnergyError, RoutingError, CommandError) as error:
+            message = str(error)
+        except json.JSONDecodeError as error:
+            message = f"not valid JSON: {error}"
+        except OSError as error:
+            message = f"{error.strerror or error}{f': {error.filename}' if error.filename else ''}"
+        Console(stderr=True, soft_wrap=True).print(message, style="red", markup=False, highlight=False)
+        raise typer.Exit(2)
+
+
+cli = typer.Typer(cls=ReportingGroup, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+cli.add_typer(queries)
+cli.add_typer(making)
+cli.add_typer(vehicles, name="vehicles")
+cli.add_typer(graphs, name="graphs")
+
+
+def main() -> None:
+    """Entry point."""
+    cli()
+
+
+@cli.callback()
+def joulepath() -> None:
+    """Routes that take the least energy, and areas that can be reached, for electric vehicles, from physics."""
+
+
+@cli.command()
+def serve(
+    host: Annotated[str | None, typer.Option(help="address to listen on")] = None,
+    port: Annotated[int | None, typer.Option(help="port to listen on", min=0, max=65535)] = None,
+    graph: GraphOption = None,
+) -> None:
+    """Serve HTTP; settings come from JOULEPATH_… variables too."""
+    import uvicorn
+
+    from app.main import create_app
+
+    service = service_for(graph)
+    console = Console(stderr=True)
+    with console.status("loading graphs and compiling kernels"):
+        service.load_all()
+    settings = service.settings
+    console.print(f"graphs: {', '.join(service.atlas.names)}; {len(service.vehicles)} vehicles", highlight=False)
+    application = create_app(settings, service)
+    uvicorn.run(application, host=host or settings.host, port=settings.port if port is None else port)
+
+
+@cli.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []})
+def bench(ctx: typer.Context) -> None:
+    """Measure speed and memory; arguments are passed on, --help lists them."""
+    try:
+        from benchmarks.run import main as run_benchmarks
+    except ModuleNotFoundError as error:
+        raise CommandError("benchmarks are not installed: run from a checkout of the project") from error
+    run_benchmarks(ctx.args)
+
+
+if __name__ == "__main__":
+    main()

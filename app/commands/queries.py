@@ -1,0 +1,146 @@
+"""Commands that ask for routes, areas and energies.
+
+What takes long to import is imported by the command that needs it.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from app import tables
+from app.commands.output import GraphOption, JsonOption, print_json, print_notes, service_for
+from routing.errors import QueryError
+
+queries = typer.Typer()
+
+VehicleOption = Annotated[str | None, typer.Option("--vehicle", help="id of a vehicle", metavar="ID")]
+SocOption = Annotated[float, typer.Option("--soc", help="state of charge at departure, 0..1")]
+ReserveOption = Annotated[float, typer.Option("--reserve-soc", help="charge that must be kept, 0..1")]
+LinkModelOption = Annotated[str, typer.Option("--link-model", metavar="integrated|printed")]
+StopsOption = Annotated[str, typer.Option("--stops", metavar="expected|counted|none")]
+
+
+@queries.command()
+def route(
+    *,
+    start: Annotated[str, typer.Option(metavar="LAT,LON")],
+    goal: Annotated[str, typer.Option(metavar="LAT,LON")],
+    soc: SocOption,
+    graph: GraphOption = None,
+    vehicle: VehicleOption = None,
+    weights: Annotated[str | None, typer.Option(metavar="E,T,D", help="worth of a kWh, an hour, a kilometre")] = None,
+    alternatives: Annotated[str | None, typer.Option(metavar="eco,fastest,balanced")] = None,
+    reserve_soc: ReserveOption = 0.0,
+    link_model: LinkModelOption = "integrated",
+    stops: StopsOption = "expected",
+    as_json: JsonOption = False,
+) -> None:
+    """Routes from one place to another."""
+    from app.schemas.route import RouteRequest
+
+    service = service_for(graph)
+    sent = RouteRequest.model_validate(
+        {
+            "start": _lat_lon("start", start),
+            "goal": _lat_lon("goal", goal),
+            "soc": soc,
+            "vehicle": vehicle,
+            "graph": service.settings.default_graph,
+            "weights": None if weights is None else _weights(weights),
+            "alternatives": None if alternatives is None else alternatives.split(","),
+            "reserve_soc": reserve_soc,
+            "link_model": link_model,
+            "stops": stops,
+        }
+    )
+    answer = service.route(sent)
+    if as_json:
+        print_json(answer)
+        return
+    console = Console()
+    console.print(tables.routes_table(answer))
+    console.print(tables.parts_table([(found.name, found.energy_parts_kwh) for found in answer.routes]))
+    print_notes(console, answer.terrain, answer.warnings)
+
+
+@queries.command("range")
+def reachable(
+    *,
+    origin: Annotated[str, typer.Option("--origin", "--start", metavar="LAT,LON")],
+    soc: SocOption,
+    graph: GraphOption = None,
+    vehicle: VehicleOption = None,
+    bands: Annotated[str, typer.Option(help="number of bands, or charges left", metavar="N|F,F…")] = "1",
+    reserve_soc: ReserveOption = 0.0,
+    link_model: LinkModelOption = "integrated",
+    stops: StopsOption = "expected",
+    as_json: JsonOption = False,
+) -> None:
+    """The area that can be reached."""
+    from app.conversions.range import request_from_parameters
+    from app.schemas.range import RangeParameters
+
+    service = service_for(graph)
+    place = _lat_lon("origin", origin)
+    sent = RangeParameters.model_validate(
+        {
+            **place,
+            "soc": soc,
+            "vehicle": vehicle,
+            "graph": service.settings.default_graph,
+            "reserve_soc": reserve_soc,
+            "bands": bands,
+            "link_model": link_model,
+            "stops": stops,
+        }
+    )
+    answer = service.range(request_from_parameters(sent))
+    if as_json:
+        print_json(answer)
+        return
+    console = Console()
+    console.print(tables.bands_table(answer))
+    print_notes(console, answer.terrain, answer.warnings)
+
+
+@queries.command()
+def simulate(
+    source: Annotated[
+        Path, typer.Argument(metavar="FILE.json|-", help="body of POST /simulate; - reads it from input")
+    ],
+    as_json: JsonOption = False,
+) -> None:
+    """Energy and time of driving given links."""
+    from app.schemas.simulation import SimulateRequest
+
+    text = sys.stdin.read() if str(source) == "-" else source.read_text(encoding="utf-8")
+    answer = service_for(None).simulate(SimulateRequest.model_validate(json.loads(text)))
+    if as_json:
+        print_json(answer)
+        return
+    console = Console()
+    console.print(tables.simulation_table(answer))
+    console.print(tables.parts_table([("sum", answer.energy_parts_kwh)]))
+    print_notes(console, answer.terrain, answer.warnings)
+
+
+def _lat_lon(field: str, text: str) -> dict[str, float]:
+    try:
+        lat, lon = (float(part) for part in text.split(","))
+    except ValueError:
+        raise QueryError(field, repr(text), "LAT,LON in degrees, such as 46.5,8.0") from None
+    return {"lat": lat, "lon": lon}
+
+
+def _weights(text: str) -> dict[str, float]:
+    try:
+        energy, time, distance = (float(part) for part in text.split(","))
+    except ValueError:
+        raise QueryError("weights", repr(text), "E,T,D: three numbers, such as 1,5,0") from None
+    return {"energy": energy, "time": time, "distance": distance}

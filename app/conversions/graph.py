@@ -1,0 +1,67 @@
+"""Graphs as they are listed and named in answers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from app.schemas.graph import GraphDetail, GraphSummary, RoadClassLength, TerrainNote
+from energy.stops import FunctionalClass
+
+if TYPE_CHECKING:
+    from routing.graph import RoadGraph
+
+
+def terrain_note(graph: RoadGraph) -> TerrainNote:
+    """What an answer says of the data it rests on."""
+    meta = graph.meta
+    return TerrainNote(
+        graph=meta.name,
+        terrain=meta.terrain,
+        elevation_method=meta.elevation_method,
+        smoothing_m=meta.smoothing_m,
+        source=meta.source,
+        attribution=meta.attribution,
+        licence=meta.licence,
+    )
+
+
+def graph_summary(graph: RoadGraph, default_name: str) -> GraphSummary:
+    """A graph's line in the list."""
+    meta = graph.meta
+    return GraphSummary(
+        name=meta.name,
+        source=meta.source,
+        attribution=meta.attribution,
+        licence=meta.licence,
+        terrain=meta.terrain,
+        elevation_method=meta.elevation_method,
+        smoothing_m=meta.smoothing_m,
+        bbox=meta.bbox,
+        node_count=graph.node_count,
+        link_count=graph.link_count,
+        default=meta.name == default_name,
+    )
+
+
+def graph_detail(graph: RoadGraph, default_name: str) -> GraphDetail:
+    """A graph with its extent by road class."""
+    classes = []
+    for kind in FunctionalClass:
+        chosen = graph.functional_class == kind
+        classes.append(
+            RoadClassLength(
+                functional_class=kind.name.lower(),
+                link_count=int(np.count_nonzero(chosen)),
+                length_km=float(graph.length_m[chosen].sum()) / 1000.0,
+            )
+        )
+    return GraphDetail(
+        **graph_summary(graph, default_name).model_dump(),
+        height_min_m=float(graph.node_height_m.min()),
+        height_max_m=float(graph.node_height_m.max()),
+        length_km=float(graph.length_m.sum()) / 1000.0,
+        road_classes=classes,
+        dropped=dict(graph.meta.dropped),
+    )

@@ -1,0 +1,90 @@
+"""Range requests into routing.query, and its areas into GeoJSON."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from app.conversions.graph import terrain_note
+from app.conversions.place import place_feature, point_from_place, positions
+from app.conversions.route import search_stats
+from app.schemas.place import LatLon, MultiPolygonGeometry
+from app.schemas.range import (
+    BandFeature,
+    BandProperties,
+    RangeFeatureCollection,
+    RangeParameters,
+    RangeRequest,
+    bands_from_text,
+)
+from routing.query import RangeQuery
+
+if TYPE_CHECKING:
+    from shapely import MultiPolygon
+
+    from energy.vehicle import Vehicle
+    from routing.graph import RoadGraph
+    from routing.query import RangeAnswer, RangeBand
+
+
+def request_from_parameters(sent: RangeParameters) -> RangeRequest:
+    """The long form of a request in the address; raises ValidationError as a body would."""
+    return RangeRequest(
+        origin=LatLon(lat=sent.lat, lon=sent.lon),
+        soc=sent.soc,
+        vehicle=sent.vehicle,
+        graph=sent.graph,
+        reserve_soc=sent.reserve_soc,
+        bands=bands_from_text(sent.bands),
+        link_model=sent.link_model,
+        stops=sent.stops,
+    )
+
+
+def range_query(sent: RangeRequest, vehicle: Vehicle) -> RangeQuery:
+    """What the planner is asked; a count of bands becomes that many, evenly spaced from the reserve upwards."""
+    if isinstance(sent.bands, int):
+        step = (sent.soc - sent.reserve_soc) / sent.bands
+        bands = tuple(sent.reserve_soc + k * step for k in range(1, sent.bands) if step > 0.0)
+    else:
+        bands = tuple(sorted(set(sent.bands)))
+    return RangeQuery(
+        origin=point_from_place(sent.origin),
+        soc_frac=sent.soc,
+        vehicle=vehicle,
+        reserve_soc_frac=sent.reserve_soc,
+        bands_soc_frac=bands,
+        link_model=sent.link_model,
+        stop_rule=sent.stops,
+    )
+
+
+def range_features(answer: RangeAnswer, understood: RangeRequest, graph: RoadGraph) -> RangeFeatureCollection:
+    """Bands, the outermost first, and the snapped origin."""
+    return RangeFeatureCollection(
+        features=[*(_band(band) for band in answer.bands), place_feature(answer.origin, "origin")],
+        request=understood,
+        warnings=list(answer.warnings),
+        stats=search_stats(answer.stats),
+        terrain=terrain_note(graph),
+    )
+
+
+def _band(band: RangeBand) -> BandFeature:
+    return BandFeature(
+        geometry=_multi_polygon(band.area),
+        properties=BandProperties(
+            soc_left=band.soc_left_frac,
+            area_km2=band.area_m2 / 1e6,
+            node_count=band.node_count,
+            false_in_share=band.false_in_frac,
+            false_out_share=band.false_out_frac,
+        ),
+    )
+
+
+def _multi_polygon(area: MultiPolygon) -> MultiPolygonGeometry:
+    return MultiPolygonGeometry(
+        coordinates=[
+            [positions(ring.coords) for ring in (polygon.exterior, *polygon.interiors)] for polygon in area.geoms
+        ]
+    )

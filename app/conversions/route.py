@@ -1,0 +1,180 @@
+"""Route requests into routing.query, and its routes into answers."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from app.conversions.graph import terrain_note
+from app.conversions.place import lat_lon, place_feature, point_from_place, positions, snapped
+from app.schemas.place import LineString
+from app.schemas.route import (
+    EnergyPartsKwh,
+    EnergyPartsWh,
+    RemedyAnswer,
+    RouteFeature,
+    RouteFeatureCollection,
+    RouteFound,
+    RouteLinkAnswer,
+    RouteProperties,
+    RouteResponse,
+    SearchStatsAnswer,
+    SnappedEnds,
+    WeightsSent,
+)
+from energy.battery import JOULE_PER_WH
+from energy.chain import EnergyParts
+from energy.vehicle import KMH_PER_MPS, Vehicle
+from routing.query import NAMED_WEIGHTS, RouteQuery, Weights
+
+if TYPE_CHECKING:
+    from app.schemas.route import RouteRequest
+    from routing.graph import RoadGraph
+    from routing.query import Route, RouteAnswer, RouteLink, SearchStats
+
+JOULE_PER_KWH: Final = JOULE_PER_WH * 1000.0
+CUSTOM: Final = "custom"
+
+
+def route_query(sent: RouteRequest, vehicle: Vehicle) -> RouteQuery:
+    """What the planner is asked."""
+    return RouteQuery(
+        start=point_from_place(sent.start),
+        goal=point_from_place(sent.goal),
+        soc_frac=sent.soc,
+        vehicle=vehicle,
+        reserve_soc_frac=sent.reserve_soc,
+        weightings=_weightings(sent),
+        link_model=sent.link_model,
+        stop_rule=sent.stops,
+    )
+
+
+def _weightings(sent: RouteRequest) -> tuple[tuple[str, Weights], ...]:
+    if sent.weights is not None:
+        return ((CUSTOM, Weights(sent.weights.energy, sent.weights.time, sent.weights.distance)),)
+    return tuple((name, NAMED_WEIGHTS[name]) for name in sent.alternatives or ("eco",))
+
+
+def route_response(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -> RouteResponse:
+    """Routes with geometry and state of charge."""
+    return RouteResponse(
+        routes=[
+            RouteFound(
+                **dict(_properties(route, with_links=understood.links)),
+                geometry=LineString(coordinates=positions(route.geometry.tolist())),
+            )
+            for route in answer.routes
+        ],
+        snapped=SnappedEnds(start=snapped(answer.start), goal=snapped(answer.goal)),
+        request=understood,
+        warnings=list(answer.warnings),
+        stats=[search_stats(stats) for stats in answer.stats],
+        terrain=terrain_note(graph),
+    )
+
+
+def route_features(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -> RouteFeatureCollection:
+    """The same as GeoJSON."""
+    return RouteFeatureCollection(
+        features=[
+            *(
+                RouteFeature(
+                    geometry=LineString(coordinates=positions(route.geometry.tolist())),
+                    properties=_properties(route, with_links=understood.links),
+                )
+                for route in answer.routes
+            ),
+            place_feature(answer.start, "start"),
+            place_feature(answer.goal, "goal"),
+        ],
+        snapped=SnappedEnds(start=snapped(answer.start), goal=snapped(answer.goal)),
+        request=understood,
+        warnings=list(answer.warnings),
+        stats=[search_stats(stats) for stats in answer.stats],
+        terrain=terrain_note(graph),
+    )
+
+
+def search_stats(stats: SearchStats) -> SearchStatsAnswer:
+    """What a search did."""
+    return SearchStatsAnswer(
+        labels_made=stats.labels_made,
+        labels_settled=stats.labels_settled,
+        seconds=stats.seconds,
+        method=stats.method,
+    )
+
+
+def parts_kwh(parts: EnergyParts) -> EnergyPartsKwh:
+    """Energy by cause of a whole route [kWh]."""
+    return EnergyPartsKwh(
+        rolling=parts.rolling_j / JOULE_PER_KWH,
+        linear=parts.linear_j / JOULE_PER_KWH,
+        aero=parts.aero_j / JOULE_PER_KWH,
+        grade=parts.grade_j / JOULE_PER_KWH,
+        inertia=parts.inertia_j / JOULE_PER_KWH,
+        drivetrain_loss=parts.drivetrain_loss_j / JOULE_PER_KWH,
+        recuperation_loss=parts.recuperation_loss_j / JOULE_PER_KWH,
+        auxiliary=parts.auxiliary_j / JOULE_PER_KWH,
+    )
+
+
+def parts_wh(parts_j: list[float]) -> EnergyPartsWh:
+    """Energy by cause of one link [Wh], from the eight parts in LinkResult's order."""
+    rolling, linear, aero, grade, inertia, drivetrain, recuperation, auxiliary = (p / JOULE_PER_WH for p in parts_j)
+    return EnergyPartsWh(
+        rolling=rolling,
+        linear=linear,
+        aero=aero,
+        grade=grade,
+        inertia=inertia,
+        drivetrain_loss=drivetrain,
+        recuperation_loss=recuperation,
+        auxiliary=auxiliary,
+    )
+
+
+def _properties(route: Route, *, with_links: bool) -> RouteProperties:
+    remedy = route.remedy
+    return RouteProperties(
+        name=route.name,
+        weights=WeightsSent(energy=route.weights.energy, time=route.weights.time, distance=route.weights.distance),
+        feasible=route.feasible,
+        distance_m=route.distance_m,
+        duration_s=route.duration_s,
+        energy_kwh=route.energy_j / JOULE_PER_KWH,
+        energy_parts_kwh=parts_kwh(route.parts),
+        braked_away_kwh=route.braked_away_j / JOULE_PER_KWH,
+        soc_start=route.soc_start_frac,
+        soc_end=route.soc_end_frac,
+        soc_min=route.soc_min_frac,
+        climb_m=route.climb_m,
+        descent_m=route.descent_m,
+        deficit_kwh=route.deficit_j / JOULE_PER_KWH,
+        furthest=None if route.furthest is None else lat_lon(route.furthest),
+        remedy=None
+        if remedy is None
+        else RemedyAnswer(
+            soc_start_needed=remedy.soc_start_needed_frac, charge_needed_kwh=remedy.charge_needed_wh / 1000.0
+        ),
+        links=[_link(link) for link in route.links] if with_links else None,
+    )
+
+
+def _link(link: RouteLink) -> RouteLinkAnswer:
+    result = link.result
+    return RouteLinkAnswer(
+        id=link.link_idx,
+        from_m=link.from_m,
+        to_m=link.to_m,
+        length_m=link.to_m - link.from_m,
+        duration_s=result.duration_s,
+        energy_wh=result.energy_j / JOULE_PER_WH,
+        energy_parts_wh=parts_wh(result.parts_j.tolist()),
+        soc_end=link.soc_end_frac,
+        grade=link.grade_frac,
+        speed_limit_kmh=link.speed_limit_mps * KMH_PER_MPS,
+        speed_end_kmh=result.speed_end_mps * KMH_PER_MPS,
+        stop_probability=link.stop_probability_frac,
+        name=link.road_name,
+    )

@@ -1,0 +1,102 @@
+"""Examples that the OpenAPI document shows: requests on the bundled graph, and real answers to them, shortened."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any, Final
+
+_FOLDER: Final = Path(__file__).parent
+
+
+def _answer(name: str) -> dict[str, Any]:
+    example: dict[str, Any] = json.loads((_FOLDER / f"{name}.json").read_text(encoding="utf-8"))
+    return example
+
+
+INLINE_VEHICLE: Final = {
+    "name": "my compact car",
+    "mass_kg": 1650,
+    "road_load": {"a_lbf": 28.0, "b_lbf_per_mph": 0.05, "c_lbf_per_mph2": 0.019},
+    "drive_eff": 0.9,
+    "recuperation_eff": 0.6,
+    "aux_power_w": 450,
+    "usable_capacity_kwh": 45,
+}
+
+ROUTE_REQUESTS: Final[dict[str, Any]] = {
+    "eco": {
+        "summary": "Least energy",
+        "value": {
+            "start": {"lat": 43.8765, "lon": -36.4303},
+            "goal": {"lat": 44.2838, "lon": -36.2298},
+            "soc": 0.8,
+            "vehicle": "hyundai-kona-64",
+        },
+    },
+    "alternatives": {
+        "summary": "Eco beside fastest, coordinates as in GeoJSON, without the list of links",
+        "value": {
+            "start": [-36.4303, 43.8765],
+            "goal": [-36.2298, 44.2838],
+            "soc": 0.8,
+            "alternatives": ["eco", "fastest"],
+            "reserve_soc": 0.1,
+            "links": False,
+        },
+    },
+    "inline vehicle": {
+        "summary": "A vehicle of one's own, with a weight on time",
+        "value": {
+            "start": {"lat": 43.8765, "lon": -36.4303},
+            "goal": {"lat": 44.2838, "lon": -36.2298},
+            "soc": 0.5,
+            "vehicle": INLINE_VEHICLE,
+            "weights": {"energy": 1, "time": 5},
+        },
+    },
+}
+
+RANGE_REQUESTS: Final[dict[str, Any]] = {
+    "bands": {
+        "summary": "Three bands with an inline vehicle",
+        "value": {"origin": [-36.4303, 43.8765], "soc": 0.3, "vehicle": INLINE_VEHICLE, "reserve_soc": 0.1, "bands": 3},
+    },
+    "charges left": {
+        "summary": "Bands by the charge left on arrival",
+        "value": {"origin": {"lat": 43.8765, "lon": -36.4303}, "soc": 0.3, "bands": [0.0, 0.1, 0.2]},
+    },
+}
+
+SIMULATE_REQUESTS: Final[dict[str, Any]] = {
+    "chain": {
+        "summary": "Two links by their numbers",
+        "value": {
+            "chain": [
+                {
+                    "length_m": 400,
+                    "grade": 0.02,
+                    "speed_limit_kmh": 50,
+                    "cross": "large",
+                    "urban": True,
+                    "functional_class": "tertiary",
+                },
+                {"length_m": 2500, "grade": -0.01, "speed_limit_kmh": 80},
+            ],
+            "soc": 0.5,
+        },
+    },
+    "links": {
+        "summary": "Two links of a graph, the second in part",
+        "value": {"graph": "highlands", "links": [{"id": 0}, {"id": 1, "from_m": 0, "to_m": 20}]},
+    },
+}
+
+ROUTE_ANSWER: Final = _answer("route")
+ROUTE_FEATURES: Final = _answer("route_geojson")
+RANGE_FEATURES: Final = _answer("range")
+SIMULATE_ANSWER: Final = _answer("simulate")
+VEHICLE_LIST: Final = _answer("vehicles")
+VEHICLE_DETAIL: Final = _answer("vehicle")
+GRAPH_LIST: Final = _answer("graphs")
+GRAPH_DETAIL: Final = _answer("graph")

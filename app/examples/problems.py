@@ -1,0 +1,89 @@
+"""Documented errors: the OpenAPI responses for the codes that an operation may answer."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+from app.errors import KINDS, PROBLEM_TYPE, make_problem
+from app.schemas.problem import ErrorCode, FieldProblem, Problem
+
+EXAMPLES: Final = {
+    ErrorCode.INVALID_REQUEST: (
+        "soc is 1.4, allowed: at most 1",
+        FieldProblem(field="soc", value=1.4, allowed="at most 1"),
+    ),
+    ErrorCode.MALFORMED_JSON: (
+        "the body is not valid JSON: Expecting value",
+        FieldProblem(field="", value=None, allowed="valid JSON: Expecting value"),
+    ),
+    ErrorCode.INVALID_VEHICLE: (
+        "road_load is -12.0 N at 90.0 km/h, allowed: at least 0 N everywhere in 0..200 km/h",
+        FieldProblem(
+            field="vehicle.road_load", value="-12.0 N at 90.0 km/h", allowed="at least 0 N everywhere in 0..200 km/h"
+        ),
+    ),
+    ErrorCode.INVALID_LINK: (
+        "id of link 3 is 812, allowed: a successor of link 97",
+        FieldProblem(field="links[3].id", value=812, allowed="a successor of link 97"),
+    ),
+    ErrorCode.ENERGY_GAIN: (
+        "the link model gains energy on a cycle through link 97: no cheapest route exists; use link_model 'integrated'",
+        FieldProblem(field="link_model", value="printed", allowed="integrated"),
+    ),
+    ErrorCode.UNKNOWN_VEHICLE: (
+        "vehicle 'delorean' is unknown, known: bmw-i3-60ah, hyundai-kona-64",
+        FieldProblem(field="vehicle", value="delorean", allowed="one of bmw-i3-60ah, hyundai-kona-64"),
+    ),
+    ErrorCode.UNKNOWN_GRAPH: (
+        "graph 'atlantis' is unknown, known: coquimbo, highlands",
+        FieldProblem(field="graph", value="atlantis", allowed="one of coquimbo, highlands"),
+    ),
+    ErrorCode.POINT_OUTSIDE_MAP: (
+        "start (lat 60, lon -36.2) is outside the map, allowed: lat 43.5077..44.4953, lon -37.0036..-35.0105",
+        FieldProblem(
+            field="start", value={"lat": 60.0, "lon": -36.2}, allowed="lat 43.5077..44.4953, lon -37.0036..-35.0105"
+        ),
+    ),
+    ErrorCode.POINT_FAR_FROM_ROAD: (
+        "goal (lat 44.1, lon -36.9) is 2310 m from the nearest road, allowed: at most 1000 m",
+        FieldProblem(
+            field="goal", value={"lat": 44.1, "lon": -36.9}, allowed="at most 1000 m from a road, this is 2310 m"
+        ),
+    ),
+    ErrorCode.NO_PATH: ("no road leads to the goal", None),
+    ErrorCode.NOT_FOUND: ("Nothing at this address", None),
+    ErrorCode.METHOD_NOT_ALLOWED: ("This address has no such method", None),
+    ErrorCode.BODY_TOO_LARGE: (
+        "the request body is too large, allowed: at most 4194304 bytes",
+        FieldProblem(field="", value=None, allowed="at most 4194304 bytes"),
+    ),
+    ErrorCode.SEARCH_LIMIT: (
+        "the search needed 2833561 labels, allowed: at most 2833560",
+        FieldProblem(field="", value=2_833_561, allowed="at most 2833560 labels"),
+    ),
+    ErrorCode.TIME_LIMIT: (
+        "no answer within 30 s; ask for a shorter route, less charge or fewer alternatives",
+        FieldProblem(field="", value=None, allowed="at most 30 s"),
+    ),
+    ErrorCode.NOT_READY: ("graphs are being loaded and kernels compiled; try again in a moment", None),
+}
+
+
+def problems(instance: str, *codes: ErrorCode) -> dict[int | str, dict[str, Any]]:
+    """OpenAPI responses for the codes that an operation may answer, each with an example."""
+    responses: dict[int | str, dict[str, Any]] = {}
+    for code in codes:
+        kind = KINDS[code]
+        detail, field = EXAMPLES[code]
+        example = make_problem(code, detail, [] if field is None else [field], instance)
+        entry = responses.setdefault(
+            kind.status, {"model": Problem, "description": "", "content": {PROBLEM_TYPE: {"examples": {}}}}
+        )
+        entry["description"] = "; ".join(
+            part for part in (entry["description"], f"`{code.value}`: {kind.title}") if part
+        )
+        entry["content"][PROBLEM_TYPE]["examples"][code.value] = {
+            "summary": kind.title,
+            "value": example.model_dump(mode="json"),
+        }
+    return responses

@@ -1,0 +1,69 @@
+"""Ask the bundled graph for the answers that the OpenAPI document shows: `python -m app.examples.refresh`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from app.examples import RANGE_REQUESTS, ROUTE_REQUESTS, SIMULATE_REQUESTS
+from app.schemas.range import RangeRequest
+from app.schemas.route import RouteRequest
+from app.schemas.simulation import SimulateRequest
+from app.service import Service
+from app.settings import Settings
+
+SHOWN_LINKS = 2
+SHOWN_POINTS = 4
+
+
+def refresh() -> None:
+    """Write one file an answer, with lists of links and points shortened."""
+    service = Service(Settings())
+    eco = RouteRequest.model_validate(ROUTE_REQUESTS["eco"]["value"])
+    bands = RangeRequest.model_validate(RANGE_REQUESTS["charges left"]["value"])
+    chain = SimulateRequest.model_validate(SIMULATE_REQUESTS["chain"]["value"])
+    answers = {
+        "route": service.route(eco),
+        "route_geojson": service.route_as_geojson(eco),
+        "range": service.range(bands),
+        "simulate": service.simulate(chain),
+        "vehicles": service.list_vehicles(),
+        "vehicle": service.show_vehicle("hyundai-kona-64"),
+        "graphs": service.list_graphs(),
+        "graph": service.show_graph(service.settings.default_graph),
+    }
+    for name, answer in answers.items():
+        text = json.dumps(_shortened(answer.model_dump(mode="json")), indent=1, ensure_ascii=False)
+        (Path(__file__).parent / f"{name}.json").write_text(text + "\n", encoding="utf-8")
+
+
+def _shortened(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {
+            key: item[:SHOWN_LINKS] if key == "links" and isinstance(item, list) else _shortened(item)
+            for key, item in value.items()
+        }
+    if isinstance(value, list):
+        if value and _is_position(value[0]) and len(value) > SHOWN_POINTS:
+            kept = SHOWN_POINTS - 1
+            step = len(value) // kept
+            return [*value[: kept * step : step], value[-1]]
+        if _is_polygon(value):
+            return [_shortened(value[0])]  # the first shell, without holes
+        return [_shortened(item) for item in value]
+    return value
+
+
+def _is_polygon(value: list[Any]) -> bool:
+    """Whether a list holds rings, or polygons."""
+    ring = value[0] if value and isinstance(value[0], list) else None
+    return bool(ring) and isinstance(ring[0], list)
+
+
+def _is_position(value: object) -> bool:
+    return isinstance(value, list) and len(value) == 2 and all(isinstance(part, float) for part in value)
+
+
+if __name__ == "__main__":
+    refresh()

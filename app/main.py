@@ -1,0 +1,142 @@
+"""The HTTP application."""
+
+from __future__ import annotations
+
+from contextlib import asynccontextmanager
+from typing import TYPE_CHECKING, Any, Final
+
+from fastapi import FastAPI, Request, Response
+from fastapi.openapi.utils import get_openapi
+from fastapi.routing import APIRoute
+from fastapi_offline import FastAPIOffline
+from pydantic.json_schema import models_json_schema
+from starlette.middleware.cors import CORSMiddleware
+from starlette.middleware.gzip import GZipMiddleware
+from starlette.responses import RedirectResponse
+
+from app import VERSION
+from app.body_limit import BodyLimit
+from app.deadline import DeadlinePool
+from app.errors import PROBLEM_TYPE, install_error_handlers
+from app.routes import graphs, health, range, route, simulate, vehicles
+from app.schemas.route import RouteFeatureCollection
+from app.service import Service
+from app.settings import Settings
+
+if TYPE_CHECKING:
+    from collections.abc import AsyncIterator, Awaitable, Callable
+
+DESCRIPTION: Final = """Routes that take the least energy, and areas that can be reached, for electric vehicles, from
+physics.
+
+Numbers carry their unit in their name. States of charge are fractions 0..1. Energy is positive when it leaves the
+battery. Errors are problem details (RFC 9457) with a stable `code`; every answer names the data that it rests on.
+"""
+ROUTERS: Final = (route.router, range.router, simulate.router, vehicles.router, graphs.router, health.router)
+# the bundled pages need inline scripts; nothing may come from another host
+PAGE_POLICY: Final = (
+    "default-src 'self'; script-src 'self' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data:; worker-src 'self' blob:; font-src 'self' data:"
+)
+
+
+def create_app(settings: Settings | None = None, service: Service | None = None) -> FastAPI:
+    """The application; graphs are loaded and kernels compiled before it serves, unless a loaded service is given."""
+    chosen = settings or Settings()
+
+    @asynccontextmanager
+    async def lifespan(app: FastAPI) -> AsyncIterator[None]:
+        running = service
+        if running is None:
+            running = Service(chosen)
+            running.load_all()
+        pool = DeadlinePool(chosen.search_threads, chosen.time_limit_s)
+        app.state.service, app.state.pool = running, pool
+        try:
+            yield
+        finally:
+            app.state.service = app.state.pool = None
+            pool.close()
+
+    app = FastAPIOffline(
+        title="joulepath",
+        summary="Energy-aware routing for electric vehicles",
+        description=DESCRIPTION,
+        version=VERSION,
+        license_info={"name": "Apache-2.0", "identifier": "Apache-2.0"},
+        lifespan=lifespan,
+        separate_input_output_schemas=False,
+        swagger_ui_parameters={"validatorUrl": "none"},
+    )
+    for router in ROUTERS:
+        app.include_router(router)
+
+    @app.get("/", include_in_schema=False)
+    def root() -> RedirectResponse:
+        return RedirectResponse("/docs")
+
+    @app.middleware("http")
+    async def keep_pages_offline(request: Request, call_next: Callable[[Request], Awaitable[Response]]) -> Response:
+        response = await call_next(request)
+        if request.url.path in ("/docs", "/redoc"):
+            response.headers["Content-Security-Policy"] = PAGE_POLICY
+        return response
+
+    install_error_handlers(app)
+    app.add_middleware(BodyLimit, limit_bytes=chosen.body_limit_bytes)
+    app.add_middleware(GZipMiddleware, minimum_size=1000, compresslevel=5)
+    app.add_middleware(
+        CORSMiddleware, allow_origins=chosen.cors_origins, allow_methods=["GET", "POST"], allow_headers=["*"]
+    )
+
+    def openapi() -> dict[str, Any]:
+        if app.openapi_schema is None:
+            app.openapi_schema = openapi_document(app)
+        return app.openapi_schema
+
+    app.openapi = openapi  # type: ignore[method-assign]  # the documented way to extend the document
+    return app
+
+
+def openapi_document(app: FastAPI) -> dict[str, Any]:
+    """The OpenAPI document, with problems under their own media type and the GeoJSON form of routes."""
+    document = get_openapi(
+        title=app.title,
+        version=app.version,
+        summary=app.summary,
+        description=app.description,
+        license_info=app.license_info,
+        routes=app.routes,
+        separate_input_output_schemas=False,
+    )
+    _, extra = models_json_schema([(RouteFeatureCollection, "validation")], ref_template="#/components/schemas/{model}")
+    schemas = document["components"]["schemas"]
+    for name, schema in extra["$defs"].items():
+        schemas.setdefault(name, schema)
+    for unused in ("HTTPValidationError", "ValidationError"):
+        schemas.pop(unused, None)
+    for operations in document["paths"].values():
+        for operation in operations.values():
+            for status, response in operation["responses"].items():
+                if int(status) >= 400:
+                    merged: dict[str, Any] = {}
+                    for content in response.pop("content").values():
+                        merged |= content
+                    response["content"] = {PROBLEM_TYPE: merged}
+    for router in ROUTERS:
+        for described in router.routes:
+            if isinstance(described, APIRoute):
+                for method in described.methods:
+                    _restore_examples(
+                        document["paths"][described.path][method.lower()]["responses"], described.responses
+                    )
+    return document
+
+
+def _restore_examples(responses: dict[str, Any], declared: dict[int | str, dict[str, Any]]) -> None:
+    """Put the examples in place again as they were declared: the framework drops every null from them."""
+    for status, response in declared.items():
+        for media_type, content in response.get("content", {}).items():
+            for key in ("example", "examples"):
+                if key in content:
+                    responses[str(status)]["content"][media_type][key] = content[key]

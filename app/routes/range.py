@@ -1,0 +1,62 @@
+"""GET and POST /range."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body, Query, Response
+from fastapi.exceptions import RequestValidationError
+from pydantic import ValidationError
+
+from app.conversions.range import request_from_parameters
+from app.examples import RANGE_FEATURES, RANGE_REQUESTS
+from app.examples.problems import problems
+from app.routes.access import GEOJSON, GeoJSONResponse, RunningService, SearchPool, answer
+from app.schemas.problem import ErrorCode
+from app.schemas.range import RangeFeatureCollection, RangeParameters, RangeRequest
+
+router = APIRouter(tags=["range"], default_response_class=GeoJSONResponse)
+
+SHARED = (
+    ErrorCode.INVALID_REQUEST,
+    ErrorCode.ENERGY_GAIN,
+    ErrorCode.UNKNOWN_VEHICLE,
+    ErrorCode.UNKNOWN_GRAPH,
+    ErrorCode.POINT_OUTSIDE_MAP,
+    ErrorCode.POINT_FAR_FROM_ROAD,
+    ErrorCode.SEARCH_LIMIT,
+    ErrorCode.TIME_LIMIT,
+    ErrorCode.NOT_READY,
+)
+FOUND: dict[int | str, dict[str, Any]] = {200: {"content": {GEOJSON: {"example": RANGE_FEATURES}}}}
+
+
+@router.get(
+    "/range",
+    summary="The area that can be reached, as GeoJSON",
+    response_model=RangeFeatureCollection,
+    responses={**FOUND, **problems("/range", *SHARED)},
+)
+def find_range(sent: Annotated[RangeParameters, Query()], service: RunningService, pool: SearchPool) -> Response:
+    """One MultiPolygon for each band of charge left on arrival, the outermost first, and the origin on its road."""
+    try:
+        long_form = request_from_parameters(sent)
+    except ValidationError as error:
+        raise RequestValidationError(error.errors()) from error
+    return answer(pool.run(lambda: service.range(long_form)), GEOJSON)
+
+
+@router.post(
+    "/range",
+    summary="The area that can be reached, with the vehicle inline",
+    response_model=RangeFeatureCollection,
+    responses={
+        **FOUND,
+        **problems("/range", *SHARED, ErrorCode.MALFORMED_JSON, ErrorCode.INVALID_VEHICLE, ErrorCode.BODY_TOO_LARGE),
+    },
+)
+def find_range_of_body(
+    sent: Annotated[RangeRequest, Body(openapi_examples=RANGE_REQUESTS)], service: RunningService, pool: SearchPool
+) -> Response:
+    """The same as GET /range, asked for with a body."""
+    return answer(pool.run(lambda: service.range(sent)), GEOJSON)

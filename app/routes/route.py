@@ -1,0 +1,65 @@
+"""POST /route."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Header, Response
+
+from app.examples import ROUTE_ANSWER, ROUTE_FEATURES, ROUTE_REQUESTS
+from app.examples.problems import problems
+from app.routes.access import GEOJSON, RunningService, SearchPool, answer, prefers_geojson
+from app.schemas.problem import ErrorCode
+from app.schemas.route import RouteRequest, RouteResponse
+
+router = APIRouter(tags=["route"])
+
+
+@router.post(
+    "/route",
+    summary="Energy-optimal routes with the state of charge at every link",
+    response_model=RouteResponse,
+    responses={
+        200: {
+            "content": {
+                "application/json": {"example": ROUTE_ANSWER},
+                GEOJSON: {
+                    "schema": {"$ref": "#/components/schemas/RouteFeatureCollection"},
+                    "example": ROUTE_FEATURES,
+                },
+            }
+        },
+        **problems(
+            "/route",
+            ErrorCode.INVALID_REQUEST,
+            ErrorCode.MALFORMED_JSON,
+            ErrorCode.INVALID_VEHICLE,
+            ErrorCode.ENERGY_GAIN,
+            ErrorCode.UNKNOWN_VEHICLE,
+            ErrorCode.UNKNOWN_GRAPH,
+            ErrorCode.POINT_OUTSIDE_MAP,
+            ErrorCode.POINT_FAR_FROM_ROAD,
+            ErrorCode.NO_PATH,
+            ErrorCode.BODY_TOO_LARGE,
+            ErrorCode.SEARCH_LIMIT,
+            ErrorCode.TIME_LIMIT,
+            ErrorCode.NOT_READY,
+        ),
+    },
+)
+def find_route(
+    sent: Annotated[RouteRequest, Body(openapi_examples=ROUTE_REQUESTS)],
+    service: RunningService,
+    pool: SearchPool,
+    accept: Annotated[
+        str, Header(description="application/geo+json for a FeatureCollection instead", examples=["application/json"])
+    ] = "application/json",
+) -> Response:
+    """One route for each weighting: by default the one that takes the least energy.
+
+    A goal that can't be reached on this charge is an answer too: `feasible` is false, `deficit_kwh` says how much is
+    missing, `furthest` where, and `remedy` what would make it feasible.
+    """
+    if prefers_geojson(accept):
+        return answer(pool.run(lambda: service.route_as_geojson(sent)), GEOJSON)
+    return answer(pool.run(lambda: service.route(sent)))

@@ -1,0 +1,47 @@
+"""POST /simulate."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Response
+
+from app.examples import SIMULATE_ANSWER, SIMULATE_REQUESTS
+from app.examples.problems import problems
+from app.routes.access import RunningService, SearchPool, answer
+from app.schemas.problem import ErrorCode
+from app.schemas.simulation import SimulateRequest, SimulateResponse
+
+router = APIRouter(tags=["simulate"])
+
+
+@router.post(
+    "/simulate",
+    summary="Energy and time of driving given links",
+    response_model=SimulateResponse,
+    responses={
+        200: {"content": {"application/json": {"example": SIMULATE_ANSWER}}},
+        **problems(
+            "/simulate",
+            ErrorCode.INVALID_REQUEST,
+            ErrorCode.MALFORMED_JSON,
+            ErrorCode.INVALID_VEHICLE,
+            ErrorCode.INVALID_LINK,
+            ErrorCode.UNKNOWN_VEHICLE,
+            ErrorCode.UNKNOWN_GRAPH,
+            ErrorCode.BODY_TOO_LARGE,
+            ErrorCode.TIME_LIMIT,
+            ErrorCode.NOT_READY,
+        ),
+    },
+)
+def simulate(
+    sent: Annotated[SimulateRequest, Body(openapi_examples=SIMULATE_REQUESTS)],
+    service: RunningService,
+    pool: SearchPool,
+) -> Response:
+    """Drives consecutive links of a graph, such as those of a route, or a chain of links given by their numbers.
+
+    The links of a route sent back unchanged take exactly the route's energy.
+    """
+    return answer(pool.run(lambda: service.simulate(sent)))

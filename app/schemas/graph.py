@@ -1,0 +1,61 @@
+"""Graphs as they are listed, and what every answer says of the data it rests on."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from app.schemas.base import Answered
+from routing.graph import Terrain
+
+
+class TerrainNote(Answered):
+    """The graph that an answer rests on, where its heights are from, and whose data it is."""
+
+    graph: str
+    terrain: Terrain = Field(description="measured heights, made-up heights, or none (all links taken as level)")
+    elevation_method: str
+    smoothing_m: float = Field(description="length over which heights were smoothed along the road [m], 0 for none")
+    source: str
+    attribution: str
+    licence: str
+
+
+class GraphSummary(Answered):
+    """One loaded graph."""
+
+    name: str
+    source: str
+    attribution: str
+    licence: str
+    terrain: Terrain
+    elevation_method: str
+    smoothing_m: float
+    bbox: tuple[float, float, float, float] = Field(description="west, south, east, north [deg]")
+    node_count: int
+    link_count: int = Field(description="directed links")
+    default: bool = Field(description="whether requests that name no graph get this one")
+
+
+class GraphList(Answered):
+    """All graphs that can be asked for by name."""
+
+    graphs: list[GraphSummary]
+    default: str
+
+
+class RoadClassLength(Answered):
+    """Length of the directed links of one functional class."""
+
+    functional_class: str
+    link_count: int
+    length_km: float
+
+
+class GraphDetail(GraphSummary):
+    """One loaded graph with its extent by road class and what its import left out."""
+
+    height_min_m: float
+    height_max_m: float
+    length_km: float = Field(description="all directed links")
+    road_classes: list[RoadClassLength]
+    dropped: dict[str, int] = Field(description="what the import left out, by reason")

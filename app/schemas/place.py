@@ -1,0 +1,88 @@
+"""Places: coordinates as they are sent, where they met a road, and GeoJSON geometries (RFC 7946)."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Discriminator, Field, Tag
+
+from app.schemas.base import Answered, Latitude, Longitude, Sent
+
+
+class LatLon(Sent):
+    """A place by named coordinates [deg, WGS 84]."""
+
+    lat: Latitude = Field(description="latitude [deg], -90..90")
+    lon: Longitude = Field(description="longitude [deg], -180..180")
+
+
+LonLat = Annotated[tuple[Longitude, Latitude], Field(description="longitude, latitude [deg], in the order of GeoJSON")]
+
+
+def _form_of_place(value: object) -> str | None:
+    if isinstance(value, (dict, LatLon)):
+        return "named"
+    return "pair" if isinstance(value, (list, tuple)) else None
+
+
+Place = Annotated[
+    Annotated[LatLon, Tag("named")] | Annotated[LonLat, Tag("pair")],
+    Discriminator(
+        _form_of_place,
+        custom_error_type="place",
+        custom_error_message="an object with lat and lon, or a list [lon, lat]",
+    ),
+]
+
+Position = tuple[float, float]  # lon, lat [deg], at most 7 decimals
+
+
+class Snapped(Answered):
+    """Where a place met the road network."""
+
+    asked: LatLon
+    on_road: LatLon
+    distance_m: float = Field(description="from the place asked to the road [m]")
+    link_id: int = Field(description="directed link that was met")
+    offset_m: float = Field(description="from the start of that link [m]")
+    road_name: str
+
+
+class PointGeometry(Answered):
+    """GeoJSON Point."""
+
+    type: Literal["Point"] = "Point"
+    coordinates: Position
+
+
+class LineString(Answered):
+    """GeoJSON LineString."""
+
+    type: Literal["LineString"] = "LineString"
+    coordinates: list[Position]
+
+
+class MultiPolygonGeometry(Answered):
+    """GeoJSON MultiPolygon: shells counter-clockwise, rings closed."""
+
+    type: Literal["MultiPolygon"] = "MultiPolygon"
+    coordinates: list[list[list[Position]]]
+
+
+class PlaceProperties(Answered):
+    """What a Point feature says of a snapped place."""
+
+    kind: Literal["start", "goal", "origin"]
+    asked: LatLon
+    distance_m: float
+    link_id: int
+    offset_m: float
+    road_name: str
+
+
+class PlaceFeature(Answered):
+    """GeoJSON Feature of a snapped place, on the road."""
+
+    type: Literal["Feature"] = "Feature"
+    geometry: PointGeometry
+    properties: PlaceProperties

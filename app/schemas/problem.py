@@ -1,0 +1,51 @@
+"""Errors as they are answered: RFC 9457 problem details with a stable code."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+
+from pydantic import Field, JsonValue
+
+from app.schemas.base import Answered
+
+
+class ErrorCode(StrEnum):
+    """The closed list of what can go wrong."""
+
+    INVALID_REQUEST = "invalid_request"
+    MALFORMED_JSON = "malformed_json"
+    INVALID_VEHICLE = "invalid_vehicle"
+    INVALID_LINK = "invalid_link"
+    ENERGY_GAIN = "energy_gain"
+    UNKNOWN_VEHICLE = "unknown_vehicle"
+    UNKNOWN_GRAPH = "unknown_graph"
+    POINT_OUTSIDE_MAP = "point_outside_map"
+    POINT_FAR_FROM_ROAD = "point_far_from_road"
+    NO_PATH = "no_path"
+    NOT_FOUND = "not_found"
+    METHOD_NOT_ALLOWED = "method_not_allowed"
+    BODY_TOO_LARGE = "body_too_large"
+    SEARCH_LIMIT = "search_limit"
+    TIME_LIMIT = "time_limit"
+    NOT_READY = "not_ready"
+    INTERNAL = "internal"
+
+
+class FieldProblem(Answered):
+    """One field that was wrong."""
+
+    field: str = Field(description="path in the request, such as start.lat or links[3].id; empty for the whole of it")
+    value: JsonValue = Field(description="what was sent, shortened; null where it was missing")
+    allowed: str = Field(description="what would have been right")
+
+
+class Problem(Answered):
+    """Problem details (RFC 9457), sent as application/problem+json."""
+
+    type: str = Field(description="identifier of the kind of problem, one for each code")
+    title: str = Field(description="the kind of problem in words")
+    status: int = Field(description="the HTTP status")
+    detail: str = Field(description="what was wrong this time: field, value and allowed range")
+    instance: str = Field(description="path that was called")
+    code: ErrorCode = Field(description="stable code, of a closed list")
+    errors: list[FieldProblem] = Field(description="the fields that were wrong, at most 20")

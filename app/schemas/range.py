@@ -1,0 +1,143 @@
+"""Reachable areas: what is asked, in the address or as a body, and the GeoJSON that is answered."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator, model_validator
+from pydantic_core import PydanticCustomError
+
+from app.schemas.base import Answered, Count, Fraction, Sent, refusal
+from app.schemas.graph import TerrainNote
+from app.schemas.place import MultiPolygonGeometry, Place, PlaceFeature
+from app.schemas.route import SearchStatsAnswer
+from app.schemas.vehicle import VehicleChoice
+from energy.chain import LinkModel, StopRule
+
+MAX_BANDS = 20
+_FRACTION = r"(?:0?\.[0-9]{1,9}|1\.0{1,9})"
+_LISTED = rf"(?:0|1|{_FRACTION})"
+BANDS_PATTERN = rf"^(?:[1-9]|1[0-9]|20|{_FRACTION}|{_LISTED}(?:,{_LISTED}){{1,19}})$"
+
+
+def _form_of_bands(value: object) -> str | None:
+    if isinstance(value, (list, tuple)):
+        return "values"
+    return "count" if isinstance(value, int) and not isinstance(value, bool) else None
+
+
+Bands = Annotated[
+    Annotated[Count, Field(ge=1, le=MAX_BANDS, description="number of evenly spaced bands"), Tag("count")]
+    | Annotated[
+        list[Fraction],
+        Field(min_length=1, max_length=MAX_BANDS, description="charge left on arrival, one a band"),
+        Tag("values"),
+    ],
+    Discriminator(
+        _form_of_bands,
+        custom_error_type="bands",
+        custom_error_message="a whole number 1..20, or a list of fractions 0..1",
+    ),
+]
+
+
+class RangeRequest(Sent):
+    """One range request; unknown fields are errors."""
+
+    origin: Place
+    soc: Fraction = Field(description="state of charge at departure, 0..1")
+    vehicle: VehicleChoice | None = Field(default=None, description="without it, the default vehicle")
+    graph: str | None = Field(default=None, max_length=200, description="without it, the default graph")
+    reserve_soc: Fraction = Field(
+        default=0.0, description="charge that must be left; always the outermost band; at most soc"
+    )
+    bands: Bands = Field(default=1, description="number of bands from reserve_soc to soc, or the charge left for each")
+    link_model: LinkModel = Field(
+        default=LinkModel.INTEGRATED, description="exact integral, or the equations as printed"
+    )
+    stops: StopRule = Field(
+        default=StopRule.EXPECTED, description="stops by expectation, by the source's counters, or none"
+    )
+
+    @model_validator(mode="after")
+    def _bands_between_reserve_and_soc(self) -> RangeRequest:
+        if self.reserve_soc > self.soc:
+            raise refusal("reserve_soc", self.reserve_soc, f"at most soc, {self.soc}")
+        if isinstance(self.bands, list):
+            for band in self.bands:
+                if not self.reserve_soc <= band <= self.soc:
+                    raise refusal("bands", band, f"between reserve_soc and soc, {self.reserve_soc}..{self.soc}")
+        return self
+
+
+class RangeParameters(BaseModel):
+    """A range request in the address."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    lat: float = Field(ge=-90, le=90, description="latitude of the origin [deg]")
+    lon: float = Field(ge=-180, le=180, description="longitude of the origin [deg]")
+    soc: float = Field(ge=0, le=1, description="state of charge at departure, 0..1")
+    vehicle: str | None = Field(
+        default=None, max_length=200, description="id of a vehicle; without it, the default one"
+    )
+    graph: str | None = Field(default=None, max_length=200, description="name of a graph; without it, the default one")
+    reserve_soc: float = Field(default=0.0, ge=0, le=1, description="charge that must be left, at most soc")
+    bands: str = Field(
+        default="1",
+        max_length=400,
+        json_schema_extra={"pattern": BANDS_PATTERN},
+        description="whole number of evenly spaced bands (1..20), or comma-separated charges left (0..1, with a point)",
+    )
+    link_model: LinkModel = Field(
+        default=LinkModel.INTEGRATED, description="exact integral, or the equations as printed"
+    )
+    stops: StopRule = Field(
+        default=StopRule.EXPECTED, description="stops by expectation, by the source's counters, or none"
+    )
+
+    @field_validator("bands")
+    @classmethod
+    def _readable(cls, value: str) -> str:
+        bands_from_text(value)
+        return value
+
+
+def bands_from_text(text: str) -> int | list[float]:
+    """Bands out of a query parameter: a whole number is a count, all else comma-separated charges left."""
+    try:
+        if text.isdecimal() and len(text) <= 9:
+            return int(text)
+        return [float(part) for part in text.split(",")]
+    except ValueError:
+        raise PydanticCustomError("bands", "a whole number 1..20, or fractions 0..1 separated by commas") from None
+
+
+class BandProperties(Answered):
+    """What is said of one band."""
+
+    kind: Literal["band"] = "band"
+    soc_left: float = Field(description="charge left on arrival, at least")
+    area_km2: float
+    node_count: int = Field(description="nodes of the graph that are reached")
+    false_in_share: float = Field(description="share of the unreached nodes nearby that the drawn area covers")
+    false_out_share: float = Field(description="share of the reached nodes that the drawn area leaves out")
+
+
+class BandFeature(Answered):
+    """GeoJSON Feature of one band."""
+
+    type: Literal["Feature"] = "Feature"
+    geometry: MultiPolygonGeometry
+    properties: BandProperties
+
+
+class RangeFeatureCollection(Answered):
+    """Bands, the outermost first, then the snapped origin."""
+
+    type: Literal["FeatureCollection"] = "FeatureCollection"
+    features: list[BandFeature | PlaceFeature]
+    request: RangeRequest = Field(description="the request as understood; can be sent to POST /range")
+    warnings: list[str]
+    stats: SearchStatsAnswer
+    terrain: TerrainNote

@@ -1,0 +1,180 @@
+"""Routes: what is asked, what is answered, and the same as GeoJSON."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field, model_validator
+
+from app.schemas.base import Answered, Flag, Fraction, Number, Sent, refusal
+from app.schemas.graph import TerrainNote
+from app.schemas.place import LatLon, LineString, Place, PlaceFeature, Snapped
+from app.schemas.vehicle import VehicleChoice
+from energy.chain import LinkModel, StopRule
+
+NamedWeighting = Literal["eco", "fastest", "balanced"]
+
+
+class WeightsSent(Sent):
+    """What the search minimises: energy·[kWh] + time·[h] + distance·[km]."""
+
+    energy: Number = Field(default=0.0, ge=0, le=1e6, description="a kWh's worth")
+    time: Number = Field(default=0.0, ge=0, le=1e6, description="an hour's worth")
+    distance: Number = Field(default=0.0, ge=0, le=1e6, description="a kilometre's worth")
+
+    @model_validator(mode="after")
+    def _something_weighs(self) -> WeightsSent:
+        if self.energy + self.time + self.distance <= 0.0:
+            raise refusal("", "all 0", "at least one of energy, time, distance above 0")
+        return self
+
+
+class RouteRequest(Sent):
+    """One route request; unknown fields are errors."""
+
+    start: Place
+    goal: Place
+    soc: Fraction = Field(description="state of charge at departure, 0..1")
+    vehicle: VehicleChoice | None = Field(default=None, description="without it, the default vehicle")
+    graph: str | None = Field(default=None, max_length=200, description="without it, the default graph")
+    weights: WeightsSent | None = Field(
+        default=None, description="own weighting; excludes alternatives; default energy only"
+    )
+    alternatives: list[NamedWeighting] | None = Field(
+        None, min_length=1, max_length=3, description="one route for each named weighting; excludes weights"
+    )
+    reserve_soc: Fraction = Field(default=0.0, description="state of charge that must be kept everywhere, at most soc")
+    link_model: LinkModel = Field(
+        default=LinkModel.INTEGRATED, description="exact integral, or the equations as printed"
+    )
+    stops: StopRule = Field(
+        default=StopRule.EXPECTED, description="stops by expectation, by the source's counters, or none"
+    )
+    links: Flag = Field(default=True, description="false leaves the list of links out of the answer")
+
+    @model_validator(mode="after")
+    def _one_weighting(self) -> RouteRequest:
+        if self.weights is not None and self.alternatives is not None:
+            raise refusal("weights", "sent with alternatives", "either weights or alternatives, not both")
+        if self.alternatives is not None and len(set(self.alternatives)) != len(self.alternatives):
+            raise refusal("alternatives", self.alternatives, "each at most once")
+        if self.reserve_soc > self.soc:
+            raise refusal("reserve_soc", self.reserve_soc, f"at most soc, {self.soc}")
+        return self
+
+
+class EnergyPartsKwh(Answered):
+    """Battery energy by cause [kWh]; the parts add up to the whole."""
+
+    rolling: float
+    linear: float
+    aero: float
+    grade: float
+    inertia: float
+    drivetrain_loss: float
+    recuperation_loss: float
+    auxiliary: float
+
+
+class EnergyPartsWh(EnergyPartsKwh):
+    """Battery energy by cause [Wh]; the parts add up to the whole."""
+
+
+class RouteLinkAnswer(Answered):
+    """One link of a route, driven from from_m to to_m of its length."""
+
+    id: int = Field(description="directed link of the graph; can be sent to POST /simulate")
+    from_m: float
+    to_m: float
+    length_m: float = Field(description="driven length, to_m - from_m [m]")
+    duration_s: float = Field(description="with standing still [s]")
+    energy_wh: float = Field(description="from the battery, negative where more is recuperated [Wh]")
+    energy_parts_wh: EnergyPartsWh
+    soc_end: float = Field(description="state of charge at its end; below 0 is missing energy")
+    grade: float = Field(description="rise over length")
+    speed_limit_kmh: float
+    speed_end_kmh: float = Field(description="speed carried into the next link, given no stop [km/h]")
+    stop_probability: float = Field(description="of stopping at its end, 0..1")
+    name: str
+
+
+class RemedyAnswer(Answered):
+    """What would make an infeasible route feasible."""
+
+    soc_start_needed: float = Field(description="charge at departure that this route needs, may exceed 1")
+    charge_needed_kwh: float = Field(description="energy to add before departure or on the way [kWh]")
+
+
+class RouteProperties(Answered):
+    """Everything of one route but its geometry."""
+
+    name: str = Field(description="weighting that it is best in; 'custom' for own weights")
+    weights: WeightsSent
+    feasible: bool = Field(description="whether the charge stays above the reserve")
+    distance_m: float
+    duration_s: float
+    energy_kwh: float
+    energy_parts_kwh: EnergyPartsKwh
+    braked_away_kwh: float = Field(description="recuperation that a full battery could not take [kWh]")
+    soc_start: float
+    soc_end: float = Field(description="below 0 is missing energy")
+    soc_min: float
+    climb_m: float
+    descent_m: float
+    deficit_kwh: float = Field(description="energy missing to stay above the reserve [kWh], 0 if feasible")
+    furthest: LatLon | None = Field(description="where the charge falls below the reserve")
+    remedy: RemedyAnswer | None
+    links: list[RouteLinkAnswer] | None = Field(description="in driving order; null if not asked for")
+
+
+class RouteFound(RouteProperties):
+    """One route."""
+
+    geometry: LineString
+
+
+class SnappedEnds(Answered):
+    """Where start and goal met the road network."""
+
+    start: Snapped
+    goal: Snapped
+
+
+class SearchStatsAnswer(Answered):
+    """What a search did."""
+
+    labels_made: int
+    labels_settled: int
+    seconds: float
+    method: str
+
+
+class RouteAnswered(Answered):
+    """What a route request is answered with, besides the routes."""
+
+    snapped: SnappedEnds
+    request: RouteRequest = Field(description="the request as understood, with defaults; can be sent again")
+    warnings: list[str]
+    stats: list[SearchStatsAnswer] = Field(description="one for each search")
+    terrain: TerrainNote
+
+
+class RouteResponse(RouteAnswered):
+    """Routes, in the order of the weightings asked."""
+
+    routes: list[RouteFound]
+
+
+class RouteFeature(Answered):
+    """GeoJSON Feature of one route."""
+
+    type: Literal["Feature"] = "Feature"
+    geometry: LineString
+    properties: RouteProperties
+
+
+class RouteFeatureCollection(RouteAnswered):
+    """The same answer as GeoJSON: a LineString a route, then Points for start and goal."""
+
+    type: Literal["FeatureCollection"] = "FeatureCollection"
+    features: list[RouteFeature | PlaceFeature]

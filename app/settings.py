@@ -1,0 +1,52 @@
+"""Settings of the service, from environment variables that start with JOULEPATH_."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import Annotated
+
+from pydantic import Field, field_validator
+from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
+
+BUNDLED_DATA = Path(__file__).resolve().parent.parent / "data"
+
+
+class Settings(BaseSettings):
+    """What can be set from outside; lists of folders are separated as in PATH, lists of origins by commas."""
+
+    model_config = SettingsConfigDict(env_prefix="JOULEPATH_", extra="ignore", frozen=True)
+
+    host: str = Field(default="127.0.0.1", description="address that the server listens on")
+    port: int = Field(default=8000, ge=0, le=65535, description="port that the server listens on")
+    graph_dirs: Annotated[tuple[Path, ...], NoDecode] = Field(
+        default=(BUNDLED_DATA / "graphs",),
+        description="folders with one graph in each subfolder; the first of a name wins",
+    )
+    vehicle_dir: Path = Field(default=BUNDLED_DATA / "vehicles", description="folder with one TOML file a vehicle")
+    default_graph: str = Field(default="highlands", description="graph of requests that name none")
+    default_vehicle: str = Field(default="hyundai-kona-64", description="vehicle of range requests and inline defaults")
+    snap_limit_m: float = Field(
+        default=1000.0, gt=0, le=50_000, description="farthest road that a point is moved to [m]"
+    )
+    label_limit: int | None = Field(
+        default=None, ge=1, description="most labels that one search may make; by default in proportion to the graph"
+    )
+    body_limit_bytes: int = Field(default=4 * 1024 * 1024, ge=1024, description="largest request body [B]")
+    time_limit_s: float = Field(default=30.0, gt=0, description="longest wait for an answer [s]")
+    search_threads: int = Field(
+        default=max(os.cpu_count() or 1, 1), ge=1, description="searches that run at the same time"
+    )
+    cors_origins: Annotated[tuple[str, ...], NoDecode] = Field(
+        default=(), description="web origins that may call the service from a browser; * for all"
+    )
+
+    @field_validator("graph_dirs", mode="before")
+    @classmethod
+    def _split_paths(cls, value: object) -> object:
+        return tuple(Path(part) for part in value.split(os.pathsep) if part) if isinstance(value, str) else value
+
+    @field_validator("cors_origins", mode="before")
+    @classmethod
+    def _split_origins(cls, value: object) -> object:
+        return tuple(part.strip() for part in value.split(",") if part.strip()) if isinstance(value, str) else value

@@ -1,0 +1,157 @@
+"""Answers as tables for a terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from app.schemas.graph import GraphDetail, GraphList, TerrainNote
+    from app.schemas.range import RangeFeatureCollection
+    from app.schemas.route import EnergyPartsKwh, RouteResponse
+    from app.schemas.simulation import SimulateResponse
+    from app.schemas.vehicle import VehicleDetail, VehicleList
+
+SHOWN_LINKS = 40
+
+
+def routes_table(answer: RouteResponse) -> Table:
+    """One line a route."""
+    table = _table("route", "km", "min", "kWh", "kWh/100 km", "SoC", "lowest", "climb m", "feasible")
+    for route in answer.routes:
+        km = route.distance_m / 1000.0
+        feasible = "yes" if route.feasible else f"no, {route.deficit_kwh:.2f} kWh missing"
+        table.add_row(
+            route.name,
+            f"{km:.2f}",
+            f"{route.duration_s / 60.0:.1f}",
+            f"{route.energy_kwh:.3f}",
+            f"{100.0 * route.energy_kwh / km:.2f}" if km > 0.0 else "–",
+            f"{route.soc_start:.3f} → {route.soc_end:.3f}",
+            f"{route.soc_min:.3f}",
+            f"{route.climb_m:.0f}",
+            feasible,
+        )
+    return table
+
+
+def parts_table(parts: list[tuple[str, EnergyPartsKwh]]) -> Table:
+    """Energy by cause, one line a route."""
+    names = tuple(type(parts[0][1]).model_fields)
+    table = _table("kWh", *(name.replace("_", " ") for name in names))
+    for label, kwh in parts:
+        table.add_row(label, *(f"{getattr(kwh, name):.3f}" for name in names))
+    return table
+
+
+def bands_table(answer: RangeFeatureCollection) -> Table:
+    """One line a band."""
+    table = _table("SoC left", "km²", "nodes reached", "falsely in", "falsely out")
+    for feature in answer.features:
+        band = feature.properties
+        if band.kind == "band":
+            table.add_row(
+                f"{band.soc_left:.3f}",
+                f"{band.area_km2:.2f}",
+                str(band.node_count),
+                f"{band.false_in_share:.2%}",
+                f"{band.false_out_share:.2%}",
+            )
+    return table
+
+
+def simulation_table(answer: SimulateResponse) -> Table:
+    """One line a link, and their sum."""
+    table = _table("link", "m", "grade", "km/h", "s", "Wh", "SoC", "stop")
+    for link in answer.links[:SHOWN_LINKS]:
+        table.add_row(
+            str(link.position if link.id is None else link.id),
+            f"{link.length_m:.1f}",
+            f"{link.grade:+.3f}",
+            f"{link.speed_limit_kmh:.0f} → {link.speed_end_kmh:.0f}",
+            f"{link.duration_s:.1f}",
+            f"{link.energy_wh:.1f}",
+            "–" if link.soc_end is None else f"{link.soc_end:.4f}",
+            f"{link.stop_probability:.2f}",
+        )
+    if len(answer.links) > SHOWN_LINKS:
+        table.add_row(f"… {len(answer.links) - SHOWN_LINKS} more")
+    table.add_section()
+    end = "–" if answer.soc_end is None else f"{answer.soc_end:.4f}"
+    energy, stops = f"{answer.energy_kwh * 1000.0:.1f}", f"{answer.stop_count:.1f} stops"
+    table.add_row("sum", f"{answer.distance_m:.1f}", "", "", f"{answer.duration_s:.1f}", energy, end, stops)
+    return table
+
+
+def vehicles_table(answer: VehicleList) -> Table:
+    """One line a vehicle."""
+    table = _table("id", "name", "powertrain", "kWh", "kg")
+    for vehicle in answer.vehicles:
+        mark = " (default)" if vehicle.default else ""
+        capacity = f"{vehicle.usable_capacity_kwh:.1f}"
+        table.add_row(vehicle.id + mark, vehicle.name, vehicle.powertrain.value, capacity, f"{vehicle.mass_kg:.0f}")
+    return table
+
+
+def vehicle_table(answer: VehicleDetail) -> Table:
+    """One line a number, with its source."""
+    table = Table("field", "value", "source", title=answer.name)
+    values = answer.model_dump(mode="json", exclude={"id", "name", "sources"})
+    for name, value in values.items():
+        leaves = {f"{name}.{key}": leaf for key, leaf in value.items()} if isinstance(value, dict) else {name: value}
+        for field, leaf in leaves.items():
+            shown = " ".join(f"{x:g}" for x in leaf) if isinstance(leaf, list) else _plain(leaf)
+            table.add_row(field, shown, answer.sources.get(field, ""))
+    return table
+
+
+def graphs_table(answer: GraphList) -> Table:
+    """One line a graph."""
+    table = _table("name", "nodes", "links", "terrain", "source", "licence")
+    for graph in answer.graphs:
+        mark = " (default)" if graph.default else ""
+        nodes, links = str(graph.node_count), str(graph.link_count)
+        table.add_row(graph.name + mark, nodes, links, graph.terrain.value, graph.source, graph.licence)
+    return table
+
+
+def graph_table(answer: GraphDetail) -> Table:
+    """One line a property, then one a road class."""
+    table = Table("property", "value", title=answer.name)
+    west, south, east, north = answer.bbox
+    table.add_row("source", answer.source)
+    table.add_row("attribution", answer.attribution)
+    table.add_row("licence", answer.licence)
+    table.add_row(
+        "terrain", f"{answer.terrain.value}: {answer.elevation_method}, smoothed over {answer.smoothing_m:g} m"
+    )
+    table.add_row("extent", f"lat {south:.4f}..{north:.4f}, lon {west:.4f}..{east:.4f}")
+    table.add_row("heights", f"{answer.height_min_m:.0f}..{answer.height_max_m:.0f} m")
+    table.add_row("size", f"{answer.node_count} nodes, {answer.link_count} links, {answer.length_km:.0f} km of links")
+    for kind in answer.road_classes:
+        table.add_row(kind.functional_class, f"{kind.link_count} links, {kind.length_km:.0f} km")
+    for reason, count in answer.dropped.items():
+        table.add_row(f"left out: {reason}", str(count))
+    return table
+
+
+def terrain_line(terrain: TerrainNote) -> str:
+    """The data that an answer rests on, in one line."""
+    heights = {
+        "measured": "measured heights",
+        "synthetic": "synthetic terrain",
+        "absent": "no heights: all links level",
+    }
+    return f"{terrain.graph}: {heights[terrain.terrain.value]} · {terrain.attribution} · {terrain.licence}"
+
+
+def _table(first: str, *others: str) -> Table:
+    table = Table(first)
+    for name in others:
+        table.add_column(name, justify="right")
+    return table
+
+
+def _plain(value: object) -> str:
+    return f"{value:g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,188 @@
+"""Heights of the terrain from GeoTIFF, .hgt and .hgt.zip files."""
+
+from __future__ import annotations
+
+import re
+import zipfile
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+import rasterio
+from rasterio.errors import RasterioError
+from rasterio.warp import transform, transform_bounds
+from scipy.ndimage import distance_transform_edt, gaussian_filter
+from scipy.spatial import cKDTree
+
+from routing.errors import ImportFailedError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
+
+OUTSIDE_ALLOWED_FRAC: Final = 0.05  # of the points: extracts keep whole ways, which reach past their rim (assumed)
+_HGT_NAME = re.compile(r"([NS])(\d{2})([EW])(\d{3})", re.IGNORECASE)
+_HGT_VOID: Final = -32768
+_LOWEST_M: Final = -500.0  # the Dead Sea's shore lies at -430 m, Everest at 8849 m
+_HIGHEST_M: Final = 9000.0
+_MAX_CELLS: Final = 600_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class Tile:
+    """One elevation raster without voids.
+
+    height_m: float32 (rows, columns) [m], at the centres of cells; crs: its coordinate system, None for lon and lat.
+    column_x, column_y, row_x, row_y, origin: inverse affine map, column = origin[0] + column_x·x + column_y·y.
+    bounds: west, south, east, north [deg], for messages; void_cells: how many heights were filled.
+    """
+
+    name: str
+    height_m: NDArray[np.float32]
+    crs: str | None
+    inverse: tuple[float, float, float, float, float, float]
+    bounds: tuple[float, float, float, float]
+    void_cells: int
+
+    def sample(self, lon_deg: NDArray[np.float64], lat_deg: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Heights by bilinear interpolation, float64 (k,) [m]; NaN more than half a cell outside the cell centres."""
+        x, y = lon_deg, lat_deg
+        if self.crs is not None:
+            xs, ys = transform("EPSG:4326", self.crs, lon_deg, lat_deg)[:2]
+            x, y = np.asarray(xs, np.float64), np.asarray(ys, np.float64)
+        a, b, c, d, e, f = self.inverse
+        column, row = a * x + b * y + c - 0.5, d * x + e * y + f - 0.5
+        rows, columns = self.height_m.shape
+        slack = 0.5 + 1e-6
+        inside = (column >= -slack) & (column <= columns - 1 + slack) & (row >= -slack) & (row <= rows - 1 + slack)
+        column = np.clip(np.where(inside, column, 0.0), 0.0, columns - 1.0)
+        row = np.clip(np.where(inside, row, 0.0), 0.0, rows - 1.0)
+        j, i = np.minimum(column.astype(np.int64), columns - 2), np.minimum(row.astype(np.int64), rows - 2)
+        u, v = column - j, row - i
+        z = self.height_m
+        top = z[i, j] * (1.0 - u) + z[i, j + 1] * u
+        bottom = z[i + 1, j] * (1.0 - u) + z[i + 1, j + 1] * u
+        return np.where(inside, top * (1.0 - v) + bottom * v, np.nan)
+
+
+def sample_heights(
+    paths: Sequence[Path],
+    lon_deg: NDArray[np.float64],
+    lat_deg: NDArray[np.float64],
+    progress: Callable[[float], None] | None = None,
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Terrain heights at points, float64 (k,) [m], and which points lie outside all files, bool (k,).
+
+    Points outside take the nearest height, so that smoothing can run; the importer leaves their roads out.
+    Tiles are read one after the other; where they overlap the first one named wins. Raises ImportFailedError when a
+    file is no elevation model, or when more than OUTSIDE_ALLOWED_FRAC of the points lie outside all of them.
+    """
+    height_m = np.full(lon_deg.size, np.nan)
+    bounds = []
+    for count, path in enumerate(paths):
+        tile = read_tile(path)
+        bounds.append(tile.bounds)
+        missing = np.flatnonzero(np.isnan(height_m))
+        height_m[missing] = tile.sample(lon_deg[missing], lat_deg[missing])
+        if progress:
+            progress((count + 1) / len(paths))
+    outside = np.isnan(height_m)
+    share = float(outside.mean())
+    if share > OUTSIDE_ALLOWED_FRAC:
+        covered = "; ".join(_box(b) for b in bounds)
+        here = _box((float(lon_deg.min()), float(lat_deg.min()), float(lon_deg.max()), float(lat_deg.max())))
+        raise ImportFailedError(
+            "dem",
+            ", ".join(path.name for path in paths),
+            f"does not cover the map: {100.0 * share:.1f} % of the road points lie outside, "
+            f"allowed: {100.0 * OUTSIDE_ALLOWED_FRAC:g} %; the map spans {here}, the elevation model {covered}",
+        )
+    if bool(outside.any()):
+        squeeze = float(np.cos(np.radians(lat_deg.mean())))
+        known = cKDTree(np.column_stack((lon_deg[~outside] * squeeze, lat_deg[~outside])))
+        nearest = known.query(np.column_stack((lon_deg[outside] * squeeze, lat_deg[outside])))[1]
+        height_m[outside] = height_m[~outside][nearest]
+    return height_m, outside
+
+
+def _box(bounds: tuple[float, float, float, float]) -> str:
+    west, south, east, north = bounds
+    return f"lat {south:.4f}..{north:.4f}, lon {west:.4f}..{east:.4f}"
+
+
+def read_tile(path: Path) -> Tile:
+    """One elevation file; its kind is told by the ending: .hgt, .hgt.zip (or .zip with one .hgt), else GeoTIFF."""
+    if not path.is_file():
+        raise ImportFailedError("dem", path, "no such file")
+    name = path.name.lower()
+    if name.endswith(".zip"):
+        try:
+            with zipfile.ZipFile(path) as archive:
+                members = [m for m in archive.namelist() if m.lower().endswith(".hgt")]
+                if len(members) != 1:
+                    raise ImportFailedError("dem", path, f"holds {len(members)} .hgt files, allowed: 1")
+                return _hgt_tile(path, members[0], archive.read(members[0]))
+        except (zipfile.BadZipFile, OSError) as error:
+            raise ImportFailedError("dem", path, f"not a readable zip archive ({error})") from error
+    if name.endswith(".hgt"):
+        return _hgt_tile(path, path.name, path.read_bytes())
+    return _geotiff_tile(path)
+
+
+def _hgt_tile(path: Path, name: str, data: bytes) -> Tile:
+    """An SRTM tile: big-endian int16 rows from north to south; the name gives the south-west corner."""
+    corner = _HGT_NAME.search(Path(name).name) or _HGT_NAME.search(path.name)
+    if corner is None:
+        raise ImportFailedError("dem", path, f"the name {name} gives no corner, allowed: such as N42E001.hgt")
+    size = next((s for s in (1201, 3601) if len(data) == 2 * s * s), None)
+    if size is None:
+        raise ImportFailedError(
+            "dem", path, f"{len(data)} bytes, allowed: {2 * 1201**2} (1201 x 1201) or {2 * 3601**2} (3601 x 3601)"
+        )
+    south = float(corner[2]) * (1.0 if corner[1].upper() == "N" else -1.0)
+    west = float(corner[4]) * (1.0 if corner[3].upper() == "E" else -1.0)
+    raw = np.frombuffer(data, ">i2").reshape(size, size)
+    height_m, voids = _filled(path, raw.astype(np.float32), raw == _HGT_VOID)
+    scale = float(size - 1)  # samples lie on the tile's edges, cell centres in the terms of Tile: hence the half
+    inverse = (scale, 0.0, -west * scale + 0.5, 0.0, -scale, (south + 1.0) * scale + 0.5)
+    return Tile(path.name, height_m, None, inverse, (west, south, west + 1.0, south + 1.0), voids)
+
+
+def _geotiff_tile(path: Path) -> Tile:
+    try:
+        with rasterio.open(path) as raster:
+            if raster.crs is None:
+                raise ImportFailedError("dem", path, "has no coordinate system, needed: such as EPSG:4326")
+            if raster.width * raster.height > _MAX_CELLS or min(raster.width, raster.height) < 2:
+                raise ImportFailedError(
+                    "dem", path, f"{raster.width} x {raster.height} cells, allowed: 2 x 2 to {_MAX_CELLS:.0e} cells"
+                )
+            raw = raster.read(1, masked=True)
+            inverse = ~raster.transform
+            crs = None if raster.crs.to_epsg() == 4326 else raster.crs.to_wkt()
+            bounds = transform_bounds(raster.crs, "EPSG:4326", *raster.bounds)
+            scale, offset = raster.scales[0], raster.offsets[0]
+    except RasterioError as error:
+        raise ImportFailedError("dem", path, f"not a readable raster ({error})") from error
+    height = np.asarray(raw.data, np.float32) * np.float32(scale) + np.float32(offset)
+    height_m, voids = _filled(path, height, np.ma.getmaskarray(raw))
+    return Tile(path.name, height_m, crs, tuple(inverse)[:6], bounds, voids)
+
+
+def _filled(path: Path, height_m: NDArray[np.float32], void: NDArray[np.bool_]) -> tuple[NDArray[np.float32], int]:
+    """Heights with voids filled: the nearest known height, then blurred inside the void by its own depth."""
+    with np.errstate(invalid="ignore"):
+        void = void | ~np.isfinite(height_m) | (height_m < _LOWEST_M) | (height_m > _HIGHEST_M)
+    count = int(void.sum())
+    if count == 0:
+        return height_m, 0
+    if count == height_m.size:
+        raise ImportFailedError("dem", path, f"all {count} cells are void or outside {_LOWEST_M:g}..{_HIGHEST_M:g} m")
+    depth, nearest = distance_transform_edt(void, return_indices=True)
+    filled = np.where(void, height_m[tuple(nearest)], height_m).astype(np.float32)
+    for _ in range(3):  # takes away the seams between regions of nearest heights
+        blurred = gaussian_filter(filled, sigma=min(float(depth.max()), 20.0) / 2.0 + 0.5)
+        filled = np.where(void, blurred, filled).astype(np.float32)
+    return filled, count

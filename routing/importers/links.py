@@ -1,0 +1,141 @@
+"""Pieces of road as loose directed nodes and links, with limits, crossings and forbidden turns."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from routing.graph import E7, LooseLinks, LooseNodes
+from routing.importers.crossings import cross_at_heads
+from routing.importers.curves import bend_speeds_mps
+from routing.importers.speeds import default_limits_mps
+from routing.importers.tags import Dropped
+
+if TYPE_CHECKING:
+    from collections import Counter
+
+    from numpy.typing import NDArray
+
+    from routing.importers.chains import Chains, Pieces
+    from routing.importers.crossings import Stops
+    from routing.importers.roads import Roads
+
+
+def loose_graph(
+    roads: Roads,
+    chains: Chains,
+    pieces: Pieces,
+    stops: Stops,
+    urban: NDArray[np.bool_],
+    height_m: NDArray[np.float64] | None,
+    dropped: Counter[str],
+) -> tuple[LooseNodes, LooseLinks]:
+    """Nodes and directed links of pieces; both directions of a road have the same length to the last bit.
+
+    urban: bool (K,) by piece; height_m: float64 (P,) by point or None; counts of what is left out go into dropped.
+    """
+    ways = roads.ways
+    way_of_piece = chains.way[pieces.begin]
+    ahead = np.flatnonzero(ways.forward[way_of_piece])
+    back = np.flatnonzero(ways.backward[way_of_piece])
+    piece = np.concatenate((ahead, back))
+    reversed_ = np.concatenate((np.zeros(ahead.size, np.bool_), np.ones(back.size, np.bool_)))
+    way = way_of_piece[piece]
+
+    node_point, node_of_end = np.unique(np.concatenate((pieces.tail, pieces.head)), return_inverse=True)
+    tail_node, head_node = np.split(node_of_end.astype(np.int32), 2)
+    tail = np.where(reversed_, head_node[piece], tail_node[piece])
+    head = np.where(reversed_, tail_node[piece], head_node[piece])
+    added = node_point >= chains.map_points
+    lowest_id = min(0, int(roads.point_id.min(initial=0)))
+    node_id = np.empty(node_point.size, np.int64)
+    node_id[~added] = roads.point_id[node_point[~added]]
+    node_id[added] = lowest_id - 1 - np.arange(int(added.sum()))  # points put in have no identifier outside
+
+    tagged = np.where(reversed_, ways.backward_mps[way], ways.forward_mps[way])
+    default = default_limits_mps(
+        roads.country, ways.functional_class[way], ways.ramp[way], ways.living_street[way], urban[piece]
+    )
+    default = np.where(urban[piece], default, np.minimum(default, bend_speeds_mps(roads)[way]))
+    first, lon, lat = _geometry(chains, pieces, piece, reversed_)
+    links = LooseLinks(
+        tail=tail,
+        head=head,
+        length_m=pieces.length_m[piece],
+        speed_limit_mps=np.where(np.isnan(tagged), default, tagged),
+        functional_class=ways.functional_class[way],
+        cross=cross_at_heads(roads, chains, pieces, stops, piece, reversed_),
+        urban=urban[piece],
+        structure=ways.structure[way],
+        way_id=ways.id[way],
+        name_idx=ways.name_idx[way],
+        geometry_first=first,
+        geometry_lon_e7=lon,
+        geometry_lat_e7=lat,
+        forbidden_turns=_forbidden_turns(roads, tail, head, ways.id[way], node_id, dropped),
+    )
+    nodes = LooseNodes(
+        lat_deg=chains.lat_e7[node_point] / E7,
+        lon_deg=chains.lon_e7[node_point] / E7,
+        height_m=np.zeros(node_point.size) if height_m is None else height_m[node_point],
+        id=node_id,
+    )
+    return nodes, links
+
+
+def _geometry(
+    chains: Chains, pieces: Pieces, piece: NDArray[np.int64], reversed_: NDArray[np.bool_]
+) -> tuple[NDArray[np.int64], NDArray[np.int32], NDArray[np.int32]]:
+    """Polylines of links in driving direction: the map's own points and the ends; points put in add no shape."""
+    begin, end = pieces.begin[piece], pieces.end[piece]
+    count = end - begin + 1
+    first = np.concatenate(([0], np.cumsum(count)))
+    offset = np.arange(int(first[-1])) - np.repeat(first[:-1], count)
+    flip = np.repeat(reversed_, count)
+    position = np.where(flip, np.repeat(end, count) - offset, np.repeat(begin, count) + offset)
+    point = chains.point[position]
+    at_tail, at_head = first[:-1], first[1:] - 1
+    point[at_tail] = np.where(reversed_, pieces.head[piece], pieces.tail[piece])  # merged nodes move by centimetres
+    point[at_head] = np.where(reversed_, pieces.tail[piece], pieces.head[piece])
+    kept = point < chains.map_points
+    kept[at_tail] = kept[at_head] = True
+    kept_before = np.concatenate(([0], np.cumsum(kept)))
+    point = point[kept]
+    return kept_before[first], chains.lon_e7[point], chains.lat_e7[point]
+
+
+def _forbidden_turns(
+    roads: Roads,
+    tail: NDArray[np.int32],
+    head: NDArray[np.int32],
+    way_id: NDArray[np.int64],
+    node_id: NDArray[np.int64],
+    dropped: Counter[str],
+) -> NDArray[np.int64]:
+    """Pairs of links that restrictions forbid, int64 (k, 2); an only-rule forbids all other turns at its node."""
+    node_of_id: dict[int, int] = {}
+    wanted = {r.via_point_id for r in roads.restrictions}
+    for idx in np.flatnonzero(np.isin(node_id, list(wanted))).tolist():
+        node_of_id[int(node_id[idx])] = idx
+    via_nodes = list(node_of_id.values())
+    into: dict[int, list[int]] = {}
+    out_of: dict[int, list[int]] = {}
+    for link in np.flatnonzero(np.isin(head, via_nodes)).tolist():
+        into.setdefault(int(head[link]), []).append(link)
+    for link in np.flatnonzero(np.isin(tail, via_nodes)).tolist():
+        out_of.setdefault(int(tail[link]), []).append(link)
+    pairs: list[tuple[int, int]] = []
+    for rule in roads.restrictions:
+        node = node_of_id.get(rule.via_point_id, -1)
+        origin = [k for k in into.get(node, []) if int(way_id[k]) in rule.from_way_ids]
+        target = [k for k in out_of.get(node, []) if int(way_id[k]) in rule.to_way_ids]
+        if not origin or not target:
+            dropped[Dropped.RESTRICTION_MOOT] += 1
+        elif len(origin) > len(rule.from_way_ids) or len(target) > len(rule.to_way_ids):
+            dropped[Dropped.RESTRICTION] += 1  # the way runs on through the node: which side is meant?
+        elif rule.only:
+            pairs += [(a, b) for a in origin for b in out_of[node] if b not in target]
+        else:
+            pairs += [(a, b) for a in origin for b in target]
+    return np.array(pairs, np.int64).reshape(-1, 2)

@@ -1,0 +1,255 @@
+"""Reads the drivable roads of an OpenStreetMap PBF or XML file."""
+
+from __future__ import annotations
+
+from collections import Counter
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+import osmium
+from shapely import Polygon
+
+from routing.errors import ImportFailedError
+from routing.importers.roads import Restriction, Roads, Ways
+from routing.importers.speeds import limits_from_tags
+from routing.importers.tags import (
+    Control,
+    Dropped,
+    Oneway,
+    TurnRule,
+    blocks_cars,
+    control,
+    is_roundabout,
+    is_structure,
+    oneway,
+    reason_to_drop,
+    road_class,
+    turn_rule,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
+
+BUILT_UP_LANDUSE: Final = frozenset(("residential", "commercial", "retail", "industrial"))
+_KEYS: Final = (
+    *("highway", "barrier", "crossing", "crossing:signals", "railway", "landuse", "type", "route"),
+    *("addr:country", "ISO3166-1"),
+)
+_PROGRESS_STEP: Final = 20_000
+
+
+def read_osm(path: Path, progress: Callable[[float], None] | None = None) -> Roads:
+    """The drivable roads of an OSM file with their controls, turn restrictions and built-up areas, in O(file).
+
+    Raises ImportFailedError naming the file when it is missing, empty, damaged or holds no drivable way. Ways may name
+    points that the file lacks, as in extracts: they are cut there.
+    """
+    if not path.is_file():
+        raise ImportFailedError("map", path, "no such file")
+    size_bytes = path.stat().st_size
+    if size_bytes == 0:
+        raise ImportFailedError("map", path, "the file is empty (0 bytes)")
+    reader = _Reader()
+    try:
+        processor = osmium.FileProcessor(str(path)).with_locations().with_filter(osmium.filter.KeyFilter(*_KEYS))
+        entity: Any
+        for count, entity in enumerate(processor):
+            if entity.is_node():
+                reader.add_node(entity)
+            elif entity.is_way():
+                reader.add_way(entity)
+            elif entity.is_relation():
+                reader.add_relation(entity)
+            if progress and count % _PROGRESS_STEP == 0:  # the file's length in objects is unknown: approach 1
+                progress(1.0 - 1.0 / (1.0 + count / (10.0 * _PROGRESS_STEP)))
+    except (RuntimeError, ValueError, osmium.InvalidLocationError) as error:
+        raise ImportFailedError("map", path, f"not a readable OSM file ({error})") from error
+    if not reader.way_id:
+        raise ImportFailedError("map", path, "no way in it may be driven by car, needed: at least one drivable highway")
+    return reader.roads(path.name)
+
+
+class _Reader:
+    """Collects objects in file order: nodes, ways, relations."""
+
+    def __init__(self) -> None:
+        self.dropped: Counter[str] = Counter()
+        self.controls_by_id: dict[int, Control] = {}
+        self.blocked: set[int] = set()
+        self.countries: Counter[str] = Counter()
+        self.country_areas: set[str] = set()
+        self.point_idx: dict[int, int] = {}
+        self.point_id: list[int] = []
+        self.lon_e7: list[int] = []
+        self.lat_e7: list[int] = []
+        self.way_first: list[int] = [0]
+        self.way_point: list[int] = []
+        self.way_id: list[int] = []
+        self.way_row: list[tuple[int, bool, bool, bool, bool, bool, bool, float, float, int, int]] = []
+        self.name_idx: dict[str, int] = {"": 0}
+        self.restrictions: list[Restriction] = []
+        self.built_up: list[Polygon] = []
+        self.copies = 0
+
+    def add_node(self, node: Any) -> None:
+        tags = {tag.k: tag.v for tag in node.tags}
+        found = control(tags)
+        if found is not None:
+            self.controls_by_id[node.id] = found
+        if blocks_cars(tags):
+            self.blocked.add(node.id)
+        if "addr:country" in tags:
+            self.countries[tags["addr:country"].upper()] += 1
+
+    def add_way(self, way: Any) -> None:
+        highway = way.tags.get("highway")
+        if highway is None:
+            self._add_area(way)
+            return
+        found = road_class(highway)
+        if found is None:
+            return
+        tags = {tag.k: tag.v for tag in way.tags}
+        reason = reason_to_drop(tags)
+        direction = oneway(tags)
+        if reason is None and direction is Oneway.CHANGING:
+            reason = Dropped.REVERSIBLE
+        if reason is not None:
+            self.dropped[reason] += 1
+            return
+        limits = limits_from_tags(tags)
+        if limits.implausible:
+            self.dropped[Dropped.SPEED] += limits.implausible
+        if limits.country:
+            self.countries[limits.country] += 1
+        if any(key.endswith(":conditional") for key in tags):
+            self.dropped[Dropped.CONDITIONAL] += 1
+        label = tags.get("name") or tags.get("ref") or ""
+        row = (
+            int(found.functional_class),
+            found.ramp,
+            found.living_street,
+            is_roundabout(tags),
+            is_structure(tags),
+            direction is not Oneway.BACKWARD,
+            direction is not Oneway.FORWARD,
+            limits.forward_mps or np.nan,
+            limits.backward_mps or np.nan,
+            -1 if limits.urban is None else int(limits.urban),
+            self.name_idx.setdefault(label, len(self.name_idx)),
+        )
+        for part in self._parts(way):
+            self.way_point.extend(part)
+            self.way_first.append(len(self.way_point))
+            self.way_id.append(way.id)
+            self.way_row.append(row)
+
+    def _parts(self, way: Any) -> list[list[int]]:
+        """Point positions of a way, cut at missing points and at barriers."""
+        parts: list[list[int]] = [[]]
+        for node in way.nodes:
+            location = node.location
+            if not location.valid():
+                self.dropped[Dropped.POINTS] += 1
+                parts.append([])
+                continue
+            x, y = location.x, location.y
+            if node.ref in self.blocked:
+                # each side gets its own copy of the point, so that no path leads through it
+                self.dropped[Dropped.BARRIER] += 1
+                if parts[-1]:
+                    parts[-1].append(self._copy(x, y))
+                parts.append([self._copy(x, y)])
+                continue
+            idx = self.point_idx.get(node.ref)
+            if idx is None:
+                idx = self.point_idx[node.ref] = self._new_point(node.ref, x, y)
+            part = parts[-1]
+            if not part or part[-1] != idx:  # two points at one place both stay: the zero step is contracted later
+                part.append(idx)
+        return [part for part in parts if len(part) > 1]
+
+    def _copy(self, x: int, y: int) -> int:
+        self.copies += 1
+        return self._new_point(-self.copies, x, y)
+
+    def _new_point(self, point_id: int, x: int, y: int) -> int:
+        self.point_id.append(point_id)
+        self.lon_e7.append(x)
+        self.lat_e7.append(y)
+        return len(self.point_id) - 1
+
+    def _add_area(self, way: Any) -> None:
+        if way.tags.get("route") == "ferry":
+            self.dropped[Dropped.FERRY] += 1
+        elif way.tags.get("landuse") in BUILT_UP_LANDUSE and way.is_closed():
+            ring = [(n.location.lon, n.location.lat) for n in way.nodes if n.location.valid()]
+            if len(ring) > 3:
+                self.built_up.append(Polygon(ring))
+
+    def add_relation(self, relation: Any) -> None:
+        tags = {tag.k: tag.v for tag in relation.tags}
+        if tags.get("boundary") == "administrative" and tags.get("admin_level") == "2" and "ISO3166-1" in tags:
+            self.country_areas.add(tags["ISO3166-1"].upper())
+        if tags.get("type") != "restriction" and not tags.get("type", "").startswith("restriction:"):
+            return
+        rule = turn_rule(tags)
+        if rule is None:
+            return
+        if isinstance(rule, Dropped):
+            self.dropped[rule] += 1
+            return
+        self._add_restriction(relation, rule)
+
+    def _add_restriction(self, relation: Any, rule: TurnRule) -> None:
+        members = [(m.role, m.type, m.ref) for m in relation.members]
+        via = [(kind, ref) for role, kind, ref in members if role == "via"]
+        origin = tuple(ref for role, kind, ref in members if role == "from" and kind == "w")
+        target = tuple(ref for role, kind, ref in members if role == "to" and kind == "w")
+        if len(via) != 1 or via[0][0] != "n" or not origin or not target:
+            self.dropped[Dropped.RESTRICTION] += 1
+            return
+        self.restrictions.append(Restriction(origin, via[0][1], target, rule.only))
+
+    def country(self) -> str | None:
+        """The country most tags name, else the only one whose boundary is in the file."""
+        if self.countries:
+            return self.countries.most_common(1)[0][0]
+        return next(iter(self.country_areas)) if len(self.country_areas) == 1 else None
+
+    def roads(self, source: str) -> Roads:
+        columns = list(zip(*self.way_row, strict=True))
+        controls: Mapping[int, Control] = {
+            self.point_idx[point]: found for point, found in self.controls_by_id.items() if point in self.point_idx
+        }
+        return Roads(
+            point_id=np.array(self.point_id, np.int64),
+            lon_e7=np.array(self.lon_e7, np.int32),
+            lat_e7=np.array(self.lat_e7, np.int32),
+            ways=Ways(
+                way_first=np.array(self.way_first, np.int64),
+                point=np.array(self.way_point, np.int32),
+                id=np.array(self.way_id, np.int64),
+                functional_class=np.array(columns[0], np.int8),
+                ramp=np.array(columns[1], np.bool_),
+                living_street=np.array(columns[2], np.bool_),
+                roundabout=np.array(columns[3], np.bool_),
+                structure=np.array(columns[4], np.bool_),
+                forward=np.array(columns[5], np.bool_),
+                backward=np.array(columns[6], np.bool_),
+                forward_mps=np.array(columns[7], np.float64),
+                backward_mps=np.array(columns[8], np.float64),
+                urban=np.array(columns[9], np.int8),
+                name_idx=np.array(columns[10], np.int32),
+            ),
+            names=tuple(self.name_idx),
+            controls=controls,
+            restrictions=tuple(self.restrictions),
+            built_up=tuple(self.built_up),
+            country=self.country(),
+            source=source,
+            licence="ODbL-1.0",
+            attribution="© OpenStreetMap contributors",
+            dropped=dict(self.dropped),
+        )

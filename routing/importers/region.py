@@ -1,0 +1,172 @@
+"""The import of a region: a map file and elevation files in, a RoadGraph out."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from routing.errors import ImportFailedError
+from routing.graph import E7, GraphMeta, RoadGraph, Terrain, assemble_graph
+from routing.importers.built_up import urban_pieces
+from routing.importers.chains import chains_from_roads, cut, junction_positions
+from routing.importers.crossings import place_controls
+from routing.importers.elevation import sample_heights
+from routing.importers.graphml import roads_from_networkx
+from routing.importers.links import loose_graph
+from routing.importers.osm import read_osm
+from routing.importers.profile import limit_grades, smooth_along_roads
+from routing.importers.tags import Dropped
+from routing.networkx_graph import from_networkx, is_export, load_networkx
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from numpy.typing import NDArray
+
+    from routing.importers.chains import Chains
+    from routing.importers.roads import Roads
+
+DEFAULT_SMOOTHING_M: Final = 300.0
+MAX_SMOOTHING_M: Final = 5000.0
+PROFILE_STEP_M: Final = 30.0
+FLAT_STEP_M: Final = 250.0  # without heights points are put in only to bound the length of links
+GRADE_TOLERANCE_M: Final = 2.5
+LONGEST_LINK_M: Final = 1500.0
+
+
+def import_region(
+    map_path: Path,
+    dem_paths: Sequence[Path],
+    name: str,
+    *,
+    smoothing_m: float = DEFAULT_SMOOTHING_M,
+    progress: Callable[[str, float], None] | None = None,
+) -> RoadGraph:
+    """The road graph of a map, with heights from elevation files; nothing is written.
+
+    map_path: OpenStreetMap PBF or XML, or GraphML as OSMnx writes it. dem_paths: GeoTIFF, .hgt, .hgt.zip; none gives a
+    graph without terrain, unless a GraphML brings its own heights. smoothing_m: 0..5000 [m], see smooth_along_roads.
+    progress: called with a stage's name and the part of it that is done, 0..1.
+    Raises ImportFailedError, and GraphFormatError for a GraphML that another version of joulepath wrote.
+    """
+    if not 0.0 <= smoothing_m <= MAX_SMOOTHING_M:
+        raise ImportFailedError("smoothing_m", smoothing_m, f"allowed: 0..{MAX_SMOOTHING_M:g} m")
+
+    def stage(label: str) -> Callable[[float], None]:
+        def report(done: float) -> None:
+            if progress:
+                progress(label, done)
+
+        report(0.0)
+        return report
+
+    report = stage("read map")
+    if map_path.suffix.lower() == ".graphml":
+        if not map_path.is_file():
+            raise ImportFailedError("map", map_path, "no such file")
+        loaded = load_networkx(map_path)
+        report(0.5)
+        if is_export(loaded):
+            if dem_paths:
+                names = ", ".join(path.name for path in dem_paths)
+                reason = f"{map_path.name} is a joulepath export with its own heights; import its original map instead"
+                raise ImportFailedError("dem", names, reason)
+            graph = from_networkx(loaded, str(map_path))
+            return replace(graph, meta=replace(graph.meta, name=name))
+        roads = roads_from_networkx(loaded, map_path.name)
+    else:
+        roads = read_osm(map_path, report)
+    report(1.0)
+    return graph_from_roads(roads, dem_paths, name, smoothing_m=smoothing_m, stage=stage)
+
+
+def graph_from_roads(
+    roads: Roads,
+    dem_paths: Sequence[Path],
+    name: str,
+    *,
+    smoothing_m: float,
+    stage: Callable[[str], Callable[[float], None]],
+) -> RoadGraph:
+    """The road graph of roads already read, arguments as in import_region."""
+    dropped: Counter[str] = Counter({str(reason): count for reason, count in roads.dropped.items()})
+    chains = chains_from_roads(roads, PROFILE_STEP_M if dem_paths else FLAT_STEP_M)
+    height_m = outside = None
+    if dem_paths:
+        height_m, outside = _heights(roads, chains, dem_paths, smoothing_m, stage)
+        method = _method(smoothing_m)
+    elif roads.height_m is not None:
+        height_m = limit_grades(chains, roads.ways.functional_class, _interpolated(roads, chains))
+        method = "as given by the nodes of the map, straight between them, grades limited by road class"
+    else:
+        method = "none"
+    report = stage("cut links")
+    stops = place_controls(roads, chains)
+    node = junction_positions(chains)
+    node |= np.isin(chains.point, list(stops.nodes))
+    pieces = cut(chains, node, height_m, GRADE_TOLERANCE_M, LONGEST_LINK_M)
+    dropped[Dropped.LOOP] += pieces.loops
+    if outside is not None:
+        covered = pieces.without(chains, outside)
+        dropped[Dropped.HEIGHT] += pieces.length_m.size - covered.length_m.size
+        pieces = covered
+    report(0.5)
+    nodes, links = loose_graph(roads, chains, pieces, stops, urban_pieces(roads, chains, pieces), height_m, dropped)
+    report(1.0)
+    report = stage("assemble graph")
+    sources = [roads.source, *(path.name for path in dem_paths)]
+    meta = GraphMeta(
+        name=name,
+        source="; ".join(sources),
+        licence=roads.licence,
+        attribution=roads.attribution,
+        terrain=Terrain.ABSENT if height_m is None else Terrain.MEASURED,
+        elevation_method=method,
+        smoothing_m=smoothing_m if dem_paths else 0.0,
+        bbox=(0.0, 0.0, 0.0, 0.0),  # assemble_graph finds it
+        dropped={str(reason): count for reason, count in sorted(dropped.items()) if count},
+    )
+    graph = assemble_graph(meta, roads.names, nodes, links)
+    report(1.0)
+    return graph
+
+
+def _heights(
+    roads: Roads,
+    chains: Chains,
+    dem_paths: Sequence[Path],
+    smoothing_m: float,
+    stage: Callable[[str], Callable[[float], None]],
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    report = stage("read elevation")
+    raw_m, outside = sample_heights(dem_paths, chains.lon_e7 / E7, chains.lat_e7 / E7, report)
+    report = stage("smooth heights")
+    smooth_m = smooth_along_roads(chains, roads.ways.structure, raw_m, smoothing_m)
+    report(0.5)
+    height_m = limit_grades(chains, roads.ways.functional_class, smooth_m)
+    report(1.0)
+    return height_m, outside
+
+
+def _interpolated(roads: Roads, chains: Chains) -> NDArray[np.float64]:
+    """Heights of all points where the map knows them at the ends of ways, float64 (P,) [m]."""
+    assert roads.height_m is not None
+    begin, end = chains.first[:-1], chains.first[1:] - 1
+    tail_m, head_m = roads.height_m[chains.point[begin]], roads.height_m[chains.point[end]]
+    length_m = np.maximum(chains.distance_m[end], 1e-9)
+    height_m = np.empty(chains.point_count)
+    height_m[chains.point] = tail_m[chains.way] + ((head_m - tail_m) / length_m)[chains.way] * chains.distance_m
+    height_m[chains.point[begin]] = tail_m
+    height_m[chains.point[end]] = head_m
+    return height_m
+
+
+def _method(smoothing_m: float) -> str:
+    return (
+        f"bilinear, voids filled, smoothed over {smoothing_m:g} m along the road, bridges and tunnels interpolated, "
+        "grades limited by road class"
+    )

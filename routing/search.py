@@ -1,0 +1,379 @@
+"""One search on one graph: link arrays and dominance bounds of a vehicle, workspaces, and the run of the kernel."""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from energy.chain import LinkModel, StopRule, link_physics
+from energy.kernels import LinkPhysics, mean_over_intervals
+from energy.stops import FunctionalClass, StopSettings
+from routing import kernels
+from routing.errors import NegativeCycleError, SearchLimitError
+from routing.kernels import LinkArrays, SearchRules, Workspace
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from energy.vehicle import Vehicle
+    from routing.graph import RoadGraph
+    from routing.query import Weights
+
+JOULE_PER_KWH: Final = 3.6e6
+SECOND_PER_HOUR: Final = 3600.0
+METRE_PER_KM: Final = 1000.0
+
+
+@dataclass(frozen=True, slots=True)
+class SearchSpace:
+    """A graph as one vehicle sees it: what the kernel reads, computed once per vehicle, model and stop settings."""
+
+    arrays: LinkArrays
+    physics: LinkPhysics
+    bounds: NDArray[np.float64]
+    half_inertia_kg: float
+    link_model: LinkModel
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """Battery energy that may be used, counted from the start [J]: least < 0 fills the battery, most reaches the reserve."""
+
+    least_energy_j: float = -math.inf
+    most_energy_j: float = math.inf
+
+    @property
+    def held(self) -> bool:
+        """Whether any limit is held."""
+        return self.least_energy_j != -math.inf or self.most_energy_j != math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class LinkPosition:
+    """A place on a directed link, offset_m from its tail."""
+
+    link_idx: int
+    offset_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class FoundPath:
+    """The cheapest way: links in order, first from start.offset_m on, last up to goal.offset_m."""
+
+    links: tuple[int, ...]
+    start: LinkPosition
+    goal: LinkPosition
+    cost: float
+    energy_j: float
+    time_s: float
+    distance_m: float
+
+
+@dataclass(frozen=True, slots=True)
+class SearchCounts:
+    """Work done by one search."""
+
+    labels_made: int
+    labels_settled: int
+    seconds: float
+    label_correcting: bool
+    reduced_below_zero: int
+    crowded: int
+
+
+@dataclass(frozen=True, slots=True)
+class Reach:
+    """What a one-to-all search reached.
+
+    node_energy_j: float64 (N,) least energy to stop at each node, inf where unreachable.
+    link_reach_m: float64 (M,) how far along each link one can drive and stop, -1 where it can't be entered.
+    """
+
+    node_energy_j: NDArray[np.float64]
+    link_reach_m: NDArray[np.float64]
+    counts: SearchCounts
+
+
+def link_stops(graph: RoadGraph, settings: StopSettings) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Stop probability [-] and stop time [s] at the end of each link, float64 (M,); motorways have none (equation 28)."""
+    urban = graph.urban.astype(np.intp)
+    cross = np.where(graph.functional_class == FunctionalClass.MOTORWAY, 0, graph.cross).astype(np.intp)
+    return settings.probability_frac[urban, cross], settings.time_s[urban, cross]
+
+
+def search_space(
+    graph: RoadGraph, vehicle: Vehicle, link_model: LinkModel, stop_rule: StopRule, settings: StopSettings
+) -> SearchSpace:
+    """Everything that the kernel needs to know of a graph for one vehicle, in O(M).
+
+    The rule `counted` depends on the way so far and has no state graph; the search then uses `expected`.
+    """
+    physics = link_physics(vehicle, link_model)
+    probability, wait = link_stops(graph, settings)
+    if stop_rule is StopRule.NONE:
+        probability, wait = np.zeros_like(probability), np.zeros_like(wait)
+    grade = graph.climb_m() / graph.length_m
+    interval, run_up, settling = _run_up(physics, graph.speed_limit_mps)
+    top = interval.copy()
+    kernels.top_classes(
+        graph.length_m, graph.speed_limit_mps, interval, graph.successor_first, graph.successor, run_up, top
+    )
+    half_inertia = 0.5 * physics.inertia_kg
+    arrays = LinkArrays(
+        tail_height_m=graph.node_height_m[graph.tail],
+        length_m=graph.length_m,
+        grade_frac=grade,
+        speed_limit_mps=graph.speed_limit_mps,
+        stop_probability_frac=probability,
+        stop_time_s=wait,
+        successor_first=graph.successor_first,
+        successor=graph.successor,
+        top_class=top,
+        settling_m=settling,
+    )
+    steepest = float(np.abs(grade).max())
+    bounds = gap_bounds(physics, half_inertia, float(graph.speed_limit_mps.max()), steepest)
+    return SearchSpace(arrays, physics, bounds, half_inertia, link_model)
+
+
+def _run_up(physics: LinkPhysics, limit_mps: NDArray[np.float64]) -> tuple[NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]]:
+    """Speed interval of each limit, distance in which any entry reaches it, and that plus the longest braking [m]."""
+    bound = physics.speed_bound_mps
+    distinct, inverse = np.unique(limit_mps, return_inverse=True)
+    interval = np.clip(np.searchsorted(bound, distinct - kernels.TOUCH_MPS, side="left") - 1, 0, bound.size - 2)
+    run_up, settling = np.empty(distinct.size), np.empty(distinct.size)
+    for k, limit in enumerate(distinct.tolist()):
+        entries = np.append(bound[bound < limit], 0.0)
+        run_up[k] = max(
+            (limit**2 - v**2) / (2.0 * mean_over_intervals(bound, physics.accel_sum, v, limit)) for v in entries.tolist()
+        )
+        settling[k] = run_up[k] + max(
+            (limit**2 - v**2) / (2.0 * mean_over_intervals(bound, physics.decel_sum, v, limit)) for v in entries.tolist()
+        )
+    return interval[inverse].astype(np.int8), run_up[inverse], settling[inverse]
+
+
+def gap_bounds(physics: LinkPhysics, half_inertia_kg: float, fastest_mps: float, steepest_frac: float) -> NDArray[np.float64]:
+    """Bounds on differences between drives that have not met yet, for each speed interval (docs/search.md, lemma 6)."""
+    bound, running = physics.speed_bound_mps, physics.accel_sum
+    n = bound.size - 1
+    mean = np.array([[(running[k + 1] - running[i]) / (k + 1 - i) if i <= k else np.inf for k in range(n)] for i in range(n)])
+    c, b = physics.aero_n_per_mps2, physics.linear_n_per_mps
+    least, distance, slack_j, slack_s, gain = (np.empty(n) for _ in range(5))
+    for k in range(n):
+        top = fastest_mps if k == n - 1 else float(bound[k + 1])
+        least[k] = mean[: k + 1, : k + 1].min()
+        distance[k] = 2.0 * top**2 / (2.0 * least[k])
+        ratio, overshoot = _swing(mean, bound, k, top)
+        swing = 2.0 * ratio * top**2
+        sag = b * b / (4.0 * c) if b < 0.0 < c else 0.0
+        slack_s[k] = 2.0 * kernels.LOST_TIME_COEF * math.sqrt(overshoot) / least[k]
+        slack_j[k] = (physics.drive_factor - physics.recuperation_factor) * half_inertia_kg * swing
+        slack_j[k] += physics.drive_factor * distance[k] * (c * overshoot + max(b, 0.0) * math.sqrt(overshoot) + sag)
+        gain[k] = physics.recuperation_factor * (
+            physics.weight_n * steepest_frac * distance[k] + half_inertia_kg * top**2
+        )
+    return np.vstack((least, distance, slack_j, slack_s, gain))
+
+
+def _swing(mean: NDArray[np.float64], bound: NDArray[np.float64], k: int, top: float) -> tuple[float, float]:
+    """How differing mean accelerations can push two drives past each other or apart, up to speed interval k.
+
+    Returns the largest relative difference of accelerations that does, and the largest difference of v² [m²/s²] that
+    one link can build up.
+    """
+    ratio, apart2 = 0.0, 0.0
+    for limit in range(k + 1):
+        limit2 = min(float(bound[limit + 1]), top) ** 2 if limit < k else top**2
+        for slow in range(limit + 1):
+            for fast in range(slow + 1, limit + 1):
+                a_slow, a_fast = mean[slow, limit], mean[fast, limit]
+                slow2, fast2 = float(bound[slow + 1]) ** 2, float(bound[fast]) ** 2
+                if a_slow < a_fast:  # the faster one accelerates harder: they drift apart, and back again
+                    ratio = max(ratio, 2.0 * (a_fast - a_slow) / a_slow)
+                    apart2 = top**2
+                    continue
+                overshoot = limit2 * (1.0 - a_fast / a_slow) - fast2 + slow2 * a_fast / a_slow
+                if overshoot > 0.0:
+                    ratio = max(ratio, (a_slow - a_fast) / a_fast)
+                    apart2 = max(apart2, overshoot)
+    return ratio, apart2
+
+
+def new_workspace(links: int, capacity: int) -> Workspace:
+    """Arrays for one search; pages that the search never touches cost nothing."""
+    return Workspace(
+        number=np.empty((capacity, 8)),
+        index=np.empty((capacity, 4), np.int32),
+        heap_key=np.empty(capacity),
+        heap_label=np.empty(capacity, np.int32),
+        bag_first=np.empty(links + 1, np.int32),
+        bag_epoch=np.zeros(links + 1, np.int32),
+        counter=np.zeros(8, np.int64),
+    )
+
+
+def _grown(ws: Workspace) -> Workspace:
+    """The same workspace with twice the capacity, content kept."""
+    old = ws.index.shape[0]
+    new = new_workspace(ws.bag_first.size - 1, 2 * old)
+    for small, large in ((ws.number, new.number), (ws.index, new.index)):
+        large[:old] = small
+    new.heap_key[:old] = ws.heap_key
+    new.heap_label[:old] = ws.heap_label
+    return new._replace(bag_first=ws.bag_first, bag_epoch=ws.bag_epoch, counter=ws.counter)
+
+
+class WorkspacePool:
+    """Workspaces for searches on one graph, lent to one search each; safe between threads."""
+
+    def __init__(self, links: int) -> None:
+        self._links = links
+        self._free: list[tuple[Workspace, int]] = []
+        self._lock = threading.Lock()
+
+    def take(self) -> tuple[Workspace, int]:
+        """A workspace and the epoch number that its next search must use."""
+        with self._lock:
+            if self._free:
+                return self._free.pop()
+        return new_workspace(self._links, 2 * self._links + 4096), 1
+
+    def give_back(self, ws: Workspace, epoch: int) -> None:
+        """Return a workspace; only a few are kept."""
+        with self._lock:
+            if len(self._free) < 4 and epoch < 2_000_000_000:
+                self._free.append((ws, epoch + 1))
+
+
+def _rules(space: SearchSpace, weights: Weights, limits: Limits, pareto: bool, label_limit: int) -> SearchRules:
+    printed = space.link_model is LinkModel.PRINTED
+    p = space.physics
+    return SearchRules(
+        least_energy_j=limits.least_energy_j,
+        most_energy_j=limits.most_energy_j,
+        energy_weight=weights.energy / JOULE_PER_KWH,
+        time_weight=weights.time / SECOND_PER_HOUR,
+        distance_weight=weights.distance / METRE_PER_KM,
+        alpha=0.5 * (p.drive_factor + p.recuperation_factor),
+        half_inertia_kg=space.half_inertia_kg,
+        limited=limits.held,
+        pareto=pareto,
+        correcting=printed and weights.energy > 0.0,
+        label_limit=label_limit,
+    )
+
+
+def _run(
+    space: SearchSpace,
+    pool: WorkspacePool,
+    rules: SearchRules,
+    starts: Sequence[LinkPosition],
+    goals: Sequence[LinkPosition],
+) -> tuple[Workspace, int, int, SearchCounts]:
+    ws, epoch = pool.take()
+    ws.counter[:] = 0
+    ws.counter[kernels.GOAL] = ws.counter[kernels.CYCLE] = -1
+    began = time.perf_counter()
+    for start in starts:
+        kernels.start_label(space.arrays, space.physics, rules, ws, start.link_idx, start.offset_m)
+    goal_link = np.array([g.link_idx for g in goals], np.int64)
+    goal_offset = np.array([g.offset_m for g in goals], np.float64)
+    while True:
+        status = kernels.run(space.arrays, space.physics, space.bounds, rules, ws, epoch, goal_link, goal_offset)
+        if status != kernels.FULL:
+            break
+        ws = _grown(ws)
+    if status == kernels.NEGATIVE_CYCLE:
+        cycle = int(ws.counter[kernels.CYCLE])
+        pool.give_back(ws, epoch)
+        raise NegativeCycleError(cycle)
+    if status == kernels.TOO_MANY:
+        made = int(ws.counter[kernels.LABELS])
+        pool.give_back(ws, epoch)
+        raise SearchLimitError(made, rules.label_limit)
+    counts = SearchCounts(
+        labels_made=int(ws.counter[kernels.LABELS]),
+        labels_settled=int(ws.counter[kernels.SETTLED]),
+        seconds=time.perf_counter() - began,
+        label_correcting=bool(rules.correcting),
+        reduced_below_zero=int(ws.counter[kernels.REDUCED_BELOW_ZERO]),
+        crowded=int(ws.counter[kernels.CROWDED]),
+    )
+    return ws, epoch, int(ws.counter[kernels.GOAL]), counts
+
+
+def find_path(
+    space: SearchSpace,
+    pool: WorkspacePool,
+    weights: Weights,
+    limits: Limits,
+    starts: Sequence[LinkPosition],
+    goals: Sequence[LinkPosition],
+    *,
+    pareto: bool = False,
+    label_limit: int = 50_000_000,
+) -> tuple[FoundPath | None, SearchCounts]:
+    """The cheapest way from a start to a goal, or None; the vehicle starts from rest and stops at the goal.
+
+    pareto must be set where limits are held and anything but energy is weighted.
+    """
+    rules = _rules(space, weights, limits, pareto, label_limit)
+    ws, epoch, goal, counts = _run(space, pool, rules, starts, goals)
+    try:
+        return (None if goal < 0 else _unpack(ws, goal, starts, goals)), counts
+    finally:
+        pool.give_back(ws, epoch)
+
+
+def _unpack(ws: Workspace, goal: int, starts: Sequence[LinkPosition], goals: Sequence[LinkPosition]) -> FoundPath:
+    label = int(ws.index[goal, kernels.PARENT])
+    links: list[int] = []
+    first = label
+    while label >= 0:
+        links.append(int(ws.index[label, kernels.LINK]))
+        first = label
+        label = int(ws.index[label, kernels.PARENT])
+    links.reverse()
+    number = ws.number[goal]
+    return FoundPath(
+        links=tuple(links),
+        start=LinkPosition(links[0], float(ws.number[first, kernels.OFFSET])),
+        goal=next(g for g in goals if g.link_idx == links[-1]),
+        cost=float(number[kernels.COST]),
+        energy_j=float(number[kernels.ENERGY]),
+        time_s=float(number[kernels.TIME]),
+        distance_m=float(number[kernels.DISTANCE]),
+    )
+
+
+def reach(
+    space: SearchSpace,
+    pool: WorkspacePool,
+    limits: Limits,
+    starts: Sequence[LinkPosition],
+    head: NDArray[np.int32],
+    node_count: int,
+    *,
+    label_limit: int = 50_000_000,
+) -> Reach:
+    """Least energy to stop at every node, one to all, within the limits."""
+    from routing.query import ECO
+
+    rules = _rules(space, ECO, limits, False, label_limit)
+    ws, epoch, _, counts = _run(space, pool, rules, starts, ())
+    try:
+        node_energy = np.full(node_count, np.inf)
+        node_label = np.full(node_count, -1, np.int32)
+        link_reach = np.full(head.size, -1.0)
+        kernels.arrivals(space.arrays, space.physics, rules, ws, head, node_energy, node_label, link_reach)
+    finally:
+        pool.give_back(ws, epoch)
+    return Reach(node_energy, link_reach, counts)

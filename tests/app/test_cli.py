@@ -1,0 +1,185 @@
+"""The command line: the same answers as HTTP, and errors in one line."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from typer.testing import CliRunner
+
+from app.cli import cli
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from starlette.testclient import TestClient
+    from typer.testing import Result
+
+    from app.settings import Settings
+
+PLACES = ("--start", "46.5,8.003", "--goal", "46.518,8.02")
+
+
+@pytest.fixture(autouse=True)
+def environment(monkeypatch: pytest.MonkeyPatch, settings: Settings) -> None:
+    monkeypatch.setenv("JOULEPATH_GRAPH_DIRS", str(settings.graph_dirs[0]))
+    monkeypatch.setenv("JOULEPATH_DEFAULT_GRAPH", "grid")
+    monkeypatch.setenv("COLUMNS", "200")
+
+
+def run(*arguments: str, text: str | None = None) -> Result:
+    return CliRunner().invoke(cli, arguments, input=text)
+
+
+def run_json(*arguments: str, text: str | None = None) -> dict[str, Any]:
+    result = run(*arguments, "--json", text=text)
+    assert result.exit_code == 0, result.output
+    answer: dict[str, Any] = json.loads(result.stdout)
+    return timeless(answer)
+
+
+def timeless(answer: dict[str, Any]) -> dict[str, Any]:
+    """The answer without the seconds that the search took."""
+    stats = answer.get("stats", [])
+    for entry in stats if isinstance(stats, list) else [stats]:
+        entry.pop("seconds")
+    return answer
+
+
+def test_route_as_json_equals_http(client: TestClient) -> None:
+    body = {
+        "start": {"lat": 46.5, "lon": 8.003},
+        "goal": {"lat": 46.518, "lon": 8.02},
+        "soc": 0.4,
+        "vehicle": "vw-id4",
+        "graph": "grid",
+        "alternatives": ["eco", "fastest"],
+        "reserve_soc": 0.1,
+        "stops": "counted",
+        "link_model": "integrated",
+    }
+    asked = ("--soc", "0.4", "--vehicle", "vw-id4", "--graph", "grid", "--alternatives", "eco,fastest")
+    from_cli = run_json("route", *PLACES, *asked, "--reserve-soc", "0.1", "--stops", "counted")
+    assert from_cli == timeless(client.post("/route", json=body).json())
+
+
+def test_range_as_json_equals_http(client: TestClient) -> None:
+    from_cli = run_json("range", "--origin", "46.5,8.003", "--soc", "0.3", "--bands", "2", "--vehicle", "nissan-leaf")
+    query = "lat=46.5&lon=8.003&soc=0.3&bands=2&vehicle=nissan-leaf"
+    assert from_cli == timeless(client.get(f"/range?{query}").json())
+
+
+@pytest.mark.parametrize("from_file", [True, False])
+def test_simulate_as_json_equals_http(client: TestClient, tmp_path: Path, from_file: bool) -> None:
+    body = {"links": [{"id": 0}], "soc": 0.5}
+    (tmp_path / "links.json").write_text(json.dumps(body), encoding="utf-8")
+    if from_file:
+        from_cli = run_json("simulate", str(tmp_path / "links.json"))
+    else:
+        from_cli = run_json("simulate", "-", text=json.dumps(body))
+    assert from_cli == client.post("/simulate", json=body).json()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "path"),
+    [
+        (("vehicles", "list"), "/vehicles"),
+        (("vehicles", "show", "bmw-i3-60ah"), "/vehicles/bmw-i3-60ah"),
+        (("graphs", "list"), "/graphs"),
+        (("graphs", "show", "grid"), "/graphs/grid"),
+    ],
+)
+def test_listing_as_json_equals_http(client: TestClient, arguments: tuple[str, ...], path: str) -> None:
+    assert run_json(*arguments) == client.get(path).json()
+
+
+def test_route_as_a_table_names_energy_charge_and_data() -> None:
+    result = run("route", *PLACES, "--soc", "0.5", "--alternatives", "eco,fastest")
+    assert result.exit_code == 0, result.output
+    for shown in ("eco", "fastest", "kWh", "rolling", "grid: synthetic terrain", "CC0-1.0"):
+        assert shown in result.stdout
+
+
+@pytest.mark.parametrize(
+    ("arguments", "shown"),
+    [
+        (("range", "--origin", "46.5,8.003", "--soc", "0.01", "--bands", "2"), "km²"),
+        (("vehicles", "list"), "hyundai-kona-64 (default)"),
+        (("vehicles", "show", "hyundai-kona-64"), "EPA test car list"),
+        (("graphs", "list"), "grid (default)"),
+        (("graphs", "show", "level"), "tertiary"),
+        (("--help",), "simulate"),
+    ],
+)
+def test_command_without_json_prints_a_table(arguments: tuple[str, ...], shown: str) -> None:
+    result = run(*arguments)
+    assert result.exit_code == 0, result.output
+    assert shown in result.stdout
+
+
+def test_simulate_as_a_table_prints_links_and_their_sum() -> None:
+    body = {"chain": [{"length_m": 300, "speed_limit_kmh": 50}], "soc": 0.5}
+    result = run("simulate", "-", text=json.dumps(body))
+    assert result.exit_code == 0, result.output
+    assert "sum" in result.stdout
+
+
+def test_graph_given_as_a_folder_is_the_one_that_answers(settings: Settings) -> None:
+    folder = settings.graph_dirs[0] / "level"
+    answer = run_json("route", *PLACES, "--soc", "0.5", "--graph", str(folder))
+    assert answer["terrain"]["graph"] == "level"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("route", *PLACES, "--soc", "1.5"), "soc is 1.5, allowed: at most 1"),
+        (("route", "--start", "north", "--goal", "46.5,8", "--soc", "0.5"), "start is 'north', allowed: LAT,LON"),
+        (("route", "--start", "95,8", "--goal", "46.5,8", "--soc", "0.5"), "start.lat is 95.0, allowed: at most 90"),
+        (("route", *PLACES, "--soc", "0.5", "--weights", "1,2"), "weights is '1,2', allowed: E,T,D"),
+        (("route", *PLACES, "--soc", "0.5", "--alternatives", "best"), "alternatives[0] is"),
+        (("route", *PLACES, "--soc", "0.5", "--link-model", "exact"), "link_model is"),
+        (("route", *PLACES, "--soc", "0.5", "--vehicle", "delorean"), "vehicle 'delorean' is unknown"),
+        (("route", *PLACES, "--soc", "0.5", "--graph", "atlantis"), "graph 'atlantis' is unknown, known: grid, level"),
+        (("route", "--start", "60,8", "--goal", "46.5,8", "--soc", "0.5"), "start (lat 60, lon 8) is outside the map"),
+        (("range", "--origin", "46.5,8", "--soc", "0.5", "--bands", "0"), "bands is 0, allowed: at least 1"),
+        (("graphs", "show", "/nowhere/at/all"), "graph '/nowhere/at/all' is unknown"),
+        (("vehicles", "show", "delorean"), "vehicle 'delorean' is unknown"),
+        (("simulate", "/nowhere/links.json"), "No such file or directory"),
+        (("synth", "--out", "/nowhere/out", "--links", "3"), "links_target is 3, allowed: at least 500"),
+        (("import", "/nowhere/map.osm.pbf", "--out", "/nowhere/out"), "/nowhere/map.osm.pbf"),
+    ],
+)
+def test_error_of_a_command_is_one_line_on_stderr_and_exit_code_2(arguments: tuple[str, ...], message: str) -> None:
+    result = run(*arguments)
+    assert result.exit_code == 2, result.output
+    assert message in result.stderr
+    assert result.stderr.strip().count("\n") == 0
+    assert result.stdout == ""
+
+
+def test_simulate_of_text_that_is_not_json_ends_in_one_line() -> None:
+    result = run("simulate", "-", text="{")
+    assert result.exit_code == 2
+    assert result.stderr.startswith("not valid JSON")
+
+
+def test_exported_graph_imports_again(tmp_path: Path) -> None:
+    exported = tmp_path / "grid.graphml"
+    assert run("graphs", "export", "grid", str(exported)).exit_code == 0
+    imported = run("import", str(exported), "--out", str(tmp_path / "again"), "--name", "again")
+    assert imported.exit_code == 0, imported.output
+    folder = str(tmp_path / "again")
+    answer = run_json("route", *PLACES, "--soc", "0.5", "--graph", folder)
+    assert answer["terrain"]["graph"] == "again"
+    assert answer["routes"][0]["feasible"] is True
+
+
+def test_synth_writes_a_graph_that_answers(tmp_path: Path) -> None:
+    folder = str(tmp_path / "small")
+    made = run("synth", "--out", folder, "--seed", "3", "--links", "2000", "--width-km", "30", "--height-km", "20")
+    assert made.exit_code == 0, made.output
+    shown = run_json("graphs", "show", folder)
+    assert shown["name"] == "small"
+    assert shown["terrain"] == "synthetic"

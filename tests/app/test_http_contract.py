@@ -1,0 +1,41 @@
+"""The HTTP contract, from the service's own OpenAPI document."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import pytest
+import schemathesis
+from hypothesis import HealthCheck, Phase
+from hypothesis import settings as hypothesis_settings
+from schemathesis.specs.openapi.checks import positive_data_acceptance
+
+from app.main import create_app
+from app.settings import Settings
+
+if TYPE_CHECKING:
+    from fastapi import FastAPI
+
+    from app.service import Service
+
+schema = schemathesis.openapi.from_dict(create_app(Settings()).openapi())
+# what a schema can't say (reserve_soc ≤ soc, weights not all 0, links that follow each other) is refused with 422
+UNPROMISED = [positive_data_acceptance]
+
+
+@pytest.fixture(scope="module")
+def tested(settings: Settings, service: Service) -> FastAPI:
+    """An application of its own, because every generated call starts and stops it."""
+    return create_app(settings, service)
+
+
+@schema.parametrize()
+@hypothesis_settings(
+    max_examples=25,
+    deadline=None,
+    derandomize=True,
+    phases=[Phase.explicit, Phase.generate],
+    suppress_health_check=list(HealthCheck),
+)
+def test_service_for_any_request_keeps_to_its_openapi(case: schemathesis.Case, tested: FastAPI) -> None:
+    case.call_and_validate(app=tested, excluded_checks=UNPROMISED)

@@ -1,0 +1,351 @@
+"""Every error is a problem with its code, and names field, value and allowed range."""
+
+from __future__ import annotations
+
+import json
+import time
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from starlette.testclient import TestClient
+
+from app.deadline import DeadlinePool
+from app.errors import HTTP_CODES, KINDS, TABLE, TimeLimitError, problem_response
+from app.main import create_app
+from app.schemas.problem import ErrorCode
+from energy.errors import LinkError
+from routing.errors import NegativeCycleError, NoPathError
+
+if TYPE_CHECKING:
+    from httpx import Response
+
+    from app.settings import Settings
+
+ROUTE: dict[str, Any] = {"start": [8.0, 46.5], "goal": {"lat": 46.52, "lon": 8.02}, "soc": 0.5}
+VEHICLE: dict[str, Any] = {
+    "mass_kg": 1500,
+    "road_load": {"a_n": 120, "b_n_per_kmh": 0.5, "c_n_per_kmh2": 0.03},
+    "drive_eff": 0.9,
+    "recuperation_eff": 0.6,
+    "aux_power_w": 400,
+    "usable_capacity_kwh": 40,
+}
+CHAIN_LINK: dict[str, Any] = {"length_m": 100, "speed_limit_kmh": 50}
+JSON_HEADER = {"Content-Type": "application/json"}
+
+
+def check_problem(response: Response, status: int, code: str) -> dict[str, Any]:
+    """The problem of a response, checked for what all problems share."""
+    assert response.status_code == status, response.text
+    assert response.headers["content-type"] == "application/problem+json"
+    problem: dict[str, Any] = json.loads(response.text, parse_constant=refuse_constant)
+    assert set(problem) == {"type", "title", "status", "detail", "instance", "code", "errors"}
+    assert problem["code"] == code
+    assert problem["status"] == status
+    assert problem["type"] == f"urn:joulepath:problem:{code}"
+    assert problem["instance"] == response.request.url.path
+    return problem
+
+
+def refuse_constant(name: str) -> None:
+    raise AssertionError(f"{name} is not JSON")
+
+
+@pytest.mark.parametrize(
+    ("change", "field", "value", "allowed"),
+    [
+        ({"soc": 1.4}, "soc", 1.4, "at most 1"),
+        ({"soc": -0.1}, "soc", -0.1, "at least 0"),
+        ({"soc": "0.5"}, "soc", "0.5", "a valid number"),
+        ({"soc": True}, "soc", True, "a valid number"),
+        ({"soc": None}, "soc", None, "a valid number"),
+        ({"start": {"lat": 95, "lon": 8}}, "start.lat", 95, "at most 90"),
+        ({"start": {"lat": 46.5}}, "start.lon", None, "required"),
+        ({"start": [200, 46.5]}, "start[0]", 200, "at most 180"),
+        ({"start": [8.0]}, "start[1]", None, "required"),
+        ({"start": [8, 46, 1, 1]}, "start", [8, 46, 1, 1], "at most 2 items"),
+        ({"goal": "there"}, "goal", "there", "an object with lat and lon, or a list [lon, lat]"),
+        ({"vehicle": 7}, "vehicle", 7, "the id of a vehicle, or an object that describes one"),
+        ({"vehicle": VEHICLE | {"mass_kg": 0}}, "vehicle.mass_kg", 0, "at least 1"),
+        ({"vehicle": VEHICLE | {"road_load": {"a_lbf": 20}}}, "vehicle.road_load.b_lbf_per_mph", None, "required"),
+        ({"conditions": {}}, "conditions", {}, "no field of this name"),
+        ({"via": []}, "via", [], "no field of this name"),
+        ({"alternatives": ["best"]}, "alternatives[0]", "best", "'eco', 'fastest' or 'balanced'"),
+        ({"alternatives": ["eco", "eco"]}, "alternatives", ["eco", "eco"], "each at most once"),
+        ({"weights": {"energy": -1}}, "weights.energy", -1, "at least 0"),
+        ({"weights": {}}, "weights", "all 0", "at least one of energy, time, distance above 0"),
+        ({"reserve_soc": 0.9}, "reserve_soc", 0.9, "at most soc, 0.5"),
+        ({"link_model": "exact"}, "link_model", "exact", "'integrated' or 'printed'"),
+        ({"stops": "all"}, "stops", "all", "'expected', 'counted' or 'none'"),
+        ({"links": "no"}, "links", "no", "a valid boolean"),
+    ],
+)
+def test_route_with_a_bad_field_names_field_value_and_allowed_range(
+    client: TestClient, change: dict[str, Any], field: str, value: object, allowed: str
+) -> None:
+    problem = check_problem(client.post("/route", json=ROUTE | change), 422, "invalid_request")
+    assert problem["errors"][0] == {"field": field, "value": value, "allowed": allowed}
+    assert field in problem["detail"]
+
+
+@pytest.mark.parametrize("missing", ["start", "goal", "soc"])
+def test_route_without_a_required_field_names_it(client: TestClient, missing: str) -> None:
+    body = {key: value for key, value in ROUTE.items() if key != missing}
+    problem = check_problem(client.post("/route", json=body), 422, "invalid_request")
+    assert problem["errors"] == [{"field": missing, "value": None, "allowed": "required"}]
+    assert problem["detail"] == f"{missing} is missing, it is required"
+
+
+def test_route_with_weights_and_alternatives_is_refused(client: TestClient) -> None:
+    body = ROUTE | {"weights": {"energy": 1}, "alternatives": ["eco"]}
+    problem = check_problem(client.post("/route", json=body), 422, "invalid_request")
+    assert "not both" in problem["detail"]
+
+
+@pytest.mark.parametrize("number", ["NaN", "Infinity", "-Infinity", "1e999", "9" * 400])
+@pytest.mark.parametrize("field", ["soc", "reserve_soc"])
+def test_route_with_a_number_that_is_not_finite_is_refused_in_valid_json(
+    client: TestClient, field: str, number: str
+) -> None:
+    body = json.dumps(ROUTE | {field: 0.123}).replace("0.123", number)
+    problem = check_problem(client.post("/route", content=body, headers=JSON_HEADER), 422, "invalid_request")
+    assert problem["errors"][0]["field"] == field
+
+
+@pytest.mark.parametrize(
+    "body",
+    [
+        b"{",
+        b"",
+        b"\xff\xfe{",
+        b"[" * 50_000,
+        b'{"a":' * 10_000,
+        b'{"soc": ' + b"9" * 5000 + b"}",
+        b'"\\ud800"',
+        b"null",
+    ],
+    ids=["cut off", "empty", "not utf-8", "deep list", "deep object", "5000 digits", "lone surrogate", "null"],
+)
+@pytest.mark.parametrize("path", ["/route", "/range", "/simulate"])
+def test_body_that_is_no_request_is_refused(client: TestClient, path: str, body: bytes) -> None:
+    response = client.post(path, content=body, headers=JSON_HEADER)
+    code = "malformed_json" if "malformed" in response.text else "invalid_request"
+    check_problem(response, 422, code)
+
+
+def test_body_with_a_lone_surrogate_as_field_name_is_refused(client: TestClient) -> None:
+    body = json.dumps(ROUTE | {"\ud800": 1})
+    check_problem(client.post("/route", content=body, headers=JSON_HEADER), 422, "invalid_request")
+
+
+def test_body_of_another_content_type_is_told_the_right_one(client: TestClient) -> None:
+    problem = check_problem(client.post("/route", data={"soc": "0.5"}), 422, "invalid_request")
+    assert "application/json" in problem["errors"][0]["allowed"]
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        (
+            {"drive_eff": 1.0, "recuperation_eff": 1.0, "road_load": {"a_n": -5, "b_n_per_kmh": 0, "c_n_per_kmh2": 0}},
+            "road_load",
+        ),
+        (
+            {"acceleration": {"speed_kmh": [0, 50, 40], "accel_mps2": [1, 1], "decel_mps2": [-1, -1]}},
+            "acceleration.speed_kmh",
+        ),
+        (
+            {"acceleration": {"speed_kmh": [0, 50], "accel_mps2": [1, 1], "decel_mps2": [-1]}},
+            "acceleration.accel_mps2",
+        ),
+    ],
+)
+def test_inline_vehicle_that_contradicts_itself_names_the_field_as_sent(
+    client: TestClient, change: dict[str, Any], field: str
+) -> None:
+    body = {"chain": [CHAIN_LINK], "vehicle": VEHICLE | change}
+    problem = check_problem(client.post("/simulate", json=body), 422, "invalid_vehicle")
+    assert problem["errors"][0]["field"] == f"vehicle.{field}"
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body", "field"),
+    [
+        ("GET", "/vehicles/delorean", None, "vehicle"),
+        ("POST", "/route", ROUTE | {"vehicle": "delorean"}, "vehicle"),
+        ("GET", "/range?lat=46.5&lon=8&soc=0.5&vehicle=delorean", None, "vehicle"),
+    ],
+)
+def test_unknown_vehicle_answers_404_and_lists_the_known(
+    client: TestClient, method: str, path: str, body: object, field: str
+) -> None:
+    problem = check_problem(client.request(method, path, json=body), 404, "unknown_vehicle")
+    assert problem["errors"][0]["field"] == field
+    assert "hyundai-kona-64" in problem["errors"][0]["allowed"]
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body"),
+    [
+        ("GET", "/graphs/atlantis", None),
+        ("POST", "/route", ROUTE | {"graph": "atlantis"}),
+        ("GET", "/range?lat=46.5&lon=8&soc=0.5&graph=atlantis", None),
+        ("POST", "/simulate", {"graph": "atlantis", "links": [{"id": 0}]}),
+    ],
+)
+def test_unknown_graph_answers_404_and_lists_the_known(
+    client: TestClient, method: str, path: str, body: object
+) -> None:
+    problem = check_problem(client.request(method, path, json=body), 404, "unknown_graph")
+    assert problem["errors"] == [{"field": "graph", "value": "atlantis", "allowed": "one of grid, level"}]
+
+
+@pytest.mark.parametrize(
+    ("method", "path", "body", "field"),
+    [
+        ("POST", "/route", ROUTE | {"start": {"lat": 60, "lon": 8}}, "start"),
+        ("POST", "/route", ROUTE | {"goal": [9, 46.5]}, "goal"),
+        ("GET", "/range?lat=60&lon=8&soc=0.5", None, "origin"),
+    ],
+)
+def test_place_outside_the_map_answers_404_with_its_extent(
+    client: TestClient, method: str, path: str, body: object, field: str
+) -> None:
+    problem = check_problem(client.request(method, path, json=body), 404, "point_outside_map")
+    assert problem["errors"][0]["field"] == field
+    assert problem["errors"][0]["allowed"] == "lat 46.5..46.52, lon 8..8.02"
+
+
+def test_place_far_from_any_road_answers_404_with_the_limit(settings: Settings) -> None:
+    with TestClient(create_app(settings.model_copy(update={"snap_limit_m": 100.0}))) as strict:
+        response = strict.post("/route", json=ROUTE | {"start": {"lat": 46.505, "lon": 8.005}})
+    problem = check_problem(response, 404, "point_far_from_road")
+    assert problem["errors"][0]["field"] == "start"
+    assert problem["errors"][0]["value"] == {"lat": 46.505, "lon": 8.005}
+    assert "at most 100 m" in problem["errors"][0]["allowed"]
+
+
+def test_search_beyond_its_label_limit_answers_503(settings: Settings) -> None:
+    tight = settings.model_copy(update={"label_limit": 3})
+    with TestClient(create_app(tight)) as limited:
+        response = limited.get("/range?lat=46.5&lon=8&soc=0.9")
+    problem = check_problem(response, 503, "search_limit")
+    assert response.headers["retry-after"] == "5"
+    assert "at most 3 labels" in problem["errors"][0]["allowed"]
+
+
+def test_call_beyond_its_time_limit_raises_time_limit_error() -> None:
+    pool = DeadlinePool(threads=1, limit_s=0.01)
+    with pytest.raises(TimeLimitError) as raised:
+        pool.run(lambda: time.sleep(0.3))
+    pool.close()
+    response = problem_response(raised.value, "/route")
+    assert response.status_code == 503
+    assert json.loads(bytes(response.body))["code"] == "time_limit"
+
+
+@pytest.mark.parametrize("path", ["/readyz", "/vehicles", "/graphs", "/range?lat=46.5&lon=8&soc=0.5"])
+def test_service_that_has_not_started_answers_503(settings: Settings, path: str) -> None:
+    not_started = TestClient(create_app(settings))
+    check_problem(not_started.get(path), 503, "not_ready")
+
+
+def test_healthz_of_a_service_that_has_not_started_answers_200(settings: Settings) -> None:
+    assert TestClient(create_app(settings)).get("/healthz").json() == {"status": "ok"}
+
+
+def test_body_above_the_limit_by_its_declared_length_answers_413(client: TestClient, settings: Settings) -> None:
+    body = b" " * (settings.body_limit_bytes + 1)
+    problem = check_problem(client.post("/route", content=body, headers=JSON_HEADER), 413, "body_too_large")
+    assert "100000 bytes" in problem["detail"]
+
+
+def test_body_above_the_limit_in_chunks_answers_413(client: TestClient, settings: Settings) -> None:
+    chunks = (b" " * 1000 for _ in range(settings.body_limit_bytes // 1000 + 1))
+    check_problem(client.post("/route", content=chunks, headers=JSON_HEADER), 413, "body_too_large")
+
+
+def test_body_at_the_limit_is_read(client: TestClient, settings: Settings) -> None:
+    body = json.dumps(ROUTE | {"vehicle": "delorean"}).encode()
+    body += b" " * (settings.body_limit_bytes - len(body))
+    check_problem(client.post("/route", content=body, headers=JSON_HEADER), 404, "unknown_vehicle")
+
+
+def test_unknown_address_answers_404(client: TestClient) -> None:
+    check_problem(client.get("/nothing/here"), 404, "not_found")
+
+
+@pytest.mark.parametrize(("method", "path"), [("DELETE", "/route"), ("GET", "/simulate"), ("PUT", "/vehicles")])
+def test_unknown_method_answers_405_with_the_allowed(client: TestClient, method: str, path: str) -> None:
+    response = client.request(method, path)
+    check_problem(response, 405, "method_not_allowed")
+    assert response.headers["allow"]
+
+
+@pytest.mark.parametrize(
+    ("query", "field"),
+    [
+        ("lat=46.5&lon=8&soc=nan", "soc"),
+        ("lat=46.5&lon=8&soc=2", "soc"),
+        ("lat=north&lon=8&soc=0.5", "lat"),
+        ("lat=46.5&lon=8&soc=0.5&colour=red", "colour"),
+        ("lat=46.5&lon=8&soc=0.5&bands=0", "bands"),
+        ("lat=46.5&lon=8&soc=0.5&bands=21", "bands"),
+        ("lat=46.5&lon=8&soc=0.5&bands=99999999999999999999", "bands[0]"),
+        ("lat=46.5&lon=8&soc=0.5&bands=0.1,many", "bands"),
+        ("lat=46.5&lon=8&soc=0.5&bands=0.1,0.7", "bands"),
+        ("lat=46.5&lon=8&soc=0.5&bands=0.1,1.7", "bands[1]"),
+        ("lat=46.5&lon=8&soc=0.5&reserve_soc=0.6", "reserve_soc"),
+        ("lat=46.5&lon=8", "soc"),
+    ],
+)
+def test_range_with_a_bad_parameter_names_it(client: TestClient, query: str, field: str) -> None:
+    problem = check_problem(client.get(f"/range?{query}"), 422, "invalid_request")
+    assert problem["errors"][0]["field"] == field
+
+
+@pytest.mark.parametrize(
+    ("links", "position"),
+    [
+        ([{"id": 999}], 0),
+        ([{"id": 0}, {"id": 0}], 1),
+        ([{"id": 0, "from_m": 50, "to_m": 10}], 0),
+        ([{"id": 0, "to_m": 1e6}], 0),
+    ],
+    ids=["no such link", "not consecutive", "backwards", "beyond its end"],
+)
+def test_simulate_with_a_link_that_cannot_follow_names_its_position(
+    client: TestClient, links: list[dict[str, float]], position: int
+) -> None:
+    problem = check_problem(client.post("/simulate", json={"links": links}), 422, "invalid_link")
+    assert problem["errors"][0]["field"].startswith(f"links[{position}].")
+
+
+@pytest.mark.parametrize(
+    "body",
+    [{}, {"links": [{"id": 0}], "chain": [CHAIN_LINK]}, {"chain": [CHAIN_LINK], "graph": "grid"}, {"chain": []}],
+    ids=["neither", "both", "graph with a chain", "empty"],
+)
+def test_simulate_without_exactly_one_form_is_refused(client: TestClient, body: dict[str, Any]) -> None:
+    check_problem(client.post("/simulate", json=body), 422, "invalid_request")
+
+
+@pytest.mark.parametrize(
+    ("error", "status", "code"),
+    [
+        (NegativeCycleError(3), 422, "energy_gain"),
+        (NoPathError("no road leads to the goal"), 404, "no_path"),
+        (LinkError("length_m", 2, 0.0, "above 0"), 422, "invalid_link"),
+        (ZeroDivisionError("division by zero"), 500, "internal"),
+    ],
+)
+def test_error_of_the_packages_has_its_status_and_code(error: Exception, status: int, code: str) -> None:
+    response = problem_response(error, "/route")
+    problem = json.loads(bytes(response.body))
+    assert (response.status_code, problem["code"]) == (status, code)
+    assert "division" not in problem["detail"]
+
+
+def test_every_error_code_is_reachable_from_the_tables() -> None:
+    reached = {code for code, _ in TABLE.values()} | set(HTTP_CODES.values()) | {ErrorCode.INTERNAL}
+    assert reached == set(ErrorCode) == set(KINDS)

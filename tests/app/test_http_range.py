@@ -1,0 +1,88 @@
+"""GET and POST /range on the hand-made grid."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import re
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from shapely.geometry import Point, shape
+
+if TYPE_CHECKING:
+    from starlette.testclient import TestClient
+
+ORIGIN = "lat=46.5&lon=8.003"
+
+
+def ask(client: TestClient, query: str) -> dict[str, Any]:
+    response = client.get(f"/range?{query}")
+    assert response.status_code == 200, response.text
+    assert response.headers["content-type"] == "application/geo+json"
+    answer: dict[str, Any] = response.json()
+    answer["stats"].pop("seconds")
+    return answer
+
+
+def bands_of(answer: dict[str, Any]) -> list[dict[str, Any]]:
+    return [feature for feature in answer["features"] if feature["properties"]["kind"] == "band"]
+
+
+def test_range_with_a_count_answers_nested_bands_outermost_first(client: TestClient) -> None:
+    answer = ask(client, f"{ORIGIN}&soc=0.006&bands=3")
+    bands = bands_of(answer)
+    assert [band["properties"]["soc_left"] for band in bands] == pytest.approx([0.0, 0.002, 0.004])
+    areas = [shape(band["geometry"]) for band in bands]
+    for outer, inner in itertools.pairwise(areas):
+        assert inner.difference(outer).area <= 1e-9 * outer.area
+    sizes = [band["properties"]["area_km2"] for band in bands]
+    assert sizes == sorted(sizes, reverse=True)
+    counts = [band["properties"]["node_count"] for band in bands]
+    assert counts == sorted(counts, reverse=True)
+
+
+def test_range_polygons_are_valid_geojson_around_the_origin(client: TestClient) -> None:
+    answer = ask(client, f"{ORIGIN}&soc=0.006&bands=2")
+    origin = answer["features"][-1]
+    assert origin["properties"]["kind"] == "origin"
+    for band in bands_of(answer):
+        area = shape(band["geometry"])
+        assert area.is_valid
+        assert area.contains(Point(origin["geometry"]["coordinates"]))
+        for polygon, rings in zip(area.geoms, band["geometry"]["coordinates"], strict=True):
+            assert polygon.exterior.is_ccw
+            assert all(ring[0] == ring[-1] for ring in rings)
+
+
+def test_range_coordinates_have_at_most_seven_decimals(client: TestClient) -> None:
+    text = json.dumps([feature["geometry"] for feature in ask(client, f"{ORIGIN}&soc=0.006")["features"]])
+    assert re.search(r"\d\.\d{8,}", text) is None
+
+
+def test_range_with_charges_left_adds_the_reserve_as_outermost(client: TestClient) -> None:
+    answer = ask(client, f"{ORIGIN}&soc=0.3&reserve_soc=0.1&bands=0.25,0.2")
+    assert [band["properties"]["soc_left"] for band in bands_of(answer)] == pytest.approx([0.1, 0.2, 0.25])
+
+
+def test_range_with_less_charge_left_reaches_farther(client: TestClient) -> None:
+    areas = [bands_of(ask(client, f"{ORIGIN}&soc={soc}"))[0]["properties"]["area_km2"] for soc in (0.002, 0.004, 0.008)]
+    assert areas == sorted(areas)
+
+
+def test_range_request_as_understood_sent_to_post_answers_the_same(client: TestClient) -> None:
+    answer = ask(client, f"{ORIGIN}&soc=0.3&vehicle=vw-id4&bands=2")
+    response = client.post("/range", json=answer["request"])
+    assert response.headers["content-type"] == "application/geo+json"
+    again = response.json()
+    again["stats"].pop("seconds")
+    assert again == answer
+
+
+def test_range_with_no_charge_answers_the_origin(client: TestClient) -> None:
+    answer = ask(client, f"{ORIGIN}&soc=0")
+    assert answer["features"][-1]["properties"]["kind"] == "origin"
+
+
+def test_range_answer_names_the_terrain_it_rests_on(client: TestClient) -> None:
+    assert ask(client, f"{ORIGIN}&soc=0.01&graph=level")["terrain"]["terrain"] == "absent"

@@ -1,0 +1,172 @@
+"""POST /route on the hand-made grid."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import pytest
+from shapely.geometry import shape
+
+from app.routes.access import prefers_geojson
+
+if TYPE_CHECKING:
+    from starlette.testclient import TestClient
+
+START, GOAL = {"lat": 46.5, "lon": 8.003}, {"lat": 46.518, "lon": 8.02}
+ROUTE: dict[str, Any] = {"start": START, "goal": GOAL, "soc": 0.5}
+LBF_PER_N = 1 / 4.4482216152605
+KMH_PER_MPH = 1.609344
+
+
+def ask(client: TestClient, **change: object) -> dict[str, Any]:
+    response = client.post("/route", json=ROUTE | change)
+    assert response.status_code == 200, response.text
+    answer: dict[str, Any] = response.json()
+    for stats in answer["stats"]:
+        assert stats.pop("seconds") >= 0
+    return answer
+
+
+def test_route_without_options_answers_one_eco_route_with_its_profile(client: TestClient) -> None:
+    answer = ask(client)
+    (route,) = answer["routes"]
+    assert route["name"] == "eco"
+    assert route["feasible"] is True
+    assert route["deficit_kwh"] == 0
+    assert route["furthest"] is None
+    assert route["soc_start"] == 0.5
+    assert route["soc_end"] == route["links"][-1]["soc_end"]
+    assert route["distance_m"] == pytest.approx(sum(link["length_m"] for link in route["links"]))
+    assert route["duration_s"] == pytest.approx(sum(link["duration_s"] for link in route["links"]))
+    assert route["energy_kwh"] == pytest.approx(sum(link["energy_wh"] for link in route["links"]) / 1000, rel=1e-9)
+    assert route["energy_kwh"] == pytest.approx(sum(route["energy_parts_kwh"].values()), rel=1e-9)
+    assert route["geometry"]["coordinates"][0] == [8.003, 46.5]
+    assert route["geometry"]["coordinates"][-1] == [8.02, 46.518]
+    assert answer["snapped"]["start"]["distance_m"] == pytest.approx(0.0, abs=0.1)
+
+
+def test_route_with_both_point_forms_answers_the_same(client: TestClient) -> None:
+    pairs = {"start": [START["lon"], START["lat"]], "goal": [GOAL["lon"], GOAL["lat"]]}
+    named, paired = ask(client), ask(client, **pairs)
+    assert named.pop("request")["start"] == START
+    assert paired.pop("request")["start"] == pairs["start"]
+    assert named == paired
+
+
+def test_route_request_as_understood_sent_again_answers_the_same(client: TestClient) -> None:
+    answer = ask(client, vehicle="bmw-i3-60ah", alternatives=["fastest", "eco"])
+    assert answer["request"]["graph"] == "grid"
+    assert answer["request"]["reserve_soc"] == 0
+    assert ask(client, **answer["request"]) == answer
+
+
+def test_route_with_alternatives_answers_them_in_the_order_asked(client: TestClient) -> None:
+    routes = ask(client, alternatives=["fastest", "eco", "balanced"])["routes"]
+    assert [route["name"] for route in routes] == ["fastest", "eco", "balanced"]
+    assert routes[0]["duration_s"] <= routes[1]["duration_s"]
+    assert routes[1]["energy_kwh"] <= routes[0]["energy_kwh"]
+
+
+def test_route_with_weights_on_time_equals_fastest(client: TestClient) -> None:
+    (custom,) = ask(client, weights={"time": 3})["routes"]
+    (fastest,) = ask(client, alternatives=["fastest"])["routes"]
+    assert custom["name"] == "custom"
+    assert custom["geometry"] == fastest["geometry"]
+
+
+def test_route_without_links_leaves_only_them_out(client: TestClient) -> None:
+    full, short = ask(client), ask(client, links=False)
+    assert short["routes"][0].pop("links") is None
+    assert full["routes"][0].pop("links")
+    assert short["routes"] == full["routes"]
+
+
+def test_route_beyond_the_charge_answers_what_is_missing(client: TestClient) -> None:
+    answer = ask(client, soc=0.002)
+    (route,) = answer["routes"]
+    assert route["feasible"] is False
+    assert route["deficit_kwh"] > 0
+    assert route["soc_min"] < 0
+    assert route["furthest"] is not None
+    assert route["remedy"]["soc_start_needed"] > 0.002
+    enough = ask(client, soc=route["remedy"]["soc_start_needed"] + 1e-6)
+    assert enough["routes"][0]["feasible"] is True
+
+
+def test_route_below_the_reserve_is_not_feasible(client: TestClient) -> None:
+    (route,) = ask(client, soc=0.5, reserve_soc=0.499)["routes"]
+    assert route["feasible"] is False
+    assert 0.4 < route["soc_min"] < 0.499
+
+
+def test_route_as_geojson_says_the_same(client: TestClient) -> None:
+    plain = ask(client)
+    response = client.post("/route", json=ROUTE, headers={"Accept": "application/geo+json"})
+    assert response.headers["content-type"] == "application/geo+json"
+    collection = response.json()
+    line, start, goal = collection["features"]
+    assert line["geometry"] == plain["routes"][0]["geometry"]
+    assert {**line["properties"], "geometry": line["geometry"]} == plain["routes"][0]
+    assert (start["properties"]["kind"], goal["properties"]["kind"]) == ("start", "goal")
+    assert start["geometry"]["coordinates"] == line["geometry"]["coordinates"][0]
+    assert shape(line["geometry"]).length > 0
+    assert collection["terrain"] == plain["terrain"]
+
+
+@pytest.mark.parametrize(
+    ("accept", "expected"),
+    [
+        ("application/geo+json", True),
+        ("application/geo+json, application/json", True),
+        ("application/json, application/geo+json", False),
+        ("application/json;q=0.5, application/geo+json;q=0.9", True),
+        ("application/geo+json;q=0, */*", False),
+        ("application/geo+json;q=much", False),
+        ("*/*", False),
+        ("", False),
+    ],
+)
+def test_accept_header_ranks_geojson_as_the_client_says(accept: str, expected: bool) -> None:
+    assert prefers_geojson(accept) is expected
+
+
+def test_answer_names_the_terrain_it_rests_on(client: TestClient) -> None:
+    hills, level = ask(client)["terrain"], ask(client, graph="level")["terrain"]
+    assert (hills["graph"], hills["terrain"], hills["elevation_method"]) == ("grid", "synthetic", "by hand")
+    assert (level["graph"], level["terrain"]) == ("level", "absent")
+    assert {"smoothing_m", "source", "attribution", "licence"} <= set(hills)
+
+
+def test_bundled_vehicle_sent_inline_takes_the_same_energy(client: TestClient) -> None:
+    detail = client.get("/vehicles/nissan-leaf").json()
+    inline = {key: value for key, value in detail.items() if key not in ("id", "sources")}
+    by_id, by_value = ask(client, vehicle="nissan-leaf"), ask(client, vehicle=inline)
+    assert by_value["routes"][0]["energy_kwh"] == pytest.approx(by_id["routes"][0]["energy_kwh"], rel=1e-9)
+    assert by_value["request"]["vehicle"]["name"] == "Nissan Leaf 40 kWh"
+
+
+def test_road_load_in_epa_units_takes_the_same_energy(client: TestClient) -> None:
+    metric = {"a_n": 120.0, "b_n_per_kmh": 0.5, "c_n_per_kmh2": 0.03}
+    epa = {
+        "a_lbf": 120.0 * LBF_PER_N,
+        "b_lbf_per_mph": 0.5 * LBF_PER_N * KMH_PER_MPH,
+        "c_lbf_per_mph2": 0.03 * LBF_PER_N * KMH_PER_MPH**2,
+    }
+    car = {"mass_kg": 1500, "drive_eff": 0.9, "recuperation_eff": 0.6, "aux_power_w": 400, "usable_capacity_kwh": 40}
+    answers = [ask(client, vehicle=car | {"road_load": load}) for load in (metric, epa)]
+    energies = [answer["routes"][0]["energy_kwh"] for answer in answers]
+    assert energies[0] == pytest.approx(energies[1], rel=1e-9)
+    kona = client.get("/vehicles/hyundai-kona-64").json()
+    assert answers[0]["request"]["vehicle"]["acceleration"] == kona["acceleration"]
+
+
+def test_large_answer_is_compressed(client: TestClient) -> None:
+    assert client.post("/route", json=ROUTE).headers["content-encoding"] == "gzip"
+
+
+def test_allowed_origin_may_read_answers_and_problems(client: TestClient) -> None:
+    for body in (ROUTE, {}):
+        response = client.post("/route", json=body, headers={"Origin": "https://map.example"})
+        assert response.headers["access-control-allow-origin"] == "https://map.example"
+    other = client.post("/route", json=ROUTE, headers={"Origin": "https://elsewhere.example"})
+    assert "access-control-allow-origin" not in other.headers

@@ -1,0 +1,113 @@
+"""Speed limits from tags, and defaults."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from energy.stops import FunctionalClass
+from routing.importers.speeds import COUNTRIES, GENERAL, default_limits_mps, limit_mps_from_value, limits_from_tags
+
+
+@pytest.mark.parametrize(
+    ("value", "kmh"),
+    [
+        ("50", 50.0),
+        ("50 km/h", 50.0),
+        ("30 mph", 48.28032),  # 30 * 1.609344
+        ("30mph", 48.28032),
+        ("10 knots", 18.52),  # 10 nautical miles of 1852 m an hour
+        ("none", 130.0),
+        ("walk", 7.0),
+        ("50;30", 30.0),
+        ("80; 50", 50.0),
+        ("DE:urban", 50.0),
+        ("DE:rural", 100.0),
+        ("FR:rural", 80.0),
+        ("DE:motorway", 130.0),
+        ("DE:living_street", 7.0),
+        ("IT:zone30", 30.0),
+        ("DE:zone:30", 30.0),
+        ("DE:30", 30.0),
+        ("GB:zone20", 32.18688),
+        ("GB:nsl_single", 96.56064),
+        ("BE-VLG:urban", 50.0),
+        ("XK:rural", 90.0),
+    ],
+)
+def test_limit_of_a_value_is_its_speed(value: str, kmh: float) -> None:
+    assert limit_mps_from_value(value) == pytest.approx(kmh / 3.6, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "value", ["signals", "variable", "", "fast", "0", "-50", "1", "999", "DE:unheard_of", "50 furlongs"]
+)
+def test_limit_of_a_value_without_a_speed_is_none(value: str) -> None:
+    assert limit_mps_from_value(value) is None
+
+
+def test_limits_with_directions_differ() -> None:
+    limits = limits_from_tags({"maxspeed": "60", "maxspeed:forward": "80", "maxspeed:backward": "50"})
+    assert (limits.forward_mps, limits.backward_mps) == (80 / 3.6, 50 / 3.6)
+
+
+def test_limits_with_one_direction_leave_the_other_to_the_general_tag() -> None:
+    limits = limits_from_tags({"maxspeed": "60", "maxspeed:forward": "80"})
+    assert (limits.forward_mps, limits.backward_mps) == (80 / 3.6, 60 / 3.6)
+
+
+def test_limits_with_sign_and_type_take_the_sign_and_learn_that_it_is_urban() -> None:
+    limits = limits_from_tags({"maxspeed": "30", "source:maxspeed": "BR:urban"})
+    assert limits.forward_mps == 30 / 3.6
+    assert limits.urban is True
+    assert limits.country == "BR"
+
+
+def test_limits_with_type_only_take_the_rule() -> None:
+    limits = limits_from_tags({"maxspeed:type": "PT:rural"})
+    assert limits.forward_mps == 90 / 3.6
+    assert limits.urban is False
+
+
+def test_limits_in_a_zone_take_the_zone() -> None:
+    limits = limits_from_tags({"zone:maxspeed": "DE:30"})
+    assert limits.forward_mps == 30 / 3.6
+    assert limits.urban is None
+
+
+def test_limits_out_of_range_are_counted_and_unsaid() -> None:
+    limits = limits_from_tags({"maxspeed": "500"})
+    assert limits.forward_mps is None
+    assert limits.implausible == 1
+
+
+def test_limits_of_a_variable_sign_are_unsaid_but_not_implausible() -> None:
+    assert limits_from_tags({"maxspeed": "signals"}).implausible == 0
+
+
+def _default_kmh(
+    country: str | None, road: FunctionalClass, urban: bool, ramp: bool = False, living: bool = False
+) -> float:
+    one = [np.array([x]) for x in (ramp, living, urban)]
+    return float(default_limits_mps(country, np.array([road], np.int8), *one)[0]) * 3.6
+
+
+def test_default_limits_follow_country_class_and_surroundings() -> None:
+    assert _default_kmh("DE", FunctionalClass.PRIMARY, urban=False) == pytest.approx(100.0)
+    assert _default_kmh("DE", FunctionalClass.PRIMARY, urban=True) == pytest.approx(50.0)
+    assert _default_kmh(None, FunctionalClass.MOTORWAY, urban=True) == pytest.approx(120.0)
+    assert _default_kmh("BR", FunctionalClass.SECONDARY, urban=True) == pytest.approx(60.0)
+    assert _default_kmh("BR", FunctionalClass.TERTIARY, urban=True) == pytest.approx(40.0)
+    assert _default_kmh("BR", FunctionalClass.RESIDENTIAL, urban=True) == pytest.approx(30.0)
+    assert _default_kmh("DE", FunctionalClass.UNCLASSIFIED, urban=False) == pytest.approx(60.0)
+    assert _default_kmh(None, FunctionalClass.SERVICE, urban=False) == pytest.approx(20.0)
+    assert _default_kmh(None, FunctionalClass.TRUNK, urban=False, ramp=True) == pytest.approx(60.0)
+    assert _default_kmh("DE", FunctionalClass.RESIDENTIAL, urban=True, living=True) == pytest.approx(7.0)
+
+
+def test_default_limits_are_never_zero_and_never_above_the_country_s_highest() -> None:
+    for code, row in [*COUNTRIES.items(), ("??", GENERAL)]:
+        for road in FunctionalClass:
+            for urban in (False, True):
+                kmh = _default_kmh(code, road, urban)
+                assert 5.0 <= kmh <= max(row.motorway, row.rural, row.expressway) + 1e-9
