@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 from typing import Annotated, Any
 
@@ -87,10 +88,10 @@ def serve(
 def bench(ctx: typer.Context) -> None:
     """Measure speed and memory; arguments are passed on, --help lists them."""
     try:
-        from benchmarks.run import main as run_benchmarks
+        benchmarks = importlib.import_module("benchmarks.run")  # beside the packages in a checkout, not installed
     except ModuleNotFoundError as error:
         raise CommandError("benchmarks are not installed: run from a checkout of the project") from error
-    run_benchmarks(ctx.args)
+    benchmarks.main(ctx.args)
 
 
 if __name__ == "__main__":

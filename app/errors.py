@@ -214,11 +214,17 @@ def problem_response(error: Exception, instance: str, headers: Mapping[str, str]
     return Response(problem_bytes(problem), problem.status, sent, media_type=PROBLEM_TYPE)
 
 
-def install_error_handlers(app: FastAPI) -> None:
-    """Answer every error of the table, of validation and of the framework as a problem."""
+def install_error_handlers(app: FastAPI, allowed_methods: Callable[[str], set[str]]) -> None:
+    """Answer every error of the table, of validation and of the framework as a problem.
+
+    allowed_methods: of an address; the framework names those of the first matching route only.
+    """
 
     def handle(request: Request, error: Exception) -> Response:
-        headers = error.headers if isinstance(error, HTTPException) else None
+        headers = dict(error.headers or {}) if isinstance(error, HTTPException) else {}
+        if isinstance(error, HTTPException) and error.status_code == 405:
+            methods = allowed_methods(request.url.path)
+            headers |= {"Allow": ", ".join(sorted(methods))} if methods else {}
         return problem_response(error, request.url.path, headers)
 
     for kind in (*TABLE, RequestValidationError, HTTPException, Exception):

@@ -82,7 +82,7 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
             response.headers["Content-Security-Policy"] = PAGE_POLICY
         return response
 
-    install_error_handlers(app)
+    install_error_handlers(app, allowed_methods)
     app.add_middleware(BodyLimit, limit_bytes=chosen.body_limit_bytes)
     app.add_middleware(GZipMiddleware, minimum_size=1000, compresslevel=5)
     app.add_middleware(
@@ -96,6 +96,16 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
 
     app.openapi = openapi  # type: ignore[method-assign]  # the documented way to extend the document
     return app
+
+
+def described_routes() -> list[APIRoute]:
+    """All documented endpoints."""
+    return [route for router in ROUTERS for route in router.routes if isinstance(route, APIRoute)]
+
+
+def allowed_methods(path: str) -> set[str]:
+    """Methods of all endpoints at an address, for the Allow header of a 405."""
+    return {method for route in described_routes() if route.path_regex.match(path) for method in route.methods or ()}
 
 
 def openapi_document(app: FastAPI) -> dict[str, Any]:
@@ -123,13 +133,10 @@ def openapi_document(app: FastAPI) -> dict[str, Any]:
                     for content in response.pop("content").values():
                         merged |= content
                     response["content"] = {PROBLEM_TYPE: merged}
-    for router in ROUTERS:
-        for described in router.routes:
-            if isinstance(described, APIRoute):
-                for method in described.methods:
-                    _restore_examples(
-                        document["paths"][described.path][method.lower()]["responses"], described.responses
-                    )
+    for described in described_routes():
+        operations = document["paths"][described.path]
+        for method in described.methods or ():
+            _restore_examples(operations[method.lower()]["responses"], described.responses)
     return document
 
 

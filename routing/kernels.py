@@ -80,7 +80,7 @@ class Workspace(NamedTuple):
     """Arrays that one search writes; capacity C labels, M links. bag_epoch spares resetting the bags."""
 
     number: NDArray[np.float64]  # (C, 8)
-    index: NDArray[np.int32]  # (C, 4)
+    pointer: NDArray[np.int32]  # (C, 4)
     heap_key: NDArray[np.float64]  # (C,)
     heap_label: NDArray[np.int32]  # (C,)
     bag_first: NDArray[np.int32]  # (M + 1,)
@@ -273,10 +273,10 @@ def start_label(g, p, r, ws, link, offset):
     ws.counter[LABELS] = new + 1
     ws.number[new, :] = 0.0
     ws.number[new, OFFSET] = offset
-    ws.index[new, LINK] = link
-    ws.index[new, PARENT] = -1
-    ws.index[new, NEXT] = -1
-    ws.index[new, DEAD] = 0
+    ws.pointer[new, LINK] = link
+    ws.pointer[new, PARENT] = -1
+    ws.pointer[new, NEXT] = -1
+    ws.pointer[new, DEAD] = 0
     height = g.tail_height_m[link] + g.grade_frac[link] * offset
     key = -r.energy_weight * r.alpha * p.weight_n * height
     ws.number[new, KEY] = key
@@ -291,7 +291,7 @@ def run(g, p, bounds, r, ws, epoch, goal_link, goal_offset):
     Precondition: reduced costs are not negative, or r.correcting. Returns FOUND (counter[GOAL] is the label), DONE, or
     FULL when the workspace must grow before going on. O(L log L) for L labels made. Ties: the label met first stays.
     """
-    number, index, counter = ws.number, ws.index, ws.counter
+    number, index, counter = ws.number, ws.pointer, ws.counter
     heap_key, heap_label = ws.heap_key, ws.heap_label
     bag_first, bag_epoch = ws.bag_first, ws.bag_epoch
     length_m, grade_frac, limit_mps = g.length_m, g.grade_frac, g.speed_limit_mps
@@ -450,9 +450,9 @@ def arrivals(g, p, r, ws, head, node_energy, node_label, link_reach_m):
     node_energy (N,) starts as inf; node_label (N,) the label whose link ends there; link_reach_m (M,) starts as −1.
     """
     for label in range(ws.counter[LABELS]):
-        if ws.index[label, DEAD] == 1:
+        if ws.pointer[label, DEAD] == 1:
             continue
-        link = ws.index[label, LINK]
+        link = ws.pointer[label, LINK]
         offset = ws.number[label, OFFSET]
         energy0 = ws.number[label, ENERGY]
         v, stopped = ws.number[label, SPEED], ws.number[label, STOPPED]

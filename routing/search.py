@@ -211,7 +211,7 @@ def new_workspace(links: int, capacity: int) -> Workspace:
     """Arrays for one search; pages that the search never touches cost nothing."""
     return Workspace(
         number=np.empty((capacity, 8)),
-        index=np.empty((capacity, 4), np.int32),
+        pointer=np.empty((capacity, 4), np.int32),
         heap_key=np.empty(capacity),
         heap_label=np.empty(capacity, np.int32),
         bag_first=np.empty(links + 1, np.int32),
@@ -222,9 +222,9 @@ def new_workspace(links: int, capacity: int) -> Workspace:
 
 def _grown(ws: Workspace) -> Workspace:
     """The same workspace with twice the capacity, content kept."""
-    old = ws.index.shape[0]
+    old = ws.pointer.shape[0]
     new = new_workspace(ws.bag_first.size - 1, 2 * old)
-    for small, large in ((ws.number, new.number), (ws.index, new.index)):
+    for small, large in ((ws.number, new.number), (ws.pointer, new.pointer)):
         large[:old] = small
     new.heap_key[:old] = ws.heap_key
     new.heap_label[:old] = ws.heap_label
@@ -334,13 +334,13 @@ def find_path(
 
 
 def _unpack(ws: Workspace, goal: int, starts: Sequence[LinkPosition], goals: Sequence[LinkPosition]) -> FoundPath:
-    label = int(ws.index[goal, kernels.PARENT])
+    label = int(ws.pointer[goal, kernels.PARENT])
     links: list[int] = []
     first = label
     while label >= 0:
-        links.append(int(ws.index[label, kernels.LINK]))
+        links.append(int(ws.pointer[label, kernels.LINK]))
         first = label
-        label = int(ws.index[label, kernels.PARENT])
+        label = int(ws.pointer[label, kernels.PARENT])
     links.reverse()
     number = ws.number[goal]
     return FoundPath(

@@ -28,7 +28,7 @@ ROUTE_REQUESTS: Final[dict[str, Any]] = {
     "eco": {
         "summary": "Least energy",
         "value": {
-            "start": {"lat": 43.8765, "lon": -36.4303},
+            "start": {"lat": 44.4401, "lon": -36.781},
             "goal": {"lat": 44.2838, "lon": -36.2298},
             "soc": 0.8,
             "vehicle": "hyundai-kona-64",
@@ -37,7 +37,7 @@ ROUTE_REQUESTS: Final[dict[str, Any]] = {
     "alternatives": {
         "summary": "Eco beside fastest, coordinates as in GeoJSON, without the list of links",
         "value": {
-            "start": [-36.4303, 43.8765],
+            "start": [-36.781, 44.4401],
             "goal": [-36.2298, 44.2838],
             "soc": 0.8,
             "alternatives": ["eco", "fastest"],
@@ -48,7 +48,7 @@ ROUTE_REQUESTS: Final[dict[str, Any]] = {
     "inline vehicle": {
         "summary": "A vehicle of one's own, with a weight on time",
         "value": {
-            "start": {"lat": 43.8765, "lon": -36.4303},
+            "start": {"lat": 44.4401, "lon": -36.781},
             "goal": {"lat": 44.2838, "lon": -36.2298},
             "soc": 0.5,
             "vehicle": INLINE_VEHICLE,
@@ -60,11 +60,11 @@ ROUTE_REQUESTS: Final[dict[str, Any]] = {
 RANGE_REQUESTS: Final[dict[str, Any]] = {
     "bands": {
         "summary": "Three bands with an inline vehicle",
-        "value": {"origin": [-36.4303, 43.8765], "soc": 0.3, "vehicle": INLINE_VEHICLE, "reserve_soc": 0.1, "bands": 3},
+        "value": {"origin": [-36.781, 44.4401], "soc": 0.3, "vehicle": INLINE_VEHICLE, "reserve_soc": 0.1, "bands": 3},
     },
     "charges left": {
         "summary": "Bands by the charge left on arrival",
-        "value": {"origin": {"lat": 43.8765, "lon": -36.4303}, "soc": 0.3, "bands": [0.0, 0.1, 0.2]},
+        "value": {"origin": {"lat": 44.4401, "lon": -36.781}, "soc": 0.3, "bands": [0.0, 0.1, 0.2]},
     },
 }
 

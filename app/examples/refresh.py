@@ -57,8 +57,8 @@ def _shortened(value: Any) -> Any:
 
 def _is_polygon(value: list[Any]) -> bool:
     """Whether a list holds rings, or polygons."""
-    ring = value[0] if value and isinstance(value[0], list) else None
-    return bool(ring) and isinstance(ring[0], list)
+    ring = value[0] if value else None
+    return isinstance(ring, list) and bool(ring) and isinstance(ring[0], list)
 
 
 def _is_position(value: object) -> bool:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Annotated, Final
 
 from fastapi import Depends, Request, Response
+from fastapi.responses import JSONResponse
 
 from app.deadline import DeadlinePool
 from app.errors import NotReadyError
@@ -37,7 +38,7 @@ RunningService = Annotated[Service, Depends(running_service)]
 SearchPool = Annotated[DeadlinePool, Depends(search_pool)]
 
 
-class GeoJSONResponse(Response):
+class GeoJSONResponse(JSONResponse):
     """An answer as GeoJSON."""
 
     media_type = GEOJSON

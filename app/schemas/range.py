@@ -75,9 +75,9 @@ class RangeParameters(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
-    lat: float = Field(ge=-90, le=90, description="latitude of the origin [deg]")
-    lon: float = Field(ge=-180, le=180, description="longitude of the origin [deg]")
-    soc: float = Field(ge=0, le=1, description="state of charge at departure, 0..1")
+    lat: float = Field(ge=-90, le=90, examples=[44.4401], description="latitude of the origin [deg]")
+    lon: float = Field(ge=-180, le=180, examples=[-36.781], description="longitude of the origin [deg]")
+    soc: float = Field(ge=0, le=1, examples=[0.3], description="state of charge at departure, 0..1")
     vehicle: str | None = Field(
         default=None, max_length=200, description="id of a vehicle; without it, the default one"
     )

@@ -44,8 +44,8 @@ RoadLoad = Annotated[
 ]
 
 Bound = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=1000)]
-Gain = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.01, le=15)]
-Loss = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-15, le=-0.01)]
+Gain = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0.1, le=15)]
+Loss = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=-15, le=-0.1)]
 
 
 class Acceleration(Sent):

@@ -11,12 +11,11 @@ from hypothesis import settings as hypothesis_settings
 from schemathesis.specs.openapi.checks import positive_data_acceptance
 
 from app.main import create_app
+from app.service import Service
 from app.settings import Settings
 
 if TYPE_CHECKING:
     from fastapi import FastAPI
-
-    from app.service import Service
 
 schema = schemathesis.openapi.from_dict(create_app(Settings()).openapi())
 # what a schema can't say (reserve_soc ≤ soc, weights not all 0, links that follow each other) is refused with 422
@@ -24,8 +23,11 @@ UNPROMISED = [positive_data_acceptance]
 
 
 @pytest.fixture(scope="module")
-def tested(settings: Settings, service: Service) -> FastAPI:
-    """An application of its own, because every generated call starts and stops it."""
+def tested() -> FastAPI:
+    """The application on the bundled graphs, where the examples lie; every generated call starts and stops it."""
+    settings = Settings()
+    service = Service(settings)
+    service.load_all()
     return create_app(settings, service)
 
 

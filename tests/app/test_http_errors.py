@@ -275,11 +275,19 @@ def test_unknown_address_answers_404(client: TestClient) -> None:
     check_problem(client.get("/nothing/here"), 404, "not_found")
 
 
-@pytest.mark.parametrize(("method", "path"), [("DELETE", "/route"), ("GET", "/simulate"), ("PUT", "/vehicles")])
-def test_unknown_method_answers_405_with_the_allowed(client: TestClient, method: str, path: str) -> None:
+@pytest.mark.parametrize(
+    ("method", "path", "allowed"),
+    [
+        ("DELETE", "/route", "POST"),
+        ("GET", "/simulate", "POST"),
+        ("PUT", "/range", "GET, POST"),
+        ("PUT", "/vehicles/bmw-i3-60ah", "GET"),
+    ],
+)
+def test_unknown_method_answers_405_with_the_allowed(client: TestClient, method: str, path: str, allowed: str) -> None:
     response = client.request(method, path)
     check_problem(response, 405, "method_not_allowed")
-    assert response.headers["allow"]
+    assert response.headers["allow"] == allowed
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,185 @@
+"""The compiled search, its networkx twin and the enumeration of all ways find the same costs."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from energy.chain import LinkModel, StopRule
+from energy.kernels import link_energy
+from energy.stops import StopSettings
+from energy.vehicle import Vehicle
+from routing.graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
+from routing.networkx_graph import to_networkx
+from routing.query import Weights
+from routing.reference import EnergySearch
+from routing.search import JOULE_PER_KWH, Limits, LinkPosition, WorkspacePool, find_path, reach, search_space
+
+META = GraphMeta("drawn", "test", "none", "none", Terrain.SYNTHETIC, "drawn", 0.0, (0.0, 0.0, 0.0, 0.0))
+SPEEDS = np.array([10.0, 30.0, 50.0, 90.0, 130.0]) / 3.6
+
+
+def vehicle(accel=(1.4, 1.2, 1.0, 0.7, 0.5), decel=(1.3, 1.2, 1.1, 1.0, 0.9), **changes) -> Vehicle:
+    bounds = np.array([0.0, 20.0, 40.0, 60.0, 90.0, 140.0]) / 3.6
+    values = {
+        "id": "drawn",
+        "name": "drawn",
+        "mass_kg": 1800.0,
+        "road_load_a_n": 120.0,
+        "road_load_b_n_per_mps": -1.5,
+        "road_load_c_n_per_mps2": 0.5,
+        "drive_eff": 0.9,
+        "recuperation_eff": 0.6,
+        "aux_power_w": 600.0,
+        "usable_capacity_wh": 3000.0,
+    } | changes
+    return Vehicle(accel_speed_mps=bounds, accel_mps2=np.array(accel), decel_mps2=-np.array(decel), **values)
+
+
+def graph_of(links, heights) -> RoadGraph:
+    """A graph from (tail, head, length, speed, cross) rows; straight lines drawn apart so that twins are told apart."""
+    n = len(links)
+    tail, head = (np.array([row[k] for row in links], np.int32) for k in (0, 1))
+    length = np.array([row[2] for row in links])
+    nodes = len(heights)
+    lon, lat = np.arange(nodes) * 10_000, np.arange(nodes) ** 2 * 10_000
+    geometry_lon = np.column_stack((lon[tail], lon[head])).ravel().astype(np.int32)
+    geometry_lat = np.column_stack((lat[tail], lat[head])).ravel().astype(np.int32)
+    return assemble_graph(
+        META,
+        ("",),
+        LooseNodes(lat / 1e7, lon / 1e7, np.array(heights), np.arange(nodes)),
+        LooseLinks(
+            tail=tail,
+            head=head,
+            length_m=length,
+            speed_limit_mps=np.array([row[3] for row in links]),
+            functional_class=np.full(n, 6, np.int8),
+            cross=np.array([row[4] for row in links], np.int8),
+            urban=np.ones(n, bool),
+            structure=np.zeros(n, bool),
+            way_id=np.arange(n),
+            name_idx=np.zeros(n, np.int32),
+            geometry_first=np.arange(n + 1) * 2,
+            geometry_lon_e7=geometry_lon,
+            geometry_lat_e7=geometry_lat,
+            forbidden_turns=np.empty((0, 2), np.int64),
+        ),
+    )
+
+
+def cheapest_by_enumeration(graph, space, weights, limits, start, goal, most_links):
+    """Least cost over every way of at most most_links links, each driven link by link with nothing left out."""
+    g, p = space.arrays, space.physics
+    best = math.inf
+
+    def drive(link, offset, v, stopped, energy, time, distance, depth):
+        nonlocal best
+        grade, limit = g.grade_frac[link], g.speed_limit_mps[link]
+
+        def cost_of(e, t, d):
+            return weights.energy * e / JOULE_PER_KWH + weights.time * t / 3600.0 + weights.distance * d / 1000.0
+
+        if link == goal.link_idx and goal.offset_m > offset:
+            ds = goal.offset_m - offset
+            e, t, _ = link_energy(p, ds, grade, v, stopped, limit, limit, 1.0, 0.0)
+            used = max(energy + e, limits.least_energy_j)
+            if used <= limits.most_energy_j:
+                best = min(best, cost_of(used, time + t, distance + ds))
+        if depth == most_links:
+            return
+        ds = g.length_m[link] - offset
+        p_stop, wait = g.stop_probability_frac[link], g.stop_time_s[link]
+        for following in graph.successors(link).tolist():
+            e, t, end = link_energy(p, ds, grade, v, stopped, limit, g.speed_limit_mps[following], p_stop, wait)
+            used = max(energy + e, limits.least_energy_j)
+            if used <= limits.most_energy_j:
+                drive(following, 0.0, end, p_stop, used, time + t, distance + ds, depth + 1)
+
+    drive(start.link_idx, start.offset_m, 0.0, 0.0, 0.0, 0.0, 0.0, 1)
+    return best
+
+
+@st.composite
+def maps(draw, nodes=4):
+    """A ring with chords on hilly ground: short and long links, every cross, some oneway."""
+    count = draw(st.integers(3, nodes))
+    heights = [draw(st.floats(0.0, 60.0)) for _ in range(count)]
+    pairs = [(k, (k + 1) % count) for k in range(count)]
+    others = [q for q in itertools.permutations(range(count), 2) if q not in pairs]
+    pairs += draw(st.lists(st.sampled_from(others), unique=True, max_size=4)) if others else []
+    links = []
+    for a, b in pairs:
+        least = 1.5 * abs(heights[a] - heights[b]) + 2.0
+        length = draw(st.sampled_from((1.0, 7.0, 25.0, 60.0, 150.0, 700.0))) + least
+        links.append((a, b, length, draw(st.sampled_from(SPEEDS.tolist())), draw(st.integers(0, 3))))
+    return graph_of(links, heights)
+
+
+weightings = st.sampled_from(
+    [Weights(1.0, 0.0, 0.0), Weights(0.0, 1.0, 0.0), Weights(1.0, 10.0, 0.0), Weights(1.0, 3.0, 0.2)]
+)
+charges = st.sampled_from(
+    [Limits(), Limits(0.0, 4e5), Limits(-1e4, 2e5), Limits(-1e6, 5e4), Limits(0.0, 1e5), Limits(-2e4, math.inf)]
+)
+vehicles = st.sampled_from(
+    [
+        vehicle(),
+        vehicle(recuperation_eff=0.0),
+        vehicle(drive_eff=1.0, recuperation_eff=1.0),
+        vehicle(accel=(0.5, 1.5, 0.4, 1.0, 0.3)),
+        vehicle(accel=(1.0,) * 5, road_load_b_n_per_mps=3.0, aux_power_w=5000.0),
+    ]
+)
+rules = st.sampled_from([StopRule.EXPECTED, StopRule.NONE])
+
+
+@settings(max_examples=250, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(maps(), vehicles, weightings, charges, rules, st.data())
+def test_search_on_small_maps_equals_twin_and_enumeration(graph, car, weights, limits, rule, data):
+    start_link = data.draw(st.integers(0, graph.link_count - 1))
+    goal_link = data.draw(st.integers(0, graph.link_count - 1))
+    start = LinkPosition(start_link, float(graph.length_m[start_link]) * data.draw(st.sampled_from((0.0, 0.4))))
+    goal = LinkPosition(goal_link, float(graph.length_m[goal_link]) * data.draw(st.sampled_from((0.7, 1.0))))
+    stops = StopSettings()
+    space = search_space(graph, car, LinkModel.INTEGRATED, rule, stops)
+    pareto = limits.held and (weights.time > 0.0 or weights.distance > 0.0)
+    path, counts = find_path(space, WorkspacePool(graph.link_count), weights, limits, [start], [goal], pareto=pareto)
+    found = math.inf if path is None else path.cost
+    assert counts.reduced_below_zero == 0
+    assert counts.crowded == 0
+
+    edges = {data["idx"]: (u, v, k) for u, v, k, data in to_networkx(graph).edges(keys=True, data=True)}
+    twin = EnergySearch(
+        to_networkx(graph), space.physics, stops if rule is StopRule.EXPECTED else None, weights, limits
+    )
+    label = twin.route([(edges[start_link], start.offset_m)], [(edges[goal_link], goal.offset_m)])
+    assert found == pytest.approx(math.inf if label is None else label.cost, rel=1e-9, abs=1e-9)
+
+    depth = 9 if graph.link_count <= 6 else 7
+    enumerated = cheapest_by_enumeration(graph, space, weights, limits, start, goal, depth)
+    assert found <= enumerated + 1e-9
+    if path is None or len(path.links) <= depth:
+        assert found == pytest.approx(enumerated, rel=1e-9, abs=1e-9)
+
+
+@settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(maps(nodes=6), vehicles, charges, rules)
+def test_reach_on_small_maps_equals_twin_at_every_node(graph, car, limits, rule):
+    stops = StopSettings()
+    space = search_space(graph, car, LinkModel.INTEGRATED, rule, stops)
+    start = LinkPosition(0, 0.3 * float(graph.length_m[0]))
+    reached = reach(space, WorkspacePool(graph.link_count), limits, [start], graph.head, graph.node_count)
+    nx_graph = to_networkx(graph)
+    edges = {data["idx"]: (u, v, k) for u, v, k, data in nx_graph.edges(keys=True, data=True)}
+    twin = EnergySearch(
+        nx_graph, space.physics, stops if rule is StopRule.EXPECTED else None, Weights(1.0, 0.0, 0.0), limits
+    )
+    expected = twin.energy_to_nodes([(edges[0], start.offset_m)])
+    for idx, node in enumerate(graph.node_id.tolist()):
+        assert reached.node_energy_j[idx] == pytest.approx(expected.get(node, math.inf), rel=1e-9, abs=1e-3)
