@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from routing.search import Reach
 
 METRE_PER_DEGREE: Final = EARTH_RADIUS_M * np.pi / 180.0
-GRID_CELLS: Final = 600  # along the longer side
+GRID_CELLS: Final = 800  # along the longer side, at most; half as many at least where cells are not at their least
 LEAST_CELL_M: Final = 20.0
 OFF_ROAD_CELLS: Final = 3.0  # the area reaches this far off a road,
 OFF_ROAD_M: Final = 400.0  # at least and at most these two
@@ -51,28 +52,19 @@ def reachable_areas(
     """For each budget of battery energy [J], the area in which one can drive to and stop.
 
     The boundary runs half-way between reachable and unreachable roads, and at most OFF_ROAD_M off a road. Polygons
-    are valid, right-handed (RFC 7946), contain the origin and nest where budgets fall. Lon/lat [deg].
+    are valid, right-handed (RFC 7946), contain the origin and nest where budgets fall. More charge covers what less
+    does, but for a cell at the boundary where the grid becomes coarser. Lon/lat [deg].
     """
     lonlat, energy_j = _road_samples(graph, reached)
-    inside = energy_j <= max(budgets_j)
-    if not inside.any():
-        inside = np.zeros(energy_j.size, bool)
-    frame = _Frame.around(lonlat[inside] if inside.any() else np.array([[origin.lon_deg, origin.lat_deg]]))
+    frame = _Frame.around(origin, lonlat[energy_j <= max(budgets_j)])
     cell, offset = frame.cells_of(lonlat)
     seen = np.all((cell >= 0) & (cell < frame.shape), axis=1)
     cell, energy_j, offset = cell[seen], energy_j[seen], offset[seen]
     node_lonlat = np.column_stack((graph.node_lon_deg, graph.node_lat_deg))
-    home = shapely.Point(origin.lon_deg, origin.lat_deg)
     areas: list[ReachableArea] = []
-    shapes = [frame.polygons(_field(frame, cell, offset, energy_j <= budget)) for budget in budgets_j]
-    missing = [not shape.contains(home) for shape in shapes]
-    spot = frame.spot(origin)
-    for k, budget in enumerate(budgets_j):
-        shape = shapes[k]
-        # whoever is nested in this band and gets the origin's spot makes this band get it too, so that they stay nested
-        if any(m and b <= budget for m, b in zip(missing, budgets_j, strict=True)):
-            shape = _multi(shape.union(spot))
-        shape = _rounded(shape)
+    spot = frame.spot(origin)  # in every band, so that they stay nested
+    for budget in budgets_j:
+        shape = _rounded(frame.polygons(_field(frame, cell, offset, energy_j <= budget)).union(spot))
         reachable = reached.node_energy_j <= budget
         shapely.prepare(shape)
         covered = shapely.contains_xy(shape, node_lonlat[:, 0], node_lonlat[:, 1])
@@ -107,7 +99,9 @@ def _road_samples(graph: RoadGraph, reached: Reach) -> tuple[NDArray[np.float64]
     energy = _energy_along(graph, reached, road, share)
     reverse = graph.reverse_idx[road]
     both = reverse >= 0
-    energy[both] = np.minimum(energy[both], _energy_along(graph, reached, reverse[both].astype(np.int64), 1.0 - share[both]))
+    energy[both] = np.minimum(
+        energy[both], _energy_along(graph, reached, reverse[both].astype(np.int64), 1.0 - share[both])
+    )
     lonlat = np.column_stack((np.interp(at, along, lon), np.interp(at, along, lat)))
     nodes = np.column_stack((graph.node_lon_deg, graph.node_lat_deg))
     return np.concatenate((nodes, lonlat)), np.concatenate((reached.node_energy_j, energy))
@@ -127,7 +121,11 @@ def _energy_along(
 
 @dataclass(frozen=True, slots=True)
 class _Frame:
-    """A regular grid over the reachable part of the map; origin is the centre of cell (0, 0)."""
+    """A regular grid over the reachable part of the map; west, south is the centre of cell (0, 0).
+
+    The origin of the range is the centre of a cell, and cells are as large as a step of a ladder says: whatever the
+    charge, places fall into the same cells, or else an area would jump to and fro as the charge grows.
+    """
 
     west_deg: float
     south_deg: float
@@ -137,17 +135,21 @@ class _Frame:
     shape: tuple[int, int]  # columns, rows
 
     @classmethod
-    def around(cls, lonlat: NDArray[np.float64]) -> _Frame:
-        west, south = lonlat.min(axis=0)
-        east, north = lonlat.max(axis=0)
-        per_lon = METRE_PER_DEGREE * np.cos(np.radians((south + north) / 2.0))
-        size = max((east - west) * per_lon, (north - south) * METRE_PER_DEGREE)
-        cell = max(size / GRID_CELLS, LEAST_CELL_M)
-        step_lon, step_lat = cell / per_lon, cell / METRE_PER_DEGREE
-        rim = int(np.ceil(_off_road_m(cell) / cell)) + 2
-        columns = int(np.ceil((east - west) / step_lon)) + 2 * rim + 1
-        rows = int(np.ceil((north - south) / step_lat)) + 2 * rim + 1
-        return cls(west - rim * step_lon, south - rim * step_lat, step_lon, step_lat, cell, (columns, rows))
+    def around(cls, origin: Point, lonlat: NDArray[np.float64]) -> _Frame:
+        home = np.array((origin.lon_deg, origin.lat_deg))
+        per_deg = METRE_PER_DEGREE * np.array((np.cos(np.radians(origin.lat_deg)), 1.0))
+        places = np.vstack((home, lonlat))
+        low_m, high_m = (places.min(axis=0) - home) * per_deg, (places.max(axis=0) - home) * per_deg
+        size_m = float((high_m - low_m).max())
+        cell = LEAST_CELL_M * 2.0 ** max(0, int(np.ceil(np.log2(max(size_m, 1.0) / (GRID_CELLS * LEAST_CELL_M)))))
+        # a road out of reach farther off than twice the rim of the area is nowhere in it the nearer one
+        rim = int(np.ceil(2.0 * _off_road_m(cell) / cell)) + 2
+        before = np.ceil(-low_m / cell).astype(np.int64) + rim
+        after = np.ceil(high_m / cell).astype(np.int64) + rim
+        west, south = (home - before * cell / per_deg).tolist()
+        step_lon, step_lat = (cell / per_deg).tolist()
+        columns, rows = (before + after + 1).tolist()
+        return cls(west, south, step_lon, step_lat, cell, (columns, rows))
 
     def cells_of(self, lonlat: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Column and row (S, 2) of places, and their distance to the cell's centre (S,) in cells."""
@@ -159,7 +161,7 @@ class _Frame:
         """A small polygon around a place, half a cell wide."""
         angle = np.arange(12) * np.pi / 6.0
         ring = np.column_stack((np.cos(angle) * self.step_lon_deg, np.sin(angle) * self.step_lat_deg)) * 0.5
-        return shapely.Polygon(ring + (place.lon_deg, place.lat_deg))
+        return shapely.Polygon(np.add(ring, (place.lon_deg, place.lat_deg)))
 
     def polygons(self, field: NDArray[np.float64]) -> shapely.MultiPolygon:
         """Where a field (rows, columns) is above zero."""
@@ -167,7 +169,7 @@ class _Frame:
         scale, corner = (self.step_lon_deg, self.step_lat_deg), (self.west_deg, self.south_deg)
         polygons = []
         for points, offsets in zip(*contours, strict=True):
-            rings = [points[a:b] * scale + corner for a, b in zip(offsets[:-1], offsets[1:], strict=True)]
+            rings = [points[a:b] * scale + corner for a, b in pairwise(offsets)]
             polygons.append(shapely.Polygon(rings[0], rings[1:]))
         return _multi(shapely.make_valid(shapely.MultiPolygon(polygons), method="structure"))
 
@@ -209,7 +211,7 @@ def _multi(shape: shapely.Geometry) -> shapely.MultiPolygon:
     return shapely.MultiPolygon([orient(p) for p in [*parts, *nested]])
 
 
-def _rounded(shape: shapely.MultiPolygon) -> shapely.MultiPolygon:
+def _rounded(shape: shapely.Geometry) -> shapely.MultiPolygon:
     return _multi(shapely.set_precision(shape, 10.0**-COORDINATE_DECIMALS))
 
 
@@ -220,5 +222,3 @@ def _area_m2(shape: shapely.MultiPolygon) -> float:
         return np.column_stack((np.radians(lonlat[:, 0]), np.sin(np.radians(lonlat[:, 1])))) * EARTH_RADIUS_M
 
     return float(shapely.transform(shape, equal_area).area)
-
-

@@ -21,7 +21,14 @@ LINK, PARENT, NEXT, DEAD = range(4)
 # counters
 LABELS, HEAP, SETTLED, GOAL, CYCLE, REDUCED_BELOW_ZERO, CROWDED = range(7)
 
+# leads this small are rounding: without them a loss-free vehicle's labels, equal but for the last digits, would pile up
+NOISE_J = 1e-6
+NOISE_S = 1e-9
+
 CROWD = 48  # labels on one link beyond which dominance is relaxed, which is counted and reported
+
+# columns of the table of links
+LENGTH, GRADE, LIMIT, HEIGHT, STOP, WAIT, CRUISE_J, CRUISE_S = range(8)
 
 DONE, FOUND, FULL, NEGATIVE_CYCLE, TOO_MANY = range(5)
 
@@ -34,8 +41,11 @@ class LinkArrays(NamedTuple):
 
     top_class: highest speed interval that drives entering here may be in before they must have met.
     settling_m: length from which on all phases fit, whatever the entry and the end.
+    row: (M, 8), what the search reads of a link for every label, in one cache line, columns as named above: the other
+    floating-point arrays are its columns. CRUISE_J, CRUISE_S: of the commonest drive, entered at the limit and left at it.
     """
 
+    row: NDArray[np.float64]
     tail_height_m: NDArray[np.float64]
     length_m: NDArray[np.float64]
     grade_frac: NDArray[np.float64]
@@ -220,8 +230,8 @@ def phase_gap(p, length, grade, v_max, v_a, p_a, v_b, p_b):
 
 
 @njit(nogil=True, cache=True)
-def leads(p, bounds, r, length, grade, v_max, settling, k, a, b, crowded):
-    """Whether label a makes label b on the same link superfluous, whatever follows; a and b are rows of the label table.
+def leads(p, bounds, r, link, settling, k, a, b, crowded):
+    """Whether label a makes label b on the same link superfluous, whatever follows; a, b, link are rows of their tables.
 
     crowded: compare kinetic energy and cost alone, without the slack for differing accelerations.
     """
@@ -238,14 +248,16 @@ def leads(p, bounds, r, length, grade, v_max, settling, k, a, b, crowded):
             return False
         return not r.pareto or a[ENERGY] + worth <= b[ENERGY]
     if r.correcting:
-        if length < settling:
+        if link[LENGTH] < settling:
             return False
-        energy, lost = phase_gap(p, length, grade, v_max, v_a, p_a, v_b, p_b)
+        energy, lost = phase_gap(p, link[LENGTH], link[GRADE], link[LIMIT], v_a, p_a, v_b, p_b)
         meets = True
         gain = 0.0
     else:
-        energy, lost, meets, gain = state_gap(p, bounds, r.half_inertia_kg, length, v_max, k, v_a, p_a, v_b, p_b)
-    if a[COST] + r.energy_weight * energy + r.time_weight * lost > b[COST]:
+        energy, lost, meets, gain = state_gap(
+            p, bounds, r.half_inertia_kg, link[LENGTH], link[LIMIT], k, v_a, p_a, v_b, p_b
+        )
+    if a[COST] + r.energy_weight * (energy - NOISE_J) + r.time_weight * (lost - NOISE_S) > b[COST]:
         return False
     if not r.limited:
         return True
@@ -253,7 +265,7 @@ def leads(p, bounds, r, length, grade, v_max, settling, k, a, b, crowded):
     if not meets:
         # a full battery could take away the lead: count a's charge only as far as it can't be clamped until they meet
         lead = max(lead, r.least_energy_j + gain)
-    return lead + energy <= b[ENERGY]
+    return lead + energy - NOISE_J <= b[ENERGY]
 
 
 @njit(nogil=True, cache=True)
@@ -294,11 +306,9 @@ def run(g, p, bounds, r, ws, epoch, goal_link, goal_offset):
     number, index, counter = ws.number, ws.pointer, ws.counter
     heap_key, heap_label = ws.heap_key, ws.heap_label
     bag_first, bag_epoch = ws.bag_first, ws.bag_epoch
-    length_m, grade_frac, limit_mps = g.length_m, g.grade_frac, g.speed_limit_mps
-    tail_height_m, settling_m, top_class = g.tail_height_m, g.settling_m, g.top_class
+    row, settling_m, top_class = g.row, g.settling_m, g.top_class
     successor_first, successors = g.successor_first, g.successor
-    stop_probability, stop_time = g.stop_probability_frac, g.stop_time_s
-    links = length_m.size
+    links = row.shape[0]
     capacity = index.shape[0]
     heap_size, made, settled = counter[HEAP], counter[LABELS], counter[SETTLED]
     status = DONE
@@ -331,7 +341,8 @@ def run(g, p, bounds, r, ws, epoch, goal_link, goal_offset):
         cost0, energy0, time0 = number[top, COST], number[top, ENERGY], number[top, TIME]
         distance0, offset, key0 = number[top, DISTANCE], number[top, OFFSET], number[top, KEY]
         v, stopped = number[top, SPEED], number[top, STOPPED]
-        grade, v_max = grade_frac[link], limit_mps[link]
+        here = row[link]
+        grade, v_max = here[GRADE], here[LIMIT]
         for k in range(goal_link.size):
             if goal_link[k] == link and goal_offset[k] > offset:
                 ds = goal_offset[k] - offset
@@ -339,7 +350,7 @@ def run(g, p, bounds, r, ws, epoch, goal_link, goal_offset):
                 e = max(e, r.least_energy_j - energy0)
                 if energy0 + e <= r.most_energy_j:
                     cost = cost0 + r.energy_weight * e + r.time_weight * t + r.distance_weight * ds
-                    height = tail_height_m[link] + grade * goal_offset[k]
+                    height = here[HEIGHT] + grade * goal_offset[k]
                     number[made, KEY] = cost - r.energy_weight * r.alpha * p.weight_n * height
                     number[made, COST], number[made, ENERGY] = cost, energy0 + e
                     number[made, TIME], number[made, DISTANCE] = time0 + t, distance0 + ds
@@ -347,19 +358,22 @@ def run(g, p, bounds, r, ws, epoch, goal_link, goal_offset):
                     heap_push(heap_key, heap_label, heap_size, number[made, KEY], made)
                     heap_size += 1
                     made += 1
-        ds = length_m[link] - offset
-        p_stop = stop_probability[link]
-        height = tail_height_m[link] + grade * length_m[link]
+        ds = here[LENGTH] - offset
+        p_stop = here[STOP]
+        height = here[HEIGHT] + grade * here[LENGTH]
         known_target = -1.0
         e = 0.0
         t = 0.0
         v_end = 0.0
         for k in range(first, end):
             successor = successors[k]
-            next_max = limit_mps[successor]
-            target = min(v_max, next_max)
+            there = row[successor]
+            target = min(v_max, there[LIMIT])
             if target != known_target:
-                e, t, v_end = link_energy(p, ds, grade, v, stopped, v_max, target, p_stop, stop_time[link])
+                if v == v_max and target == v_max and stopped == 0.0 and offset == 0.0:
+                    e, t, v_end = here[CRUISE_J], here[CRUISE_S], v_max
+                else:
+                    e, t, v_end = link_energy(p, ds, grade, v, stopped, v_max, target, p_stop, here[WAIT])
                 known_target = target
             used = max(energy0 + e, r.least_energy_j)  # a full battery: the rest is braked away
             if used > r.most_energy_j:
@@ -377,17 +391,17 @@ def run(g, p, bounds, r, ws, epoch, goal_link, goal_offset):
             while other >= 0:
                 after = index[other, NEXT]
                 crowd += 1
-                crowded = crowd > CROWD
-                if leads(
-                    p, bounds, r, length_m[successor], grade_frac[successor], next_max, settling_m[successor],
-                    top_class[successor], number[other], new, crowded,
-                ):  # fmt: skip
-                    superfluous = True
-                    break
-                if leads(
-                    p, bounds, r, length_m[successor], grade_frac[successor], next_max, settling_m[successor],
-                    top_class[successor], new, number[other], crowded,
-                ):  # fmt: skip
+                one = number[other]
+                # a lead in cost is needed, so that at most one of two unequal labels can lead
+                if one[COST] <= cost:
+                    if (one[SPEED] == v_end and one[STOPPED] == p_stop and (not r.pareto or one[ENERGY] <= used)) or leads(
+                        p, bounds, r, there, settling_m[successor], top_class[successor], one, new, crowd > CROWD
+                    ):
+                        superfluous = True
+                        break
+                if cost <= one[COST] and leads(
+                    p, bounds, r, there, settling_m[successor], top_class[successor], new, one, crowd > CROWD
+                ):
                     index[other, DEAD] = 1
                     if before < 0:
                         bag_first[successor] = after
@@ -420,6 +434,16 @@ def run(g, p, bounds, r, ws, epoch, goal_link, goal_offset):
     if status == DONE and counter[GOAL] >= 0:
         return FOUND
     return status
+
+
+@njit(nogil=True, cache=True)
+def fill_cruise(p, row):
+    """Energy and time of each link entered at its limit and left at it or stopped, into the table of links."""
+    for k in range(row.shape[0]):
+        v = row[k, LIMIT]
+        row[k, CRUISE_J], row[k, CRUISE_S], _ = link_energy(
+            p, row[k, LENGTH], row[k, GRADE], v, 0.0, v, v, row[k, STOP], row[k, WAIT]
+        )
 
 
 @njit(nogil=True, cache=True)

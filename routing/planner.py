@@ -44,6 +44,8 @@ from routing.search import (
 from routing.snap import RoadIndex, part_of_line
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from energy.chain import ChainResult
     from energy.vehicle import Vehicle
     from routing.graph import RoadGraph
@@ -96,9 +98,9 @@ class Planner:
                 routes.append(_no_route(name, weights, query, start))
                 stats.append(SearchStats(0, 0, 0.0, "none"))
                 continue
-            path, within, counts, method = self._search(query, weights, starts, goals)
+            path, counts, method = self._search(query, weights, starts, goals)
             crowded |= counts.crowded > 0
-            routes.append(self._unpack(name, weights, query, path, within))
+            routes.append(self._unpack(name, weights, query, path))
             stats.append(SearchStats(counts.labels_made, counts.labels_settled, counts.seconds, method))
         warnings = self._warnings(query, crowded)
         return RouteAnswer(tuple(routes), start, goal, tuple(stats), warnings)
@@ -151,9 +153,7 @@ class Planner:
         Raises LinkError where a link does not exist, may not follow the one before, or a stretch leaves it.
         """
         chain = self._chain(spans, stop_settings or StopSettings())
-        return simulate_chain(
-            vehicle, chain, link_model=link_model, stop_rule=stop_rule, arrive_stopped=arrive_stopped
-        )
+        return simulate_chain(vehicle, chain, link_model=link_model, stop_rule=stop_rule, arrive_stopped=arrive_stopped)
 
     def _chain(self, spans: tuple[LinkSpan, ...], settings: StopSettings) -> Chain:
         graph = self.graph
@@ -197,17 +197,15 @@ class Planner:
 
     def _search(
         self, query: RouteQuery, weights: Weights, starts: tuple[LinkPosition, ...], goals: tuple[LinkPosition, ...]
-    ) -> tuple[FoundPath, bool, SearchCounts, str]:
-        """The best path, whether it keeps the charge limits, the work done and the method."""
+    ) -> tuple[FoundPath, SearchCounts, str]:
+        """The best path that keeps the charge limits, or the one of least energy, the work done and the method."""
         space = self._space(query.vehicle, query.link_model, query.stop_rule, query.stop_settings)
         capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
         limits = _limits(query.soc_frac, query.reserve_soc_frac, capacity_j)
         energy_only = weights.time == 0.0 and weights.distance == 0.0
 
         def find(w: Weights, held: Limits, *, pareto: bool = False) -> tuple[FoundPath | None, SearchCounts]:
-            return find_path(
-                space, self._pool, w, held, starts, goals, pareto=pareto, label_limit=self._label_limit
-            )
+            return find_path(space, self._pool, w, held, starts, goals, pareto=pareto, label_limit=self._label_limit)
 
         pareto = False
         if energy_only:
@@ -221,11 +219,11 @@ class Planner:
                     path, counts = find(weights, limits, pareto=True)
                     pareto = True
         if path is not None:
-            return path, True, counts, _method(counts, pareto=pareto)
+            return path, counts, _method(counts, pareto=pareto)
         path, counts = find(ECO if not energy_only else weights, Limits())
         if path is None:
             raise NoPathError("no permitted way leads from start to goal")
-        return path, False, counts, _method(counts, pareto=False)
+        return path, counts, _method(counts, pareto=False)
 
     def _keeps(self, query: RouteQuery, path: FoundPath, limits: Limits) -> bool:
         """Whether a path neither overfills the battery nor takes it below the reserve, link by link."""
@@ -251,7 +249,7 @@ class Planner:
             for k, link in enumerate(path.links)
         )
 
-    def _unpack(self, name: str, weights: Weights, query: RouteQuery, path: FoundPath, within: bool) -> Route:
+    def _unpack(self, name: str, weights: Weights, query: RouteQuery, path: FoundPath) -> Route:
         graph = self.graph
         spans = self._spans(path)
         chain = self._chain(spans, query.stop_settings)
@@ -280,8 +278,8 @@ class Planner:
             )
         climb = chain.grade_frac * chain.length_m
         soc_min = float(min(soc.min(), query.soc_frac))
-        # the search and the sum over links round differently; below that no one runs dry
-        feasible = soc_min >= query.reserve_soc_frac - 1e-9 if within else False
+        # the figures decide, not the search: it rounds differently, and `counted` stops are not those it saw
+        feasible = soc_min >= query.reserve_soc_frac - 1e-9
         route = Route(
             name=name,
             weights=weights,
@@ -306,7 +304,10 @@ class Planner:
             route,
             deficit_j=missing * capacity_wh * JOULE_PER_WH,
             furthest=self._furthest(route, query.reserve_soc_frac),
-            remedy=Remedy(query.soc_frac + missing, missing * capacity_wh),
+            remedy=Remedy(
+                _start_charge_needed(energy_j / (capacity_wh * JOULE_PER_WH), query.reserve_soc_frac),
+                missing * capacity_wh,
+            ),
         )
 
     def _furthest(self, route: Route, reserve_frac: float) -> Point:
@@ -331,7 +332,9 @@ class Planner:
         elif meta.terrain is Terrain.SYNTHETIC:
             warnings.append(f"graph {meta.name!r} has synthetic terrain: it is no real place or not its real heights")
         if query.stop_rule is StopRule.COUNTED:
-            warnings.append("stops 'counted' depend on the way so far: the search used 'expected', the figures 'counted'")
+            warnings.append(
+                "stops 'counted' depend on the way so far: the search used 'expected', the figures 'counted'"
+            )
         if query.link_model is LinkModel.PRINTED:
             warnings.append("link model 'printed' does not conserve energy: label-correcting search")
         if query.vehicle.powertrain is Powertrain.ICE:
@@ -361,6 +364,18 @@ def _vehicle_key(vehicle: Vehicle) -> tuple[object, ...]:
 
 def _limits(soc_frac: float, reserve_frac: float, capacity_j: float) -> Limits:
     return Limits(-(1.0 - soc_frac) * capacity_j, (soc_frac - reserve_frac) * capacity_j)
+
+
+def _start_charge_needed(used_frac: NDArray[np.float64], reserve_frac: float) -> float:
+    """Charge at departure that keeps the reserve on the way; above 1 where a full battery would not do.
+
+    A battery that fills up on the way starts from 1 again there, whatever it had at departure.
+    used_frac: float64 (n,) battery energy of each link over the capacity.
+    """
+    used = np.concatenate(([0.0], np.cumsum(used_frac)))
+    longest_fall = float((used - np.minimum.accumulate(used)).max())
+    needed = reserve_frac + float(used.max())
+    return max(needed, reserve_frac + longest_fall) if reserve_frac + longest_fall > 1.0 else needed
 
 
 def _method(counts: SearchCounts, *, pareto: bool) -> str:

@@ -126,13 +126,22 @@ def search_space(
         graph.length_m, graph.speed_limit_mps, interval, graph.successor_first, graph.successor, run_up, top
     )
     half_inertia = 0.5 * physics.inertia_kg
+    row = np.zeros((graph.link_count, 8))
+    row[:, kernels.LENGTH] = graph.length_m
+    row[:, kernels.GRADE] = grade
+    row[:, kernels.LIMIT] = graph.speed_limit_mps
+    row[:, kernels.HEIGHT] = graph.node_height_m[graph.tail]
+    row[:, kernels.STOP] = probability
+    row[:, kernels.WAIT] = wait
+    kernels.fill_cruise(physics, row)
     arrays = LinkArrays(
-        tail_height_m=graph.node_height_m[graph.tail],
-        length_m=graph.length_m,
-        grade_frac=grade,
-        speed_limit_mps=graph.speed_limit_mps,
-        stop_probability_frac=probability,
-        stop_time_s=wait,
+        row=row,
+        tail_height_m=row[:, kernels.HEIGHT],
+        length_m=row[:, kernels.LENGTH],
+        grade_frac=row[:, kernels.GRADE],
+        speed_limit_mps=row[:, kernels.LIMIT],
+        stop_probability_frac=row[:, kernels.STOP],
+        stop_time_s=row[:, kernels.WAIT],
         successor_first=graph.successor_first,
         successor=graph.successor,
         top_class=top,

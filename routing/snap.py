@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import shapely
@@ -43,7 +43,7 @@ class RoadIndex:
                 begin = graph.geometry_first[self._road]
                 row = np.repeat(begin - np.concatenate(([0], np.cumsum(points)[:-1])), points) + np.arange(points.sum())
                 xy = np.column_stack((graph.geometry_lon_e7[row] / E7 * self._shrink, graph.geometry_lat_e7[row] / E7))
-                lines = shapely.linestrings(xy, indices=np.repeat(np.arange(self._road.size), points))
+                lines: Any = shapely.linestrings(xy, indices=np.repeat(np.arange(self._road.size), points))
                 self._tree = shapely.STRtree(lines)
             return self._tree
 

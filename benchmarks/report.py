@@ -1,0 +1,190 @@
+"""What one run of the benchmarks found, as tables or as JSON."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING
+
+from rich import box
+from rich.table import Table
+
+from benchmarks.searches import RESERVE_SOC_FRAC, TARGET_RATIO
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from benchmarks.graphs import Loaded, Made
+    from benchmarks.machine import Machine
+    from benchmarks.queries import QueryFigures
+    from benchmarks.searches import SearchFigures, Spread
+
+
+@dataclass(frozen=True, slots=True)
+class Settings:
+    """What was asked for."""
+
+    vehicle: str
+    seed: int
+    sources: int
+    repeat: int
+    pairs: int
+    ranges: int
+
+
+@dataclass(frozen=True, slots=True)
+class GraphFigures:
+    """Everything measured on one graph."""
+
+    made: Made
+    loaded: Loaded
+    searches: list[SearchFigures]
+    queries: list[QueryFigures]
+
+
+@dataclass(frozen=True, slots=True)
+class Report:
+    """One run; notes: what it had to leave out; load_after: of the machine, over the last minute."""
+
+    machine: Machine
+    load_after: float
+    settings: Settings
+    graphs: list[GraphFigures]
+    notes: list[str]
+
+
+def report_json(report: Report) -> str:
+    """The report as one JSON object, verdicts included."""
+    told = asdict(report)
+    told["target_ratio"] = TARGET_RATIO
+    for graph, said in zip(report.graphs, told["graphs"], strict=True):
+        for figures, row in zip(graph.searches, said["searches"], strict=True):
+            row["met"] = figures.met
+    return json.dumps(told, indent=2)
+
+
+def print_report(report: Report, console: Console) -> None:
+    """Print the report as tables."""
+    machine, asked = report.machine, report.settings
+    console.print(
+        f"{machine.cpu}, {machine.cores} cores, {machine.memory_gb:.0f} GB; Python {machine.python}, "
+        f"numpy {machine.numpy}, numba {machine.numba}; load {machine.load:.2f} before, {report.load_after:.2f} after",
+    )
+    console.print(
+        f"vehicle {asked.vehicle}; seed {asked.seed}; {asked.sources} sources x {asked.repeat} repetitions, "
+        f"{asked.pairs} pairs, {asked.ranges} ranges",
+    )
+    for note in report.notes:
+        console.print(f"note: {note}", style="yellow", markup=False)
+    for table in (_searches(report), _making(report), _loading(report), _queries(report)):
+        console.print()
+        console.print(table)
+    console.print()
+    for graph in report.graphs:
+        ratios = [f.worst_ratio for f in graph.searches]
+        verdict = "met" if all(f.met for f in graph.searches) else "missed"
+        console.print(
+            f"{graph.made.name}: ratios {min(ratios):.2f} to {max(ratios):.2f}, target <= {TARGET_RATIO:g}: {verdict}"
+        )
+
+
+def _table(title: str, left: tuple[str, ...], right: tuple[str, ...]) -> Table:
+    table = Table(title=title, title_justify="left", title_style="bold", box=box.MARKDOWN)
+    for heading in left:
+        table.add_column(heading, overflow="fold")
+    for heading in right:
+        table.add_column(heading, justify="right", overflow="fold")
+    return table
+
+
+def _searches(report: Report) -> Table:
+    title = (
+        "One-to-all eco search over scalar Dijkstra by length and by free-flow time: "
+        "medians, of ratios also least..most over sources"
+    )
+    numbers = (
+        "search ms",
+        "length ms",
+        "time ms",
+        "/ length",
+        "/ time",
+        "labels/link",
+        "reached",
+        "target",
+    )
+    table = _table(title, ("graph", "stops", "limits"), numbers)
+    for graph in report.graphs:
+        for f in graph.searches:
+            table.add_row(
+                graph.made.name,
+                f.case.stops.value,
+                "unheld" if f.case.soc_frac is None else f"{f.case.soc_frac:.0%}..{RESERVE_SOC_FRAC:.0%}",
+                f"{1e3 * f.search_s.median:.1f}",
+                f"{1e3 * f.scalar_length_s.median:.1f}",
+                f"{1e3 * f.scalar_time_s.median:.1f}",
+                _ratio(f.over_length),
+                _ratio(f.over_time),
+                f"{f.labels_made_per_link:.2f}",
+                f"{f.reached_frac:.0%}",
+                "met" if f.met else "missed",
+            )
+    return table
+
+
+def _making(report: Report) -> Table:
+    numbers = ("nodes", "links", "make s", "save s", "process s", "idle MB", "peak MB", "peak B/link")
+    table = _table("Import or generation, each in a fresh process", ("graph", "how"), numbers)
+    for m in (graph.made for graph in report.graphs):
+        table.add_row(
+            m.name,
+            m.kind,
+            str(m.nodes),
+            str(m.links),
+            f"{m.make_s:.2f}",
+            f"{m.save_s:.2f}",
+            f"{m.process_s:.2f}",
+            f"{m.idle_mb:.0f}",
+            f"{m.peak_mb:.0f}",
+            f"{1e6 * (m.peak_mb - m.idle_mb) / m.links:.0f}",
+        )
+    return table
+
+
+def _loading(report: Report) -> Table:
+    numbers = ("saved MB", "B/link", "load ms", "load/make", "added MB", "touched MB", "private MB")
+    table = _table("Loading memory-mapped, each in a fresh process", ("graph",), numbers)
+    for graph in report.graphs:
+        made, loaded = graph.made, graph.loaded
+        table.add_row(
+            made.name,
+            f"{made.saved_mb:.1f}",
+            f"{1e6 * made.saved_mb / made.links:.0f}",
+            f"{1e3 * loaded.load_s:.1f}",
+            f"1/{made.make_s / loaded.load_s:.0f}",
+            _megabytes(loaded.added_mb),
+            _megabytes(loaded.touched_mb),
+            _megabytes(loaded.private_mb),
+        )
+    return table
+
+
+def _queries(report: Report) -> Table:
+    numbers = ("answered", "refused", "median ms", "95 % ms", "search ms")
+    table = _table("Whole queries between random nodes (informative)", ("graph", "query"), numbers)
+    for graph in report.graphs:
+        for q in graph.queries:
+            times = (_milliseconds(x) for x in (q.median_s, q.p95_s, q.search_median_s))
+            table.add_row(graph.made.name, q.kind, str(q.count), str(q.refused), *times)
+    return table
+
+
+def _ratio(figures: Spread) -> str:
+    return f"{figures.median:.2f} ({figures.least:.2f}..{figures.most:.2f})"
+
+
+def _megabytes(value: float | None) -> str:
+    return "?" if value is None else f"{value:.1f}"
+
+
+def _milliseconds(value: float | None) -> str:
+    return "-" if value is None else f"{1e3 * value:.1f}"

@@ -1,0 +1,208 @@
+"""The area that can be reached: a valid right-handed area around the origin that nests and grows with the charge."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+import shapely
+
+from energy.vehicle_files import load_vehicles
+from routing.graph import (
+    EARTH_RADIUS_M,
+    GraphMeta,
+    LooseLinks,
+    LooseNodes,
+    RoadGraph,
+    Terrain,
+    assemble_graph,
+    great_circle_m,
+)
+from routing.planner import Planner
+from routing.query import Point, RangeAnswer, RangeQuery
+
+KONA = load_vehicles(Path(__file__).resolve().parents[2] / "data/vehicles")["hyundai-kona-64"]
+SIDE = 24
+SOUTH, WEST = 55.0, 12.0
+ROUNDING_DEG = 2e-6  # coordinates are rounded to 1e-6
+
+
+def hilly_grid() -> RoadGraph:
+    """24 by 24 nodes about 600 m apart on seeded hills, all streets both ways, some left out."""
+    rng = np.random.default_rng(11)
+    row, column = np.divmod(np.arange(SIDE * SIDE), SIDE)
+    lat_e7 = np.rint((SOUTH + 0.0054 * row) * 1e7 + rng.integers(-9000, 9000, row.size)).astype(np.int64)
+    lon_e7 = np.rint((WEST + 0.0094 * column) * 1e7 + rng.integers(-9000, 9000, row.size)).astype(np.int64)
+    height = 300.0 + 90.0 * np.sin(row / 3.0) * np.cos(column / 4.0) + 4.0 * column
+    right = [(k, k + 1) for k in range(row.size) if k % SIDE < SIDE - 1]
+    up = [(k, k + SIDE) for k in range(row.size - SIDE)]
+    streets = [street for street in [*right, *up] if rng.random() > 0.12]
+    tail, head = (
+        np.array(side, np.int32) for side in zip(*[s for a, b in streets for s in ((a, b), (b, a))], strict=True)
+    )
+    n = tail.size
+    corners = np.column_stack((tail, head)).ravel()
+    lat, lon = lat_e7 / 1e7, lon_e7 / 1e7
+    return assemble_graph(
+        GraphMeta("grid", "test", "none", "none", Terrain.SYNTHETIC, "drawn", 0.0, (0.0,) * 4),
+        ("",),
+        LooseNodes(lat, lon, height, np.arange(row.size)),
+        LooseLinks(
+            tail=tail,
+            head=head,
+            length_m=np.asarray(great_circle_m(lat[tail], lon[tail], lat[head], lon[head])),
+            speed_limit_mps=np.where(np.arange(n) // 2 % 3 == 0, 80.0, 50.0) / 3.6,
+            functional_class=np.full(n, 5, np.int8),
+            cross=np.zeros(n, np.int8),
+            urban=np.zeros(n, bool),
+            structure=np.zeros(n, bool),
+            way_id=np.arange(n) // 2,
+            name_idx=np.zeros(n, np.int32),
+            geometry_first=np.arange(n + 1) * 2,
+            geometry_lon_e7=lon_e7[corners].astype(np.int32),
+            geometry_lat_e7=lat_e7[corners].astype(np.int32),
+            forbidden_turns=np.empty((0, 2), np.int64),
+        ),
+    )
+
+
+@pytest.fixture(scope="module")
+def planner() -> Planner:
+    return Planner(hilly_grid())
+
+
+def place(east: float, north: float) -> Point:
+    """A place by its share of the map's width and height."""
+    return Point(SOUTH + 0.0054 * (SIDE - 1) * north, WEST + 0.0094 * (SIDE - 1) * east)
+
+
+MIDDLE = place(0.5, 0.5)
+ORIGINS = [MIDDLE, place(0.03, 0.04), place(0.7, 0.95), place(0.21, 0.55)]
+
+
+def reached(planner: Planner, origin: Point = MIDDLE, soc: float = 0.02, **changes) -> RangeAnswer:
+    return planner.range(replace(RangeQuery(origin, soc, KONA), **changes))
+
+
+def rings(area: shapely.MultiPolygon) -> list[shapely.LinearRing]:
+    return [ring for polygon in area.geoms for ring in (polygon.exterior, *polygon.interiors)]
+
+
+@pytest.mark.parametrize("origin", ORIGINS)
+@pytest.mark.parametrize("soc", [0.004, 0.011, 0.03])
+def test_areas_are_valid_right_handed_and_contain_the_origin(planner, origin, soc):
+    answer = reached(planner, origin, soc, bands_soc_frac=(0.3 * soc, 0.6 * soc, soc))
+    home = shapely.Point(answer.origin.on_road.lon_deg, answer.origin.on_road.lat_deg)
+    for band in answer.bands:
+        assert band.area.geom_type == "MultiPolygon"
+        assert band.area.is_valid
+        assert band.area.contains(home)
+        for polygon in band.area.geoms:
+            assert polygon.exterior.is_ccw
+            assert not any(ring.is_ccw for ring in polygon.interiors)
+        for ring in rings(band.area):
+            assert ring.is_closed
+            assert len(ring.coords) >= 4
+
+
+def test_coordinates_of_areas_have_seven_decimals_at_most(planner):
+    for band in reached(planner, bands_soc_frac=(0.01,)).bands:
+        coordinates = shapely.get_coordinates(band.area)
+        np.testing.assert_array_equal(np.round(coordinates, 7), coordinates)
+
+
+@pytest.mark.parametrize("origin", ORIGINS)
+def test_bands_nest_from_the_reserve_inwards(planner, origin):
+    shares = np.linspace(0.002, 0.02, 7)
+    answer = reached(planner, origin, 0.02, reserve_soc_frac=0.001, bands_soc_frac=tuple(shares.tolist()))
+    assert [band.soc_left_frac for band in answer.bands] == pytest.approx([0.001, *shares])
+    for outer, inner in pairwise(answer.bands):
+        assert inner.area.difference(outer.area.buffer(ROUNDING_DEG)).is_empty
+        assert inner.area_m2 <= outer.area_m2
+        assert inner.node_count <= outer.node_count
+
+
+@pytest.mark.parametrize("origin", ORIGINS)
+def test_more_charge_covers_what_less_does(planner, origin):
+    charges = np.geomspace(0.002, 0.05, 12)
+    bands = [reached(planner, origin, soc).bands[0] for soc in charges.tolist()]
+    for less, more in pairwise(bands):
+        assert less.node_count <= more.node_count
+        # where the grid becomes coarser, the boundary may move by a cell
+        lost = less.area.difference(more.area.buffer(ROUNDING_DEG)).area
+        assert lost <= 0.02 * less.area.area
+    # but that is seldom: nearly always it is covered to the rounding
+    kept = [less.area.difference(more.area.buffer(ROUNDING_DEG)).is_empty for less, more in pairwise(bands)]
+    assert sum(kept) >= len(kept) - 1
+
+
+def test_all_charge_in_reserve_reaches_the_origin_and_what_lies_below(planner):
+    answer = reached(planner, soc=0.5, reserve_soc_frac=0.5)
+    (band,) = answer.bands
+    assert band.area.contains(shapely.Point(answer.origin.on_road.lon_deg, answer.origin.on_road.lat_deg))
+    full = reached(planner, soc=0.5).bands[0]
+    assert band.area_m2 < 0.5 * full.area_m2
+    assert band.node_count < 0.5 * full.node_count
+
+
+@pytest.mark.nojit
+def test_empty_battery_on_flat_ground_reaches_the_origin_only():
+    flat = hilly_grid()
+    level = replace(flat, node_height_m=np.zeros(flat.node_count))
+    (band,) = reached(Planner(level), soc=0.0).bands
+    assert band.node_count == 0
+    assert 0.0 < band.area_m2 < math.pi * 420.0**2  # a road in reach is widened by 400 m at most
+    assert band.false_out_frac == 0.0
+
+
+def test_band_of_all_charge_is_inside_the_others_and_holds_the_origin(planner):
+    answer = reached(planner, soc=0.02, bands_soc_frac=(0.01, 0.02))
+    outer, middle, inner = answer.bands
+    assert inner.soc_left_frac == 0.02
+    assert 0.0 < inner.area_m2 < middle.area_m2 < outer.area_m2
+    assert inner.area.contains(shapely.Point(answer.origin.on_road.lon_deg, answer.origin.on_road.lat_deg))
+
+
+def test_plenty_of_charge_reaches_every_node_and_covers_it(planner):
+    (band,) = reached(planner, soc=0.9).bands
+    graph = planner.graph
+    assert band.node_count == graph.node_count
+    assert (band.false_in_frac, band.false_out_frac) == (0.0, 0.0)
+    assert shapely.contains_xy(band.area, graph.node_lon_deg, graph.node_lat_deg).all()
+    assert len(band.area.geoms) == 1
+
+
+def area_by_strips_m2(area: shapely.MultiPolygon, strips: int = 500) -> float:
+    """Area on the sphere, summed over strips of latitude: each is flat, and shrinks with the cosine of its middle."""
+    west, south, east, north = area.bounds
+    edges = np.linspace(south, north, strips + 1)
+    flat_deg2 = shapely.area(shapely.intersection(area, shapely.box(west, edges[:-1], east, edges[1:])))
+    shrink = np.cos(np.radians((edges[:-1] + edges[1:]) / 2.0))
+    return float((flat_deg2 * shrink).sum() * (EARTH_RADIUS_M * math.pi / 180.0) ** 2)
+
+
+@pytest.mark.parametrize("soc", [0.004, 0.02])
+def test_area_in_square_metres_equals_a_sum_over_strips(planner, soc):
+    for band in reached(planner, soc=soc, bands_soc_frac=(0.5 * soc,)).bands:
+        assert band.area_m2 == pytest.approx(area_by_strips_m2(band.area), rel=1e-6)
+
+
+@pytest.mark.parametrize("origin", ORIGINS)
+def test_area_tells_reachable_nodes_from_others(planner, origin):
+    for soc in (0.006, 0.015, 0.025):
+        (band,) = reached(planner, origin, soc).bands
+        assert band.false_in_frac <= 0.03
+        assert band.false_out_frac <= 0.03
+
+
+def test_area_stays_near_the_roads_in_reach(planner):
+    (band,) = reached(planner, soc=0.9).bands
+    west, south, east, north = planner.graph.meta.bbox
+    rim_lat = 460.0 / (EARTH_RADIUS_M * math.pi / 180.0)  # 400 m and a cell of 40 m, with its corner
+    rim_lon = rim_lat / math.cos(math.radians(north))
+    box = shapely.box(west - rim_lon, south - rim_lat, east + rim_lon, north + rim_lat)
+    assert box.contains(band.area)
