@@ -11,7 +11,7 @@ import numpy as np
 from energy import kernels
 from energy.errors import LinkError
 from energy.kernels import PART_COUNT, LinkPhysics
-from energy.vehicle import GRAVITY_MPS2
+from energy.vehicle import CHECKED_SPEED_MPS, GRAVITY_MPS2
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -124,8 +124,8 @@ def simulate_chain(
     Raises LinkError on a length or limit that is not positive, NaN, or a grade or probability out of range.
     """
     _check_chain(chain)
-    if not 0.0 <= start_speed_mps <= 150.0:
-        raise LinkError("start_speed_mps", 0, start_speed_mps, "0..150")
+    if not 0.0 <= start_speed_mps <= CHECKED_SPEED_MPS:
+        raise LinkError("start_speed_mps", 0, start_speed_mps, f"0..{CHECKED_SPEED_MPS:.2f} (200 km/h)")
     n = chain.length_m.size
     energy, time, standstill, v_end, p_end = (np.empty(n) for _ in range(5))
     parts = np.zeros((n, PART_COUNT))
@@ -197,7 +197,12 @@ def _check_chain(chain: Chain) -> None:
     checks = (
         ("length_m", chain.length_m, chain.length_m > 0.0, "a positive finite number"),
         ("grade_frac", chain.grade_frac, np.abs(chain.grade_frac) <= 1.0, "-1..1 (rise over length)"),
-        ("speed_limit_mps", chain.speed_limit_mps, chain.speed_limit_mps > 0.0, "a positive finite number"),
+        (
+            "speed_limit_mps",
+            chain.speed_limit_mps,
+            (chain.speed_limit_mps > 0.0) & (chain.speed_limit_mps <= CHECKED_SPEED_MPS),
+            f"above 0, at most {CHECKED_SPEED_MPS:.2f} (200 km/h)",
+        ),
         (
             "stop_probability_frac",
             chain.stop_probability_frac,

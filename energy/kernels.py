@@ -47,7 +47,7 @@ class LinkPhysics(NamedTuple):
 
 
 @njit(nogil=True, cache=True)
-def mean_over_intervals(bound, running_sum, low, high):
+def mean_over_intervals(bound: NDArray[np.float64], running_sum: NDArray[np.float64], low: float, high: float) -> float:
     """Unweighted mean of the table values of the intervals touched between two speeds (equations 11 and 21)."""
     last = bound.size - 2
     first_touched = 0
@@ -56,11 +56,14 @@ def mean_over_intervals(bound, running_sum, low, high):
     last_touched = first_touched
     while last_touched < last and bound[last_touched + 1] < high - TOUCH_MPS:
         last_touched += 1
-    return (running_sum[last_touched + 1] - running_sum[first_touched]) / (last_touched + 1 - first_touched)
+    mean: float = (running_sum[last_touched + 1] - running_sum[first_touched]) / (last_touched + 1 - first_touched)
+    return mean
 
 
 @njit(nogil=True, cache=True)
-def plan_link(p, length, v_start, v_max, target):
+def plan_link(
+    p: LinkPhysics, length: float, v_start: float, v_max: float, target: float
+) -> tuple[float, float, float, float, float]:
     """Phases of one link: distances s1, s2, s3, peak speed and end speed (MODEL.md section 3, cases 1-6).
 
     target ≤ v_max is the wanted end speed. The mean accelerations are those of equations (11) and (21), taken
@@ -112,7 +115,7 @@ def plan_link(p, length, v_start, v_max, target):
 
 
 @njit(nogil=True, cache=True)
-def force_roots(f0, b, c, low, high):
+def force_roots(f0: float, b: float, c: float, low: float, high: float) -> tuple[int, float, float]:
     """Speeds strictly between low and high where f0 + b·v + c·v² changes sign: count, first, second."""
     f_low = f0 + (b + c * low) * low
     f_high = f0 + (b + c * high) * high
@@ -150,7 +153,7 @@ def force_roots(f0, b, c, low, high):
 
 
 @njit(nogil=True, cache=True)
-def battery_work_j(p, wheel_work_j):
+def battery_work_j(p: LinkPhysics, wheel_work_j: float) -> float:
     """Battery energy for work at the wheel, equations (1), (2), (37), (38) without auxiliaries."""
     if wheel_work_j >= 0.0:
         return wheel_work_j * p.drive_factor
@@ -158,7 +161,7 @@ def battery_work_j(p, wheel_work_j):
 
 
 @njit(nogil=True, cache=True)
-def stretch_work_j(p, f0, ds, v_a, v_b):
+def stretch_work_j(p: LinkPhysics, f0: float, ds: float, v_a: float, v_b: float) -> float:
     """∫F ds over a stretch of constant acceleration: v² is linear in s, so the means over s are closed forms."""
     mean_v = (v_a * v_a + v_a * v_b + v_b * v_b) / (1.5 * (v_a + v_b))
     mean_v2 = 0.5 * (v_a * v_a + v_b * v_b)
@@ -166,7 +169,7 @@ def stretch_work_j(p, f0, ds, v_a, v_b):
 
 
 @njit(nogil=True, cache=True)
-def ramp_energy(p, ds, v_a, v_b, grade, flat):
+def ramp_energy(p: LinkPhysics, ds: float, v_a: float, v_b: float, grade: float, flat: float) -> tuple[float, float]:
     """Battery energy and time of a phase of constant acceleration from v_a to v_b over ds; flat is cos θ."""
     accel = (v_b - v_a) * (v_b + v_a) / (2.0 * ds)
     if p.printed:
@@ -196,7 +199,7 @@ def ramp_energy(p, ds, v_a, v_b, grade, flat):
 
 
 @njit(nogil=True, cache=True)
-def cruise_energy(p, ds, v, grade, flat):
+def cruise_energy(p: LinkPhysics, ds: float, v: float, grade: float, flat: float) -> tuple[float, float]:
     """Battery energy and time of a phase of constant speed (equations 18, 34-37)."""
     dt = ds / v
     force = p.rolling_n * flat + (p.linear_n_per_mps + p.aero_n_per_mps2 * v) * v + p.weight_n * grade
@@ -204,7 +207,9 @@ def cruise_energy(p, ds, v, grade, flat):
 
 
 @njit(nogil=True, cache=True)
-def drive_energy(p, length, grade, flat, v_start, v_max, target):
+def drive_energy(
+    p: LinkPhysics, length: float, grade: float, flat: float, v_start: float, v_max: float, target: float
+) -> tuple[float, float, float]:
     """Battery energy, time and end speed of phases 1 to 3 of a link."""
     s1, s2, s3, peak, end = plan_link(p, length, v_start, v_max, target)
     energy_j = 0.0
@@ -226,7 +231,17 @@ def drive_energy(p, length, grade, flat, v_start, v_max, target):
 
 
 @njit(nogil=True, cache=True)
-def link_energy(p, length, grade, v_start, p_start, v_max, v_next, p_stop, stop_time):
+def link_energy(
+    p: LinkPhysics,
+    length: float,
+    grade: float,
+    v_start: float,
+    p_start: float,
+    v_max: float,
+    v_next: float,
+    p_stop: float,
+    stop_time: float,
+) -> tuple[float, float, float]:
     """Expected battery energy [J], time [s] and go-speed at the end [m/s] of one link.
 
     The vehicle enters with v_start, or with probability p_start from rest; at the end it stops with probability
@@ -264,7 +279,17 @@ def link_energy(p, length, grade, v_start, p_start, v_max, v_next, p_stop, stop_
 
 
 @njit(nogil=True, cache=True)
-def add_stretch_parts(p, flat, grade, accel, ds, mean_v, mean_v2, weight, parts):
+def add_stretch_parts(
+    p: LinkPhysics,
+    flat: float,
+    grade: float,
+    accel: float,
+    ds: float,
+    mean_v: float,
+    mean_v2: float,
+    weight: float,
+    parts: NDArray[np.float64],
+) -> None:
     """Split battery energy for one stretch without change of sign of the force into its parts."""
     rolling = p.rolling_n * flat * ds
     linear = p.linear_n_per_mps * mean_v * ds
@@ -284,7 +309,16 @@ def add_stretch_parts(p, flat, grade, accel, ds, mean_v, mean_v2, weight, parts)
 
 
 @njit(nogil=True, cache=True)
-def add_ramp_parts(p, ds, v_a, v_b, grade, flat, weight, parts):
+def add_ramp_parts(
+    p: LinkPhysics,
+    ds: float,
+    v_a: float,
+    v_b: float,
+    grade: float,
+    flat: float,
+    weight: float,
+    parts: NDArray[np.float64],
+) -> None:
     """Parts of ramp_energy, added to parts."""
     accel = (v_b - v_a) * (v_b + v_a) / (2.0 * ds)
     if p.printed:
@@ -310,7 +344,16 @@ def add_ramp_parts(p, ds, v_a, v_b, grade, flat, weight, parts):
 
 
 @njit(nogil=True, cache=True)
-def add_drive_parts(p, length, grade, v_start, v_max, target, weight, parts):
+def add_drive_parts(
+    p: LinkPhysics,
+    length: float,
+    grade: float,
+    v_start: float,
+    v_max: float,
+    target: float,
+    weight: float,
+    parts: NDArray[np.float64],
+) -> None:
     """Parts of drive_energy, added to parts with a weight."""
     flat = math.sqrt(max(1.0 - grade * grade, 0.0))
     s1, s2, s3, peak, end = plan_link(p, length, v_start, v_max, target)
@@ -326,7 +369,18 @@ def add_drive_parts(p, length, grade, v_start, v_max, target, weight, parts):
 
 
 @njit(nogil=True, cache=True)
-def add_link_parts(p, length, grade, v_start, p_start, v_max, v_next, p_stop, stop_time, parts):
+def add_link_parts(
+    p: LinkPhysics,
+    length: float,
+    grade: float,
+    v_start: float,
+    p_start: float,
+    v_max: float,
+    v_next: float,
+    p_stop: float,
+    stop_time: float,
+    parts: NDArray[np.float64],
+) -> None:
     """Parts of link_energy, added to parts (8,); they add up to its energy."""
     target = v_next if v_next < v_max else v_max
     parts[AUXILIARY] += p.aux_idle_w * p_stop * stop_time
@@ -342,23 +396,23 @@ EXPECTED, COUNTED, NO_STOPS = range(3)
 
 @njit(nogil=True, cache=True)
 def drive_chain(
-    p,
-    length,
-    grade,
-    v_max,
-    stop_probability,
-    stop_time,
-    stop_class,
-    rule,
-    v_start,
-    arrive_stopped,
-    energy,
-    time,
-    standstill,
-    v_end,
-    p_end,
-    parts,
-):
+    p: LinkPhysics,
+    length: NDArray[np.float64],
+    grade: NDArray[np.float64],
+    v_max: NDArray[np.float64],
+    stop_probability: NDArray[np.float64],
+    stop_time: NDArray[np.float64],
+    stop_class: NDArray[np.int8],
+    rule: int,
+    v_start: float,
+    arrive_stopped: bool,
+    energy: NDArray[np.float64],
+    time: NDArray[np.float64],
+    standstill: NDArray[np.float64],
+    v_end: NDArray[np.float64],
+    p_end: NDArray[np.float64],
+    parts: NDArray[np.float64],
+) -> None:
     """Drive a chain of links and fill energy, time, standstill, v_end, p_end (n,) and parts (n, 8)."""
     requests = np.zeros(8)
     stops = np.zeros(8)

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 GRAVITY_MPS2: Final = 9.81  # the source's value
 KMH_PER_MPS: Final = 3.6
 CHECKED_SPEED_MPS: Final = 200.0 / KMH_PER_MPS
+STEEP_COS: Final = 0.95  # cos θ of a 31 % grade, which takes that much of A (equation 4)
 
 
 class Powertrain(StrEnum):
@@ -66,6 +67,9 @@ class Vehicle:
     sources: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
 
     def __post_init__(self) -> None:
+        product = self.drive_eff * self.recuperation_eff
+        if self.drive_eff > 0.0 and self.recuperation_eff > 0.0 and product > 1.0:
+            raise VehicleError("drive_eff*recuperation_eff", product, "at most 1", self.id)
         ranges: tuple[tuple[str, float, float, bool], ...] = (
             ("mass_kg", 0.0, 100_000.0, False),
             ("rotating_mass_coef", 1.0, 2.0, True),
@@ -81,9 +85,6 @@ class Vehicle:
             if not ((value >= low if closed else value > low) and value <= high):
                 bracket = "[" if closed else "("
                 raise VehicleError(name, value, f"{bracket}{low:g}, {high:g}]", self.id)
-        product = self.drive_eff * self.recuperation_eff
-        if product > 1.0:
-            raise VehicleError("drive_eff*recuperation_eff", product, "at most 1", self.id)
         self._check_tables()
         self._check_road_load()
 
@@ -113,8 +114,9 @@ class Vehicle:
         speeds = [0.0, CHECKED_SPEED_MPS]
         if c > 0.0:
             speeds.append(min(max(-b / (2.0 * c), 0.0), CHECKED_SPEED_MPS))
-        for speed in speeds:
-            force = a + b * speed + c * speed * speed
-            if force < 0.0:
-                at = f"{force:.1f} N at {speed * KMH_PER_MPS:.1f} km/h"
-                raise VehicleError("road_load", at, "at least 0 N everywhere in 0..200 km/h", self.id)
+        for flat, where in ((1.0, ""), (STEEP_COS, " on a 31 % grade")):
+            for speed in speeds:
+                force = flat * a + b * speed + c * speed * speed
+                if force < 0.0:
+                    at = f"{force:.1f} N at {speed * KMH_PER_MPS:.1f} km/h{where}"
+                    raise VehicleError("road_load", at, "at least 0 N everywhere in 0..200 km/h", self.id)

@@ -62,7 +62,8 @@ class PointFarFromRoadError(RoutingError):
         self.distance_m = distance_m
         self.limit_m = limit_m
         super().__init__(
-            f"{field} (lat {lat:g}, lon {lon:g}) is {distance_m:.0f} m from the nearest road, allowed: at most {limit_m:.0f} m"
+            f"{field} (lat {lat:g}, lon {lon:g}) is {distance_m:.0f} m from the nearest road, "
+            f"allowed: at most {limit_m:.0f} m"
         )
 
 

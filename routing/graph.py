@@ -200,7 +200,9 @@ def assemble_graph(meta: GraphMeta, names: tuple[str, ...], nodes: LooseNodes, l
     node_rank[node_used] = np.arange(node_used.size, dtype=np.int32)
     points = np.diff(links.geometry_first)[used]
     geometry_first = np.concatenate(([0], np.cumsum(points)))
-    point = np.repeat(links.geometry_first[:-1][used] - geometry_first[:-1], points) + np.arange(int(geometry_first[-1]))
+    point = np.repeat(links.geometry_first[:-1][used] - geometry_first[:-1], points) + np.arange(
+        int(geometry_first[-1])
+    )
     lon, lat = links.geometry_lon_e7[point], links.geometry_lat_e7[point]
     dropped = dict(meta.dropped)
     dropped["not_connected"] = dropped.get("not_connected", 0) + int(links.tail.size - used.size)

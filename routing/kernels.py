@@ -1,4 +1,4 @@
-"""The compiled label-setting search: states are directed links about to be driven, with entry speed and stop probability.
+"""The compiled label-setting search: a state is a directed link about to be driven, entry speed and stop probability.
 
 A label is (link, entry go-speed v, probability p of having stopped before it); it carries battery energy used, time,
 distance, weighted cost and parent. docs/search.md has the theorem that the dominance rule and the potential rest on.
@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.kernels import TOUCH_MPS, LinkPhysics, link_energy, mean_over_intervals
+from energy.kernels import LinkPhysics, link_energy, mean_over_intervals
 
 # columns of the label table
 KEY, COST, ENERGY, TIME, DISTANCE, SPEED, STOPPED, OFFSET = range(8)
@@ -42,7 +42,7 @@ class LinkArrays(NamedTuple):
     top_class: highest speed interval that drives entering here may be in before they must have met.
     settling_m: length from which on all phases fit, whatever the entry and the end.
     row: (M, 8), what the search reads of a link for every label, in one cache line, columns as named above: the other
-    floating-point arrays are its columns. CRUISE_J, CRUISE_S: of the commonest drive, entered at the limit and left at it.
+    floating-point arrays are its columns. CRUISE_J, CRUISE_S: of the commonest drive, at the limit throughout.
     """
 
     row: NDArray[np.float64]
@@ -70,7 +70,8 @@ class SearchRules(NamedTuple):
 
     least_energy_j: −(1 − soc)·capacity, a full battery; most_energy_j: (soc − reserve)·capacity; ±inf when not held.
     cost = energy_weight·E + time_weight·t + distance_weight·s. alpha: of the potential, in [η_chg, 1/η_dis].
-    half_inertia_kg: ½·m·d. limited: any battery limit is held. pareto: dominance needs cost and energy. correcting: costs may be negative (printed model).
+    half_inertia_kg: ½·m·d. limited: any battery limit is held. pareto: dominance needs cost and energy.
+    correcting: reduced costs may be negative (printed model).
     """
 
     least_energy_j: float
@@ -99,7 +100,7 @@ class Workspace(NamedTuple):
 
 
 @njit(nogil=True, cache=True)
-def heap_push(heap_key, heap_label, size, key, label):
+def heap_push(heap_key: NDArray[np.float64], heap_label: NDArray[np.int32], size: int, key: float, label: int) -> None:
     """Add a label to the four-ary heap of a size; the caller counts."""
     k = size
     while k > 0:
@@ -114,7 +115,7 @@ def heap_push(heap_key, heap_label, size, key, label):
 
 
 @njit(nogil=True, cache=True)
-def heap_drop(heap_key, heap_label, size):
+def heap_drop(heap_key: NDArray[np.float64], heap_label: NDArray[np.int32], size: int) -> None:
     """Take the least key off the four-ary heap of a size; the caller counts."""
     size -= 1
     key = heap_key[size]
@@ -140,7 +141,7 @@ def heap_drop(heap_key, heap_label, size):
 
 
 @njit(nogil=True, cache=True)
-def pair_gap(p, half_inertia, v_a, v_b, v_max):
+def pair_gap(p: LinkPhysics, half_inertia: float, v_a: float, v_b: float, v_max: float) -> tuple[float, float]:
     """Most energy [J] and time [s] that entering at v_a instead of v_b can cost where both reach v_max in the link.
 
     Lemma 5 of docs/search.md: kinetic energy at 1/η_dis, overshoot where the slower one accelerates harder,
@@ -177,7 +178,18 @@ def pair_gap(p, half_inertia, v_a, v_b, v_max):
 
 
 @njit(nogil=True, cache=True)
-def state_gap(p, bounds, half_inertia, length, v_max, k, v_a, p_a, v_b, p_b):
+def state_gap(
+    p: LinkPhysics,
+    bounds: NDArray[np.float64],
+    half_inertia: float,
+    length: float,
+    v_max: float,
+    k: int,
+    v_a: float,
+    p_a: float,
+    v_b: float,
+    p_b: float,
+) -> tuple[float, float, bool, float]:
     """Most energy [J] and time [s] that state A can cost over state B on any way on; whether they meet in this link.
 
     If not, the last value is the most that A can recuperate until they meet [J]; k is the link's top class.
@@ -222,16 +234,28 @@ def state_gap(p, bounds, half_inertia, length, v_max, k, v_a, p_a, v_b, p_b):
 
 
 @njit(nogil=True, cache=True)
-def phase_gap(p, length, grade, v_max, v_a, p_a, v_b, p_b):
-    """The exact difference of energy and time between two entries of a link in which all phases fit whatever follows."""
+def phase_gap(
+    p: LinkPhysics, length: float, grade: float, v_max: float, v_a: float, p_a: float, v_b: float, p_b: float
+) -> tuple[float, float]:
+    """The exact difference of energy and time of two entries of a link in which all phases fit whatever follows."""
     e_a, t_a, _ = link_energy(p, length, grade, v_a, p_a, v_max, v_max, 0.0, 0.0)
     e_b, t_b, _ = link_energy(p, length, grade, v_b, p_b, v_max, v_max, 0.0, 0.0)
     return e_a - e_b, t_a - t_b
 
 
 @njit(nogil=True, cache=True)
-def leads(p, bounds, r, link, settling, k, a, b, crowded):
-    """Whether label a makes label b on the same link superfluous, whatever follows; a, b, link are rows of their tables.
+def leads(
+    p: LinkPhysics,
+    bounds: NDArray[np.float64],
+    r: SearchRules,
+    link: NDArray[np.float64],
+    settling: float,
+    k: int,
+    a: NDArray[np.float64],
+    b: NDArray[np.float64],
+    crowded: bool,
+) -> bool:
+    """Whether label a makes label b on the same link superfluous, whatever follows; a, b, link are table rows.
 
     crowded: compare kinetic energy and cost alone, without the slack for differing accelerations.
     """
@@ -265,11 +289,11 @@ def leads(p, bounds, r, link, settling, k, a, b, crowded):
     if not meets:
         # a full battery could take away the lead: count a's charge only as far as it can't be clamped until they meet
         lead = max(lead, r.least_energy_j + gain)
-    return lead + energy - NOISE_J <= b[ENERGY]
+    return bool(lead + energy - NOISE_J <= b[ENERGY])
 
 
 @njit(nogil=True, cache=True)
-def is_ancestor(index, label, candidate):
+def is_ancestor(index: NDArray[np.int32], label: int, candidate: int) -> bool:
     """Whether candidate is on the way from label back to its start."""
     while label >= 0:
         if label == candidate:
@@ -279,7 +303,7 @@ def is_ancestor(index, label, candidate):
 
 
 @njit(nogil=True, cache=True)
-def start_label(g, p, r, ws, link, offset):
+def start_label(g: LinkArrays, p: LinkPhysics, r: SearchRules, ws: Workspace, link: int, offset: float) -> None:
     """Put a start, at rest somewhere on a link, into the heap; it takes part in no dominance."""
     new = ws.counter[LABELS]
     ws.counter[LABELS] = new + 1
@@ -297,7 +321,16 @@ def start_label(g, p, r, ws, link, offset):
 
 
 @njit(nogil=True, cache=True)
-def run(g, p, bounds, r, ws, epoch, goal_link, goal_offset):
+def run(
+    g: LinkArrays,
+    p: LinkPhysics,
+    bounds: NDArray[np.float64],
+    r: SearchRules,
+    ws: Workspace,
+    epoch: int,
+    goal_link: NDArray[np.int64],
+    goal_offset: NDArray[np.float64],
+) -> int:
     """Settle labels in the order of their reduced cost until the goal is settled or none is left.
 
     Precondition: reduced costs are not negative, or r.correcting. Returns FOUND (counter[GOAL] is the label), DONE, or
@@ -393,12 +426,12 @@ def run(g, p, bounds, r, ws, epoch, goal_link, goal_offset):
                 crowd += 1
                 one = number[other]
                 # a lead in cost is needed, so that at most one of two unequal labels can lead
-                if one[COST] <= cost:
-                    if (one[SPEED] == v_end and one[STOPPED] == p_stop and (not r.pareto or one[ENERGY] <= used)) or leads(
-                        p, bounds, r, there, settling_m[successor], top_class[successor], one, new, crowd > CROWD
-                    ):
-                        superfluous = True
-                        break
+                if one[COST] <= cost and (
+                    (one[SPEED] == v_end and one[STOPPED] == p_stop and (not r.pareto or one[ENERGY] <= used))
+                    or leads(p, bounds, r, there, settling_m[successor], top_class[successor], one, new, crowd > CROWD)
+                ):
+                    superfluous = True
+                    break
                 if cost <= one[COST] and leads(
                     p, bounds, r, there, settling_m[successor], top_class[successor], new, one, crowd > CROWD
                 ):
@@ -437,7 +470,7 @@ def run(g, p, bounds, r, ws, epoch, goal_link, goal_offset):
 
 
 @njit(nogil=True, cache=True)
-def fill_cruise(p, row):
+def fill_cruise(p: LinkPhysics, row: NDArray[np.float64]) -> None:
     """Energy and time of each link entered at its limit and left at it or stopped, into the table of links."""
     for k in range(row.shape[0]):
         v = row[k, LIMIT]
@@ -447,7 +480,15 @@ def fill_cruise(p, row):
 
 
 @njit(nogil=True, cache=True)
-def top_classes(length, speed_limit, interval, first, successor, run_up, top):
+def top_classes(
+    length: NDArray[np.float64],
+    speed_limit: NDArray[np.float64],
+    interval: NDArray[np.int8],
+    first: NDArray[np.int64],
+    successor: NDArray[np.int32],
+    run_up: NDArray[np.float64],
+    top: NDArray[np.int8],
+) -> None:
     """Highest speed interval that drives may be in before two of them must have met, for each link.
 
     interval: of each link's limit; run_up: distance in which any entry reaches that limit. top starts as interval and
@@ -468,7 +509,16 @@ def top_classes(length, speed_limit, interval, first, successor, run_up, top):
 
 
 @njit(nogil=True, cache=True)
-def arrivals(g, p, r, ws, head, node_energy, node_label, link_reach_m):
+def arrivals(
+    g: LinkArrays,
+    p: LinkPhysics,
+    r: SearchRules,
+    ws: Workspace,
+    head: NDArray[np.int32],
+    node_energy: NDArray[np.float64],
+    node_label: NDArray[np.int32],
+    link_reach_m: NDArray[np.float64],
+) -> None:
     """After a one-to-all search: least energy to stop at each node, and how far along each link one can stop.
 
     node_energy (N,) starts as inf; node_label (N,) the label whose link ends there; link_reach_m (M,) starts as −1.
@@ -503,7 +553,15 @@ def arrivals(g, p, r, ws, head, node_energy, node_label, link_reach_m):
 
 
 @njit(nogil=True, cache=True)
-def scalar_dijkstra(first, successor, weight, source, distance, heap_key, heap_item):
+def scalar_dijkstra(
+    first: NDArray[np.int64],
+    successor: NDArray[np.int32],
+    weight: NDArray[np.float64],
+    source: int,
+    distance: NDArray[np.float64],
+    heap_key: NDArray[np.float64],
+    heap_item: NDArray[np.int32],
+) -> int:
     """Plain one-to-all Dijkstra over links with one scalar weight and the same heap: the yardstick of benchmarks."""
     distance[source] = 0.0
     heap_push(heap_key, heap_item, 0, 0.0, source)

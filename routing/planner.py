@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 
 SAME_PLACE_M: Final = 0.5
 SPACES_KEPT: Final = 8
-LABELS_PER_LINK: Final = 60
+LABELS_PER_LINK: Final = 20
 
 
 class Planner:

@@ -11,7 +11,7 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from energy.kernels import LinkPhysics, link_energy
@@ -32,7 +32,7 @@ Edge: TypeAlias = tuple[Any, Any, int]
 
 @dataclass(frozen=True, slots=True)
 class State:
-    """An edge about to be driven, the speed it is entered with [m/s], and the probability of having stopped before it."""
+    """An edge about to be driven, its entry speed [m/s], and the probability of having stopped before it."""
 
     edge: Edge
     speed_mps: float
@@ -76,7 +76,7 @@ class EnergySearch:
     physics: LinkPhysics
     stops: StopSettings | None
     weights: Weights
-    limits: Limits = Limits()
+    limits: Limits = field(default_factory=Limits)
     dominance: Dominance | None = None
 
     def edge_cost(
@@ -166,7 +166,9 @@ class EnergySearch:
                 bag.append(made)
                 heapq.heappush(heap, (self._key(made, self._height(following, 0.0)), next(ties), made))
 
-    def _extended(self, label: Label, step: tuple[float, float, float, float, float], state: State | None) -> Label | None:
+    def _extended(
+        self, label: Label, step: tuple[float, float, float, float, float], state: State | None
+    ) -> Label | None:
         energy, time, distance, _, _ = step
         used = max(label.energy_j + energy, self.limits.least_energy_j)  # a full battery takes no more
         if used > self.limits.most_energy_j:

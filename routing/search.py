@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.chain import LinkModel, StopRule, link_physics
-from energy.kernels import LinkPhysics, mean_over_intervals
+from energy.kernels import TOUCH_MPS, LinkPhysics, mean_over_intervals
 from energy.stops import FunctionalClass, StopSettings
 from routing import kernels
 from routing.errors import NegativeCycleError, SearchLimitError
@@ -44,7 +44,7 @@ class SearchSpace:
 
 @dataclass(frozen=True, slots=True)
 class Limits:
-    """Battery energy that may be used, counted from the start [J]: least < 0 fills the battery, most reaches the reserve."""
+    """Battery energy that may be used from the start on [J]: least fills the battery, most reaches the reserve."""
 
     least_energy_j: float = -math.inf
     most_energy_j: float = math.inf
@@ -102,7 +102,7 @@ class Reach:
 
 
 def link_stops(graph: RoadGraph, settings: StopSettings) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Stop probability [-] and stop time [s] at the end of each link, float64 (M,); motorways have none (equation 28)."""
+    """Stop probability and stop time [s] at the end of each link, float64 (M,); motorways have none (equation 28)."""
     urban = graph.urban.astype(np.intp)
     cross = np.where(graph.functional_class == FunctionalClass.MOTORWAY, 0, graph.cross).astype(np.intp)
     return settings.probability_frac[urban, cross], settings.time_s[urban, cross]
@@ -152,28 +152,37 @@ def search_space(
     return SearchSpace(arrays, physics, bounds, half_inertia, link_model)
 
 
-def _run_up(physics: LinkPhysics, limit_mps: NDArray[np.float64]) -> tuple[NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]]:
+def _run_up(
+    physics: LinkPhysics, limit_mps: NDArray[np.float64]
+) -> tuple[NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]]:
     """Speed interval of each limit, distance in which any entry reaches it, and that plus the longest braking [m]."""
     bound = physics.speed_bound_mps
     distinct, inverse = np.unique(limit_mps, return_inverse=True)
-    interval = np.clip(np.searchsorted(bound, distinct - kernels.TOUCH_MPS, side="left") - 1, 0, bound.size - 2)
+    edge = np.asarray(distinct - TOUCH_MPS, np.float64)
+    interval: NDArray[np.intp] = np.clip(np.searchsorted(bound, edge, side="left") - 1, 0, bound.size - 2)
     run_up, settling = np.empty(distinct.size), np.empty(distinct.size)
     for k, limit in enumerate(distinct.tolist()):
         entries = np.append(bound[bound < limit], 0.0)
         run_up[k] = max(
-            (limit**2 - v**2) / (2.0 * mean_over_intervals(bound, physics.accel_sum, v, limit)) for v in entries.tolist()
+            (limit**2 - v**2) / (2.0 * mean_over_intervals(bound, physics.accel_sum, v, limit))
+            for v in entries.tolist()
         )
         settling[k] = run_up[k] + max(
-            (limit**2 - v**2) / (2.0 * mean_over_intervals(bound, physics.decel_sum, v, limit)) for v in entries.tolist()
+            (limit**2 - v**2) / (2.0 * mean_over_intervals(bound, physics.decel_sum, v, limit))
+            for v in entries.tolist()
         )
     return interval[inverse].astype(np.int8), run_up[inverse], settling[inverse]
 
 
-def gap_bounds(physics: LinkPhysics, half_inertia_kg: float, fastest_mps: float, steepest_frac: float) -> NDArray[np.float64]:
+def gap_bounds(
+    physics: LinkPhysics, half_inertia_kg: float, fastest_mps: float, steepest_frac: float
+) -> NDArray[np.float64]:
     """Bounds on differences between drives that have not met yet, for each speed interval (docs/search.md, lemma 6)."""
     bound, running = physics.speed_bound_mps, physics.accel_sum
     n = bound.size - 1
-    mean = np.array([[(running[k + 1] - running[i]) / (k + 1 - i) if i <= k else np.inf for k in range(n)] for i in range(n)])
+    mean = np.array(
+        [[(running[k + 1] - running[i]) / (k + 1 - i) if i <= k else np.inf for k in range(n)] for i in range(n)]
+    )
     c, b = physics.aero_n_per_mps2, physics.linear_n_per_mps
     least, distance, slack_j, slack_s, gain = (np.empty(n) for _ in range(5))
     for k in range(n):
@@ -275,7 +284,7 @@ def _rules(space: SearchSpace, weights: Weights, limits: Limits, pareto: bool, l
         half_inertia_kg=space.half_inertia_kg,
         limited=limits.held,
         pareto=pareto,
-        correcting=printed and weights.energy > 0.0,
+        correcting=printed,
         label_limit=label_limit,
     )
 

@@ -63,17 +63,17 @@ def test_chain_without_links_is_an_error(round_vehicle, make_chain):
         simulate_chain(round_vehicle, make_chain([], 20.0))
 
 
-@pytest.mark.parametrize("value", [math.nan, math.inf, -0.1, 150.1])
+@pytest.mark.parametrize("value", [math.nan, math.inf, -0.1, 55.6])
 def test_start_speed_out_of_range_is_named(round_vehicle, make_chain, value):
     with pytest.raises(LinkError) as caught:
         simulate_chain(round_vehicle, make_chain([100.0], 20.0), start_speed_mps=value)
-    assert (caught.value.field, caught.value.allowed) == ("start_speed_mps", "0..150")
+    assert (caught.value.field, caught.value.allowed) == ("start_speed_mps", "0..55.56 (200 km/h)")
     assert caught.value.value is value
 
 
 def test_chain_at_the_edges_of_the_ranges_is_driven(round_vehicle, make_chain):
     chain = make_chain(
-        [1e-3, 1e6, 1.0, 1.0], [1e-3, 100.0, 20.0, 20.0], [0.0, 0.0, 1.0, -1.0], [0.0, 1.0, 0.5, 1.0], stop_class=7
+        [1e-3, 1e6, 1.0, 1.0], [1e-3, 55.5, 20.0, 20.0], [0.0, 0.0, 1.0, -1.0], [0.0, 1.0, 0.5, 1.0], stop_class=7
     )
-    result = simulate_chain(round_vehicle, chain, start_speed_mps=150.0)
+    result = simulate_chain(round_vehicle, chain, start_speed_mps=55.5)
     assert math.isfinite(result.energy_j)

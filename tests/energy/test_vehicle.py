@@ -109,7 +109,7 @@ def test_efficiencies_at_one_make_a_lossless_round_trip_and_are_taken() -> None:
 def test_round_trip_that_gains_energy_is_refused(drive_eff: float, recuperation_eff: float) -> None:
     assert drive_eff * recuperation_eff > 1.0
     # A product above 1 needs one factor above 1, which is refused by its own name already.
-    assert refusal(drive_eff=drive_eff, recuperation_eff=recuperation_eff).field in {"drive_eff", "recuperation_eff"}
+    assert refusal(drive_eff=drive_eff, recuperation_eff=recuperation_eff).field == "drive_eff*recuperation_eff"
 
 
 @pytest.mark.parametrize("field", ["road_load_a_n", "road_load_b_n_per_mps", "road_load_c_n_per_mps2"])
@@ -140,8 +140,15 @@ def test_road_load_negative_between_positive_ends_is_refused() -> None:
 
 
 def test_road_load_touching_zero_is_taken() -> None:
-    # F = 20 - 2v + 0.05 v² = 0.05 (v - 20)²
-    vehicle(road_load_a_n=20.0, road_load_b_n_per_mps=-2.0, road_load_c_n_per_mps2=0.05)
+    # on a 31 % grade F = 0.95·20 - 2v + v²/19 = (v - 19)²/19
+    vehicle(road_load_a_n=20.0, road_load_b_n_per_mps=-2.0, road_load_c_n_per_mps2=1.0000001 / 19.0)
+
+
+def test_road_load_negative_on_a_steep_road_only_is_refused() -> None:
+    # F = 20 - 2v + 0.05 v² = 0.05 (v - 20)² touches zero on the flat; with 0.95 of A it is -1 N at 20 m/s
+    error = refusal(road_load_a_n=20.0, road_load_b_n_per_mps=-2.0, road_load_c_n_per_mps2=0.05)
+    assert error.field == "road_load"
+    assert str(error.value) == "-1.0 N at 72.0 km/h on a 31 % grade"
 
 
 def test_road_load_negative_beyond_200_kmh_only_is_taken() -> None:

@@ -107,7 +107,9 @@ def cheapest_by_enumeration(graph, space, weights, limits, start, goal, most_lin
 
 def far_behind(space, weights):
     """Dominance that needs no theorem: a lead of the whole kinetic energy at the top speed, and of five minutes."""
-    worth = space.physics.drive_factor * 2.0 * space.half_inertia_kg * SPEEDS[-1] ** 2 + 300.0 * space.physics.aux_move_w
+    worth = (
+        space.physics.drive_factor * 2.0 * space.half_inertia_kg * SPEEDS[-1] ** 2 + 300.0 * space.physics.aux_move_w
+    )
     lead = weights.energy * worth / JOULE_PER_KWH + weights.time * 300.0 / 3600.0
     return lambda a, b: a.cost + lead <= b.cost
 

@@ -370,7 +370,6 @@ def test_printed_model_is_label_correcting_or_names_the_cycle(andorra, planner, 
             assert cost_of(mine, mine.weights) <= cost_of(other, mine.weights) + 1e-9
 
 
-@pytest.mark.xfail(reason="bounds on time hold for the integrated model only, yet weights without energy use them")
 def test_fastest_route_of_the_printed_model_is_beaten_by_no_other(andorra, planner, vehicles):
     for start, goal in node_pairs(andorra, 6, seed=8):
         query = RouteQuery(start, goal, 0.9, vehicles[KONA], 0.0, NAMED, LinkModel.PRINTED)
