@@ -28,7 +28,7 @@ NOISE_S = 1e-9
 CROWD = 48  # labels on one link beyond which dominance is relaxed, which is counted and reported
 
 # columns of the table of links
-LENGTH, GRADE, LIMIT, HEIGHT, STOP, WAIT, CRUISE_J, CRUISE_S = range(8)
+LENGTH, LIMIT, HEIGHT, STOP, CRUISE_J, CRUISE_S, REST_J, REST_S = range(8)
 
 DONE, FOUND, FULL, NEGATIVE_CYCLE, TOO_MANY = range(5)
 
@@ -43,6 +43,7 @@ class LinkArrays(NamedTuple):
     settling_m: length from which on all phases fit, whatever the entry and the end.
     row: (M, 8), what the search reads of a link for every label, in one cache line, columns as named above: the other
     floating-point arrays are its columns. CRUISE_J, CRUISE_S: of the commonest drive, at the limit throughout.
+    REST_J, REST_S: of the drive from rest; REST_S is -1 where that does not reach the limit.
     """
 
     row: NDArray[np.float64]
@@ -249,6 +250,7 @@ def leads(
     bounds: NDArray[np.float64],
     r: SearchRules,
     link: NDArray[np.float64],
+    grade: float,
     settling: float,
     k: int,
     a: NDArray[np.float64],
@@ -274,7 +276,7 @@ def leads(
     if r.correcting:
         if link[LENGTH] < settling:
             return False
-        energy, lost = phase_gap(p, link[LENGTH], link[GRADE], link[LIMIT], v_a, p_a, v_b, p_b)
+        energy, lost = phase_gap(p, link[LENGTH], grade, link[LIMIT], v_a, p_a, v_b, p_b)
         meets = True
         gain = 0.0
     else:
@@ -340,6 +342,7 @@ def run(
     heap_key, heap_label = ws.heap_key, ws.heap_label
     bag_first, bag_epoch = ws.bag_first, ws.bag_epoch
     row, settling_m, top_class = g.row, g.settling_m, g.top_class
+    grade_frac, stop_time = g.grade_frac, g.stop_time_s
     successor_first, successors = g.successor_first, g.successor
     links = row.shape[0]
     capacity = index.shape[0]
@@ -375,7 +378,7 @@ def run(
         distance0, offset, key0 = number[top, DISTANCE], number[top, OFFSET], number[top, KEY]
         v, stopped = number[top, SPEED], number[top, STOPPED]
         here = row[link]
-        grade, v_max = here[GRADE], here[LIMIT]
+        grade, v_max = grade_frac[link], here[LIMIT]
         for k in range(goal_link.size):
             if goal_link[k] == link and goal_offset[k] > offset:
                 ds = goal_offset[k] - offset
@@ -393,7 +396,6 @@ def run(
                     made += 1
         ds = here[LENGTH] - offset
         p_stop = here[STOP]
-        height = here[HEIGHT] + grade * here[LENGTH]
         known_target = -1.0
         e = 0.0
         t = 0.0
@@ -403,10 +405,13 @@ def run(
             there = row[successor]
             target = min(v_max, there[LIMIT])
             if target != known_target:
-                if v == v_max and target == v_max and stopped == 0.0 and offset == 0.0:
+                if v == v_max and target == v_max and offset == 0.0 and (stopped == 0.0 or here[REST_S] >= 0.0):
                     e, t, v_end = here[CRUISE_J], here[CRUISE_S], v_max
+                    if stopped > 0.0:
+                        e += stopped * (here[REST_J] - e)
+                        t += stopped * (here[REST_S] - t)
                 else:
-                    e, t, v_end = link_energy(p, ds, grade, v, stopped, v_max, target, p_stop, here[WAIT])
+                    e, t, v_end = link_energy(p, ds, grade, v, stopped, v_max, target, p_stop, stop_time[link])
                 known_target = target
             used = max(energy0 + e, r.least_energy_j)  # a full battery: the rest is braked away
             if used > r.most_energy_j:
@@ -428,12 +433,32 @@ def run(
                 # a lead in cost is needed, so that at most one of two unequal labels can lead
                 if one[COST] <= cost and (
                     (one[SPEED] == v_end and one[STOPPED] == p_stop and (not r.pareto or one[ENERGY] <= used))
-                    or leads(p, bounds, r, there, settling_m[successor], top_class[successor], one, new, crowd > CROWD)
+                    or leads(
+                        p,
+                        bounds,
+                        r,
+                        there,
+                        grade_frac[successor],
+                        settling_m[successor],
+                        top_class[successor],
+                        one,
+                        new,
+                        crowd > CROWD,
+                    )
                 ):
                     superfluous = True
                     break
                 if cost <= one[COST] and leads(
-                    p, bounds, r, there, settling_m[successor], top_class[successor], new, one, crowd > CROWD
+                    p,
+                    bounds,
+                    r,
+                    there,
+                    grade_frac[successor],
+                    settling_m[successor],
+                    top_class[successor],
+                    new,
+                    one,
+                    crowd > CROWD,
                 ):
                     index[other, DEAD] = 1
                     if before < 0:
@@ -453,7 +478,7 @@ def run(
             index[made, NEXT] = bag_first[successor]
             bag_first[successor] = made
             kinetic = r.half_inertia_kg * (1.0 - p_stop) * v_end * v_end
-            key = cost - r.energy_weight * r.alpha * (p.weight_n * height + kinetic)
+            key = cost - r.energy_weight * r.alpha * (p.weight_n * there[HEIGHT] + kinetic)
             if key < key0 - 1e-9 * (abs(key0) + r.energy_weight * 3600.0):
                 counter[REDUCED_BELOW_ZERO] += 1
             new[KEY], new[TIME], new[DISTANCE], new[OFFSET] = key, time0 + t, distance0 + ds, 0.0
@@ -470,13 +495,16 @@ def run(
 
 
 @njit(nogil=True, cache=True)
-def fill_cruise(p: LinkPhysics, row: NDArray[np.float64]) -> None:
-    """Energy and time of each link entered at its limit and left at it or stopped, into the table of links."""
+def fill_cruise(
+    p: LinkPhysics, row: NDArray[np.float64], grade: NDArray[np.float64], wait: NDArray[np.float64]
+) -> None:
+    """Energy and time of each link entered at its limit or from rest, left at the limit or stopped, into its row."""
     for k in range(row.shape[0]):
-        v = row[k, LIMIT]
-        row[k, CRUISE_J], row[k, CRUISE_S], _ = link_energy(
-            p, row[k, LENGTH], row[k, GRADE], v, 0.0, v, v, row[k, STOP], row[k, WAIT]
-        )
+        v, length, stop = row[k, LIMIT], row[k, LENGTH], row[k, STOP]
+        row[k, CRUISE_J], row[k, CRUISE_S], _ = link_energy(p, length, grade[k], v, 0.0, v, v, stop, wait[k])
+        row[k, REST_J], row[k, REST_S], end = link_energy(p, length, grade[k], 0.0, 0.0, v, v, stop, wait[k])
+        if end != v:
+            row[k, REST_S] = -1.0
 
 
 @njit(nogil=True, cache=True)

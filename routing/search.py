@@ -128,20 +128,18 @@ def search_space(
     half_inertia = 0.5 * physics.inertia_kg
     row = np.zeros((graph.link_count, 8))
     row[:, kernels.LENGTH] = graph.length_m
-    row[:, kernels.GRADE] = grade
     row[:, kernels.LIMIT] = graph.speed_limit_mps
     row[:, kernels.HEIGHT] = graph.node_height_m[graph.tail]
     row[:, kernels.STOP] = probability
-    row[:, kernels.WAIT] = wait
-    kernels.fill_cruise(physics, row)
+    kernels.fill_cruise(physics, row, grade, wait)
     arrays = LinkArrays(
         row=row,
         tail_height_m=row[:, kernels.HEIGHT],
         length_m=row[:, kernels.LENGTH],
-        grade_frac=row[:, kernels.GRADE],
+        grade_frac=grade,
         speed_limit_mps=row[:, kernels.LIMIT],
         stop_probability_frac=row[:, kernels.STOP],
-        stop_time_s=row[:, kernels.WAIT],
+        stop_time_s=np.ascontiguousarray(wait),
         successor_first=graph.successor_first,
         successor=graph.successor,
         top_class=top,
