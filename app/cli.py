@@ -90,8 +90,10 @@ def bench(ctx: typer.Context) -> None:
     try:
         benchmarks = importlib.import_module("benchmarks.run")  # beside the packages in a checkout, not installed
     except ModuleNotFoundError as error:
+        if not (error.name or "").startswith("benchmarks"):
+            raise
         raise CommandError("benchmarks are not installed: run from a checkout of the project") from error
-    benchmarks.main(ctx.args)
+    raise typer.Exit(benchmarks.main(ctx.args))
 
 
 if __name__ == "__main__":

@@ -162,14 +162,19 @@ class Planner:
                 raise LinkError("id", k, span.link_idx, f"0..{graph.link_count - 1}")
             length_m = float(graph.length_m[span.link_idx])
             slack = 1e-6 * length_m
-            if not -slack <= span.from_m < span.to_m <= length_m + slack:
-                raise LinkError("from_m, to_m", k, f"{span.from_m}, {span.to_m}", f"0 <= from_m < to_m <= {length_m}")
+            if not -slack <= span.from_m < length_m:
+                raise LinkError("from_m", k, span.from_m, f"0..{length_m} (length of the link)")
+            if not span.from_m < span.to_m <= length_m + slack:
+                raise LinkError("to_m", k, span.to_m, f"above {span.from_m} (from_m), at most {length_m} (length)")
             if k > 0:
                 before = spans[k - 1]
                 if span.link_idx not in graph.successors(before.link_idx):
                     raise LinkError("id", k, span.link_idx, f"a link that may follow link {before.link_idx}")
-                if span.from_m > slack or before.to_m < float(graph.length_m[before.link_idx]) * (1.0 - 1e-6):
-                    raise LinkError("from_m, to_m", k, f"{span.from_m}, {span.to_m}", "no gap to the link before")
+                before_m = float(graph.length_m[before.link_idx])
+                if before.to_m < before_m * (1.0 - 1e-6):
+                    raise LinkError("to_m", k - 1, before.to_m, f"{before_m}: no gap before the next link")
+                if span.from_m > slack:
+                    raise LinkError("from_m", k, span.from_m, "0: no gap after the link before")
         idx = np.array([s.link_idx for s in spans], np.int64)
         probability, wait = link_stops(graph, settings)
         stop_class = 4 * graph.urban[idx].astype(np.int8) + graph.cross[idx]

@@ -179,7 +179,7 @@ class RangeBand:
     area: MultiPolygon
     area_m2: float
     node_count: int
-    false_in_frac: float  # share of unreachable nodes near the area that it covers
+    false_in_frac: float  # share of the covered nodes that can't be reached
     false_out_frac: float  # share of reachable nodes that it leaves out
 
 

@@ -120,7 +120,7 @@ class BandProperties(Answered):
     soc_left: float = Field(description="charge left on arrival, at least")
     area_km2: float
     node_count: int = Field(description="nodes of the graph that are reached")
-    false_in_share: float = Field(description="share of the unreached nodes nearby that the drawn area covers")
+    false_in_share: float = Field(description="share of the nodes in the drawn area that can't be reached")
     false_out_share: float = Field(description="share of the reached nodes that the drawn area leaves out")
 
 

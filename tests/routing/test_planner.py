@@ -408,7 +408,7 @@ def test_simulation_with_a_gap_between_links_is_refused(planner, cut):
     else:
         spans = [first, replace(second, from_m=0.5 * second.to_m)]
     error = refused(planner, spans)
-    assert (error.field, error.position) == ("from_m, to_m", 1)
+    assert (error.field, error.position) == (("to_m", 0) if cut == (0.0, 0.5) else ("from_m", 1))
     assert "no gap" in error.allowed
 
 
@@ -417,7 +417,7 @@ def test_simulation_with_a_gap_between_links_is_refused(planner, cut):
 )
 def test_simulation_of_a_stretch_that_leaves_its_link_is_refused(planner, from_m, to_m):
     error = refused(planner, [LinkSpan(link_of(planner, 1, 2), from_m, to_m)])
-    assert (error.field, error.position) == ("from_m, to_m", 0)
+    assert (error.field, error.position) == ("from_m" if math.isnan(from_m) or from_m < 0.0 else "to_m", 0)
 
 
 def test_simulation_of_nothing_is_refused(planner):
