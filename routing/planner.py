@@ -103,6 +103,9 @@ class Planner:
             routes.append(self._unpack(name, weights, query, path))
             stats.append(SearchStats(counts.labels_made, counts.labels_settled, counts.seconds, method))
         warnings = self._warnings(query, crowded)
+        for route in routes:
+            if not route.feasible and route.weights != ECO and query.stop_rule is not StopRule.COUNTED:
+                warnings += (f"no route reaches the goal on this charge: {route.name!r} shows the least-energy way",)
         return RouteAnswer(tuple(routes), start, goal, tuple(stats), warnings)
 
     def range(self, query: RangeQuery) -> RangeAnswer:

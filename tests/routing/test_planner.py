@@ -212,6 +212,17 @@ def test_empty_battery_uphill_is_infeasible_with_all_its_energy_missing(planner)
     assert route.furthest.lon_deg == pytest.approx(along(0, 1, 0.1).lon_deg, abs=1e-6)
 
 
+def test_fastest_route_out_of_reach_says_that_it_shows_the_least_energy_way(planner):
+    weightings = (("eco", ECO), ("fastest", FASTEST))
+    answer = planner.route(query(along(0, 1, 0.1), along(1, 2, 0.9), 0.0, weightings=weightings))
+    eco, fastest = answer.routes
+    assert not eco.feasible
+    assert not fastest.feasible
+    assert fastest.energy_j == pytest.approx(eco.energy_j, rel=1e-12)
+    assert [w for w in answer.warnings if "'fastest' shows the least-energy way" in w]
+    assert not [w for w in answer.warnings if "'eco'" in w]
+
+
 def test_remedy_of_an_infeasible_route_makes_it_feasible_and_less_does_not(planner):
     asked = query(
         along(0, 1, 0.1), along(2, 3, 0.9), 0.15, reserve_soc_frac=0.1, vehicle=car(usable_capacity_wh=3000.0)
