@@ -510,8 +510,6 @@ def fill_cruise(
 @njit(nogil=True, cache=True)
 def top_classes(
     length: NDArray[np.float64],
-    speed_limit: NDArray[np.float64],
-    interval: NDArray[np.int8],
     first: NDArray[np.int64],
     successor: NDArray[np.int32],
     run_up: NDArray[np.float64],
@@ -519,8 +517,8 @@ def top_classes(
 ) -> None:
     """Highest speed interval that drives may be in before two of them must have met, for each link.
 
-    interval: of each link's limit; run_up: distance in which any entry reaches that limit. top starts as interval and
-    grows along successors of links shorter than their run-up until nothing changes.
+    run_up: distance in which any entry reaches the link's limit. top starts as the interval of that limit
+    and grows along successors of links shorter than their run-up until nothing changes.
     """
     changed = True
     while changed:

@@ -122,9 +122,7 @@ def search_space(
     grade = graph.climb_m() / graph.length_m
     interval, run_up, settling = _run_up(physics, graph.speed_limit_mps)
     top = interval.copy()
-    kernels.top_classes(
-        graph.length_m, graph.speed_limit_mps, interval, graph.successor_first, graph.successor, run_up, top
-    )
+    kernels.top_classes(graph.length_m, graph.successor_first, graph.successor, run_up, top)
     half_inertia = 0.5 * physics.inertia_kg
     row = np.zeros((graph.link_count, 8))
     row[:, kernels.LENGTH] = graph.length_m
