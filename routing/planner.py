@@ -221,7 +221,7 @@ class Planner:
         else:
             # without limits costs add up, so that the search is simpler; most often its path keeps the limits anyway
             path, counts = find(weights, Limits())
-            if path is not None and not self._keeps(query, path, limits):
+            if path is not None and not self._keeps(query, path, limits, weights.energy):
                 path, counts = find(ECO, limits)
                 if path is not None:
                     path, counts = find(weights, limits, pareto=True)
@@ -233,8 +233,11 @@ class Planner:
             raise NoPathError("no permitted way leads from start to goal")
         return path, counts, _method(counts, pareto=False)
 
-    def _keeps(self, query: RouteQuery, path: FoundPath, limits: Limits) -> bool:
-        """Whether a path neither overfills the battery nor takes it below the reserve, link by link."""
+    def _keeps(self, query: RouteQuery, path: FoundPath, limits: Limits, energy_weight: float) -> bool:
+        """Whether a path never takes the charge below the reserve and costs what the search without limits says.
+
+        A battery that is overfilled on the way loses energy, which changes the cost only where energy is weighted.
+        """
         rule = StopRule.EXPECTED if query.stop_rule is StopRule.COUNTED else query.stop_rule
         result = self.simulate(
             self._spans(path),
@@ -243,8 +246,11 @@ class Planner:
             stop_rule=rule,
             stop_settings=query.stop_settings,
         )
-        used = np.cumsum([link.energy_j for link in result.links])
-        return bool(np.all((used >= limits.least_energy_j) & (used <= limits.most_energy_j)))
+        energy_j = np.array([link.energy_j for link in result.links])
+        capacity_wh = query.vehicle.usable_capacity_wh
+        soc, braked = soc_along(energy_j, query.soc_frac, capacity_wh)
+        most_j = (query.soc_frac - soc) * capacity_wh * JOULE_PER_WH
+        return bool(most_j.max() <= limits.most_energy_j) and (energy_weight == 0.0 or not braked.any())
 
     def _spans(self, path: FoundPath) -> tuple[LinkSpan, ...]:
         last = len(path.links) - 1
