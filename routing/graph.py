@@ -50,6 +50,21 @@ class GraphMeta:
     dropped: Mapping[str, int] = field(default_factory=dict)
 
 
+def meta_fields(meta: GraphMeta) -> dict[str, object]:
+    """The fields of a GraphMeta as JSON takes them, for meta.json and for exports."""
+    return {
+        "name": meta.name,
+        "source": meta.source,
+        "licence": meta.licence,
+        "attribution": meta.attribution,
+        "terrain": meta.terrain.value,
+        "elevation_method": meta.elevation_method,
+        "smoothing_m": meta.smoothing_m,
+        "bbox": list(meta.bbox),
+        "dropped": dict(meta.dropped),
+    }
+
+
 @dataclass(frozen=True, slots=True)
 class RoadGraph:
     """Directed links between nodes; every array is read-only.

@@ -16,7 +16,7 @@ import numpy as np
 
 from energy.stops import Cross, FunctionalClass
 from routing.errors import GraphFormatError
-from routing.graph import ARRAY_NAMES, FORMAT_VERSION, GraphMeta, RoadGraph, Terrain
+from routing.graph import ARRAY_NAMES, FORMAT_VERSION, GraphMeta, RoadGraph, Terrain, meta_fields
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -99,22 +99,13 @@ def _holds_graph(folder: Path) -> bool:
 
 
 def _meta_json(graph: RoadGraph) -> str:
-    meta = graph.meta
     return (
         json.dumps(
             {
                 "format_version": FORMAT_VERSION,
-                "name": meta.name,
-                "source": meta.source,
-                "licence": meta.licence,
-                "attribution": meta.attribution,
-                "terrain": meta.terrain.value,
-                "elevation_method": meta.elevation_method,
-                "smoothing_m": meta.smoothing_m,
-                "bbox": list(meta.bbox),
+                **meta_fields(graph.meta),
                 "node_count": graph.node_count,
                 "link_count": graph.link_count,
-                "dropped": dict(meta.dropped),
             },
             indent=2,
             ensure_ascii=False,

@@ -14,7 +14,7 @@ import shapely
 
 from energy.stops import FunctionalClass
 from routing.errors import GraphFormatError
-from routing.graph import E7, FORMAT_VERSION, GraphMeta, RoadGraph, Terrain
+from routing.graph import E7, FORMAT_VERSION, GraphMeta, RoadGraph, Terrain, meta_fields
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -39,7 +39,7 @@ def to_networkx(graph: RoadGraph) -> NetworkxGraph:
         simplified=True,
         created_with="joulepath",
         joulepath_format_version=FORMAT_VERSION,
-        joulepath_meta=json.dumps(_meta_fields(meta), ensure_ascii=False),
+        joulepath_meta=json.dumps(meta_fields(meta), ensure_ascii=False),
         joulepath_names=json.dumps(graph.names, ensure_ascii=False),
     )
     unique = np.unique(graph.node_id).size == graph.node_count
@@ -102,20 +102,6 @@ def _street_counts(graph: RoadGraph) -> NDArray[np.int64]:
     once = (graph.reverse_idx < 0) | (graph.reverse_idx > np.arange(graph.link_count))
     ends = np.concatenate((graph.tail[once], graph.head[once]))
     return np.bincount(ends, minlength=graph.node_count)
-
-
-def _meta_fields(meta: GraphMeta) -> dict[str, Any]:
-    return {
-        "name": meta.name,
-        "source": meta.source,
-        "licence": meta.licence,
-        "attribution": meta.attribution,
-        "terrain": meta.terrain.value,
-        "elevation_method": meta.elevation_method,
-        "smoothing_m": meta.smoothing_m,
-        "bbox": list(meta.bbox),
-        "dropped": dict(meta.dropped),
-    }
 
 
 def is_export(graph: NetworkxGraph) -> bool:
