@@ -37,3 +37,13 @@ class LinkError(EnergyError):
         self.value = value
         self.allowed = allowed
         super().__init__(f"{field} of link {position} is {value}, allowed: {allowed}")
+
+
+class ConditionsError(EnergyError):
+    """Conditions or effect coefficients out of range: names the field, its value and the allowed range."""
+
+    def __init__(self, field: str, value: object, allowed: str) -> None:
+        self.field = field
+        self.value = value
+        self.allowed = allowed
+        super().__init__(f"{field} is {value}, allowed: {allowed}")

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from energy.conditions import EffectCoefficients
 from energy.errors import VehicleError
 
 if TYPE_CHECKING:
@@ -42,6 +43,8 @@ class Vehicle:
     accel_mps2, decel_mps2: float64 (n,), mean acceleration (> 0) and braking (< 0) in each interval [m/s²].
     usable_capacity_wh: usable battery (or tank) energy [Wh].
     sources: where each number is from, by field name; "assumed …" where nothing is published.
+    sd: standard deviation of a number by field name, in that field's unit; a field without one is taken as certain.
+    effects: how strong each effect is that conditions switch on.
 
     Raises VehicleError when a number is out of range, when η_dis·η_chg > 1 (a round trip would gain
     energy) or when the road load is negative somewhere in 0..200 km/h.
@@ -65,6 +68,8 @@ class Vehicle:
     aux_move_eff: float = 0.9
     aux_idle_eff: float = 0.9
     sources: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
+    sd: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    effects: EffectCoefficients = field(default_factory=EffectCoefficients)
 
     def __post_init__(self) -> None:
         product = self.drive_eff * self.recuperation_eff

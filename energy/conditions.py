@@ -1,0 +1,171 @@
+"""The world that a vehicle drives in, and the coefficients of the effects that it switches on (MODEL.md section 8).
+
+Every field of `Conditions` at its default switches its effect off, so that the source's model is left untouched to the
+bit. `EffectCoefficients` say how strong an effect is once it is on; a vehicle carries its own, and those that a
+diagnosis has fitted replace them. Equations and sources: docs/effects.md.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, fields
+from enum import StrEnum
+from typing import Final
+
+from energy.errors import ConditionsError
+
+ZERO_CELSIUS_K: Final = 273.15
+
+
+class RoadSurface(StrEnum):
+    """What lies on the road."""
+
+    DRY = "dry"
+    WET = "wet"
+    SNOW = "snow"
+
+
+@dataclass(frozen=True, slots=True)
+class EffectCoefficients:
+    """How strong each effect is once conditions switch it on; the defaults are those of docs/effects.md.
+
+    rolling_temp_per_k: rise of rolling resistance for each kelvin below the reference [1/K] (ISO 28580: 0.008).
+    yaw_drag_per_rad: rise of drag for each radian between air flow and heading [1/rad].
+    wet_rolling_coef, snow_rolling_coef: added rolling coefficient [-]; wet_drag_n_per_mps: water displaced [N/(m/s)].
+    cabin_ua_w_per_k: heat that the cabin loses [W/K]; cabin_target_k: wanted temperature [K].
+    cabin_soak_w_per_k: extra thermal power for each kelvin that the cabin starts off its target [W/K], decaying
+    with cabin_time_s [s]. heating_cop, cooling_cop: thermal power over electric power [-].
+    climate_fan_w: blower and pumps while heating or cooling [W]; climate_limit_w: most electric power [W].
+    aux_climate_w: share of the vehicle's aux_power_w that is climate on average, which the cabin term replaces [W].
+    battery_resistance_ohm: at the reference temperature [Ω]; battery_voltage_v: nominal [V].
+    resistance_doubling_k: cooling that doubles the resistance [K].
+    drive_loss_w_per_n2: loss that grows with the square of the force at the wheels [W/N²]; 0 is the source's model.
+    regen_cap_w: most power that recuperation charges with [W]; regen_fade_soc_frac: charge from which it falls,
+    to 0 at 1 [-]; regen_cold_full_k, regen_cold_none_k: temperatures with all and none of it [K].
+    """
+
+    rolling_temp_per_k: float = 0.008
+    yaw_drag_per_rad: float = 0.6
+    wet_rolling_coef: float = 0.001
+    wet_drag_n_per_mps: float = 0.8
+    snow_rolling_coef: float = 0.008
+    cabin_ua_w_per_k: float = 110.0
+    cabin_target_k: float = 294.15
+    cabin_soak_w_per_k: float = 150.0
+    cabin_time_s: float = 600.0
+    heating_cop: float = 1.0
+    cooling_cop: float = 2.5
+    climate_fan_w: float = 100.0
+    climate_limit_w: float = 6000.0
+    aux_climate_w: float = 0.0
+    battery_resistance_ohm: float = 0.09
+    battery_voltage_v: float = 360.0
+    resistance_doubling_k: float = 23.0
+    drive_loss_w_per_n2: float = 0.0
+    regen_cap_w: float = 60_000.0
+    regen_fade_soc_frac: float = 0.9
+    regen_cold_full_k: float = 283.15
+    regen_cold_none_k: float = 258.15
+
+    def __post_init__(self) -> None:
+        for field in fields(self):
+            value = getattr(self, field.name)
+            low, high = COEFFICIENT_RANGES[field.name]
+            if not low <= value <= high:
+                raise ConditionsError(f"effects.{field.name}", value, f"{low:g}..{high:g}")
+        if self.regen_cold_none_k >= self.regen_cold_full_k:
+            raise ConditionsError(
+                "effects.regen_cold_none_k",
+                self.regen_cold_none_k,
+                f"below regen_cold_full_k, {self.regen_cold_full_k:g}",
+            )
+
+
+COEFFICIENT_RANGES: Final = {
+    "rolling_temp_per_k": (0.0, 0.02),
+    "yaw_drag_per_rad": (0.0, 5.0),
+    "wet_rolling_coef": (0.0, 0.05),
+    "wet_drag_n_per_mps": (0.0, 20.0),
+    "snow_rolling_coef": (0.0, 0.2),
+    "cabin_ua_w_per_k": (0.0, 5000.0),
+    "cabin_target_k": (273.15, 313.15),
+    "cabin_soak_w_per_k": (0.0, 5000.0),
+    "cabin_time_s": (1.0, 36_000.0),
+    "heating_cop": (0.5, 10.0),
+    "cooling_cop": (0.5, 10.0),
+    "climate_fan_w": (0.0, 5000.0),
+    "climate_limit_w": (0.0, 100_000.0),
+    "aux_climate_w": (0.0, 100_000.0),
+    "battery_resistance_ohm": (0.0, 2.0),
+    "battery_voltage_v": (10.0, 2000.0),
+    "resistance_doubling_k": (1.0, 200.0),
+    "drive_loss_w_per_n2": (0.0, 0.1),
+    "regen_cap_w": (0.0, 2_000_000.0),
+    "regen_fade_soc_frac": (0.0, 0.999),
+    "regen_cold_full_k": (230.0, 330.0),
+    "regen_cold_none_k": (220.0, 320.0),
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Conditions:
+    """Weather, load and habits of one drive; every default is the source's model.
+
+    ambient_k: air temperature, 220..330 [K]. None: that of the source, no effect of temperature at all.
+    cabin_start_k: cabin temperature at departure [K]; without it, ambient. climate: False switches heating and cooling
+    off.
+    altitude_density: thinner air higher up; None: only when ambient_k is given.
+    wind_speed_mps, wind_from_rad: at the vehicle's height [m/s], direction it comes from, clockwise from north [rad].
+    payload_kg: beyond the vehicle's mass [kg]. drag_factor: on the aerodynamic part, e.g. 1.25 for a roof box [-].
+    road: what lies on it. speed_factor: driven speed over the limit [-]; top_speed_mps: never faster [m/s].
+    aux_power_w: instead of the vehicle's [W]. sun_w: heat that the sun brings into the cabin [W].
+    regen_limited: recuperation has a power cap that fades at high charge and in the cold.
+
+    Raises ConditionsError naming field, value and range.
+    """
+
+    ambient_k: float | None = None
+    cabin_start_k: float | None = None
+    climate: bool = True
+    altitude_density: bool | None = None
+    wind_speed_mps: float = 0.0
+    wind_from_rad: float = 0.0
+    payload_kg: float = 0.0
+    drag_factor: float = 1.0
+    road: RoadSurface = RoadSurface.DRY
+    speed_factor: float = 1.0
+    top_speed_mps: float | None = None
+    aux_power_w: float | None = None
+    sun_w: float = 0.0
+    regen_limited: bool = False
+
+    def __post_init__(self) -> None:
+        for name, (low, high) in CONDITION_RANGES.items():
+            value = getattr(self, name)
+            if value is not None and not low <= value <= high:
+                raise ConditionsError(f"conditions.{name}", value, f"{low:g}..{high:g}")
+        if self.ambient_k is None:
+            for name in ("cabin_start_k", "sun_w"):
+                if getattr(self, name):
+                    raise ConditionsError(f"conditions.{name}", getattr(self, name), "only together with ambient_k")
+
+    @property
+    def thin_air(self) -> bool:
+        """Whether altitude changes the density of the air."""
+        return self.ambient_k is not None if self.altitude_density is None else self.altitude_density
+
+
+CONDITION_RANGES: Final = {
+    "ambient_k": (220.0, 330.0),
+    "cabin_start_k": (220.0, 350.0),
+    "wind_speed_mps": (0.0, 40.0),
+    "wind_from_rad": (-2.0 * math.pi, 2.0 * math.pi),
+    "payload_kg": (0.0, 100_000.0),
+    "drag_factor": (0.3, 5.0),
+    "speed_factor": (0.2, 1.5),
+    "top_speed_mps": (1.0, 200.0 / 3.6),
+    "aux_power_w": (0.0, 100_000.0),
+    "sun_w": (0.0, 5000.0),
+}
+
+STILL: Final = Conditions()
