@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
     from pathlib import Path
 
-    from energy.vehicle import Vehicle
+    from energy.vehicle_files import AnyVehicle
 
 
 def graph_folders(parents: Iterable[Path]) -> dict[str, Path]:
@@ -57,7 +57,7 @@ class Atlas:
                 )
             return self._planners[name]
 
-    def load_all(self, vehicle: Vehicle) -> None:
+    def load_all(self, vehicle: AnyVehicle) -> None:
         """Load every graph and compile its kernels, with a vehicle to try them on."""
         for name in self.names:
             self.planner(name).warm_up(vehicle)

@@ -2,20 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from dataclasses import dataclass, fields
 from enum import StrEnum
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from energy import kernels
+from energy.battery import JOULE_PER_WH
+from energy.conditions import STILL, Conditions
+from energy.effects import PART_NAMES, LinkSetting, drive_of
 from energy.errors import LinkError
-from energy.kernels import PART_COUNT, LinkPhysics
-from energy.vehicle import CHECKED_SPEED_MPS, GRAVITY_MPS2
+from energy.kernels import PART_COUNT
+from energy.vehicle import CHECKED_SPEED_MPS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from energy.consumption_table import ConsumptionTableVehicle
     from energy.vehicle import Vehicle
 
 
@@ -27,11 +32,16 @@ class LinkModel(StrEnum):
 
 
 class StopRule(StrEnum):
-    """How stops at link ends are treated: by expectation, by the source's counters, or not at all."""
+    """How stops at link ends are treated.
+
+    By expectation, by the source's counters, not at all, or for certain wherever a minor road meets a major one or a
+    roundabout is entered (cross medium or large), which is the rule of the source's time-step model.
+    """
 
     EXPECTED = "expected"
     COUNTED = "counted"
     NONE = "none"
+    CROSSINGS = "crossings"
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,6 +51,8 @@ class Chain:
     length_m: float64 (n,) > 0. grade_frac: float64 (n,) sin θ, -1..1. speed_limit_mps: float64 (n,) > 0.
     stop_probability_frac: float64 (n,) 0..1, stop_time_s: float64 (n,) ≥ 0, at the end of the link.
     stop_class: int8 (n,) counter that the link's end belongs to, for the rule `counted`: 4·urban + cross.
+    altitude_m: float64 (n,) mean height, for the density of the air. heading: float64 (n, 2) east and north part of the
+    way over its length, for wind. Both may be absent; conditions that need them then raise ConditionsError.
     """
 
     length_m: NDArray[np.float64]
@@ -49,6 +61,8 @@ class Chain:
     stop_probability_frac: NDArray[np.float64]
     stop_time_s: NDArray[np.float64]
     stop_class: NDArray[np.int8]
+    altitude_m: NDArray[np.float64] | None = None
+    heading: NDArray[np.float64] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,8 +71,7 @@ class LinkResult:
 
     energy_j: from the battery [J], negative where more is recuperated. duration_s includes standing still.
     speed_end_mps: speed carried into the next link, given no stop. stop_probability_frac: of having stopped at its end.
-    parts_j: float64 (8,), in the order rolling, linear, aero, grade, inertia, drivetrain loss, recuperation
-    loss, auxiliary; they add up to energy_j.
+    parts_j: float64 (19,), in the order of `energy.effects.PART_NAMES`; they add up to energy_j.
     """
 
     energy_j: float
@@ -71,29 +84,36 @@ class LinkResult:
 
 @dataclass(frozen=True, slots=True)
 class EnergyParts:
-    """Battery energy by cause [J]; the parts add up to the whole."""
+    """Battery energy by cause [J], fields in the order of PART_NAMES; the parts add up to the whole.
 
-    rolling_j: float
-    linear_j: float
-    aero_j: float
-    grade_j: float
-    inertia_j: float
-    drivetrain_loss_j: float
-    recuperation_loss_j: float
-    auxiliary_j: float
+    The first eight are the source's model: work against road load, grade and inertia at the wheels, losses of
+    drivetrain and recuperation, auxiliaries. The rest is what conditions add, each 0 while its effect is off;
+    consumption_table_j is all that a vehicle given as a table takes on the flat.
+    """
+
+    rolling_j: float = 0.0
+    linear_j: float = 0.0
+    aero_j: float = 0.0
+    grade_j: float = 0.0
+    inertia_j: float = 0.0
+    drivetrain_loss_j: float = 0.0
+    recuperation_loss_j: float = 0.0
+    auxiliary_j: float = 0.0
+    tyre_temperature_j: float = 0.0
+    road_surface_j: float = 0.0
+    payload_j: float = 0.0
+    air_density_j: float = 0.0
+    drag_j: float = 0.0
+    wind_j: float = 0.0
+    regen_limit_j: float = 0.0
+    load_loss_j: float = 0.0
+    battery_resistance_j: float = 0.0
+    cabin_j: float = 0.0
+    consumption_table_j: float = 0.0
 
     def total_j(self) -> float:
         """Sum of all parts [J]."""
-        return (
-            self.rolling_j
-            + self.linear_j
-            + self.aero_j
-            + self.grade_j
-            + self.inertia_j
-            + self.drivetrain_loss_j
-            + self.recuperation_loss_j
-            + self.auxiliary_j
-        )
+        return sum(float(getattr(self, field.name)) for field in fields(self))
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,43 +130,49 @@ class ChainResult:
 
 
 def simulate_chain(
-    vehicle: Vehicle,
+    vehicle: Vehicle | ConsumptionTableVehicle,
     chain: Chain,
     *,
+    conditions: Conditions = STILL,
     link_model: LinkModel = LinkModel.INTEGRATED,
     stop_rule: StopRule = StopRule.EXPECTED,
     start_speed_mps: float = 0.0,
     arrive_stopped: bool = True,
+    soc_start_frac: float | None = None,
 ) -> ChainResult:
     """Energy and time of driving a chain; arrive_stopped: the vehicle stops at the end of the last link.
 
-    Without arrive_stopped the last link ends by equation (9), its successor being unknown.
-    Raises LinkError on a length or limit that is not positive, NaN, or a grade or probability out of range.
+    Without arrive_stopped the last link ends by equation (9), its successor being unknown. soc_start_frac matters only
+    where recuperation is limited: near a full battery its cap falls.
+    Raises LinkError on a length or limit that is not positive, NaN, or a grade or probability out of range, and
+    ConditionsError where conditions need what the chain or vehicle does not have.
     """
-    _check_chain(chain)
-    if not 0.0 <= start_speed_mps <= CHECKED_SPEED_MPS:
-        raise LinkError("start_speed_mps", 0, start_speed_mps, f"0..{CHECKED_SPEED_MPS:.2f} (200 km/h)")
+    check_chain(chain, start_speed_mps)
     n = chain.length_m.size
+    drive = drive_of(vehicle, conditions, printed=link_model is LinkModel.PRINTED)
+    driven_mps = drive.driven_mps(chain.speed_limit_mps)
+    setting = LinkSetting(chain.grade_frac, driven_mps, chain.altitude_m, chain.heading)
     energy, time, standstill, v_end, p_end = (np.empty(n) for _ in range(5))
-    parts = np.zeros((n, PART_COUNT))
+    terms = np.zeros((n, PART_COUNT))
     kernels.drive_chain(
-        link_physics(vehicle, link_model),
+        drive.physics,
+        drive.roads(setting, chain.stop_time_s),
         chain.length_m,
-        chain.grade_frac,
-        chain.speed_limit_mps,
+        driven_mps,
         chain.stop_probability_frac,
-        chain.stop_time_s,
         chain.stop_class,
         RULE_CODE[stop_rule],
         start_speed_mps,
         arrive_stopped,
+        filling_energy_j(soc_start_frac, vehicle.usable_capacity_wh),
         energy,
         time,
         standstill,
         v_end,
         p_end,
-        parts,
+        terms,
     )
+    parts = drive.parts(setting, terms)
     links = tuple(
         LinkResult(float(energy[k]), float(time[k]), float(standstill[k]), float(v_end[k]), float(p_end[k]), parts[k])
         for k in range(n)
@@ -159,7 +185,7 @@ def simulate_chain(
         standstill_s=float(standstill.sum()),
         stop_count=stops,
         energy_j=float(energy.sum()),
-        parts=EnergyParts(*(float(x) for x in parts.sum(axis=0))),
+        parts=energy_parts(parts.sum(axis=0)),
     )
 
 
@@ -167,26 +193,25 @@ RULE_CODE: Final = {
     StopRule.EXPECTED: kernels.EXPECTED,
     StopRule.COUNTED: kernels.COUNTED,
     StopRule.NONE: kernels.NO_STOPS,
+    StopRule.CROSSINGS: kernels.CROSSINGS,
 }
 
 
-def link_physics(vehicle: Vehicle, link_model: LinkModel = LinkModel.INTEGRATED) -> LinkPhysics:
-    """The vehicle's parameters in the form that the kernels take."""
-    return LinkPhysics(
-        rolling_n=float(vehicle.road_load_a_n),
-        linear_n_per_mps=float(vehicle.road_load_b_n_per_mps),
-        aero_n_per_mps2=float(vehicle.road_load_c_n_per_mps2),
-        weight_n=float(vehicle.mass_kg * GRAVITY_MPS2),
-        inertia_kg=float(vehicle.mass_kg * vehicle.rotating_mass_coef),
-        drive_factor=1.0 / float(vehicle.drive_eff),
-        recuperation_factor=float(vehicle.recuperation_eff),
-        aux_move_w=float(vehicle.aux_power_w / vehicle.aux_move_eff),
-        aux_idle_w=float(vehicle.aux_power_w / vehicle.aux_idle_eff),
-        speed_bound_mps=np.array(vehicle.accel_speed_mps, np.float64),
-        accel_sum=np.concatenate(([0.0], np.cumsum(vehicle.accel_mps2))),
-        decel_sum=np.concatenate(([0.0], np.cumsum(-vehicle.decel_mps2))),
-        printed=link_model is LinkModel.PRINTED,
-    )
+def energy_parts(parts_j: NDArray[np.float64]) -> EnergyParts:
+    """Energy by cause from an array (19,) in the order of PART_NAMES [J]."""
+    return EnergyParts(**{f"{name}_j": float(value) for name, value in zip(PART_NAMES, parts_j, strict=True)})
+
+
+def filling_energy_j(soc_frac: float | None, capacity_wh: float) -> float:
+    """Battery energy, negative, that would fill the battery [J]; −inf where the charge is not known."""
+    return -math.inf if soc_frac is None else -(1.0 - soc_frac) * capacity_wh * JOULE_PER_WH
+
+
+def check_chain(chain: Chain, start_speed_mps: float = 0.0) -> None:
+    """Raise LinkError for the first value of a chain that is out of range, or for the start speed."""
+    _check_chain(chain)
+    if not 0.0 <= start_speed_mps <= CHECKED_SPEED_MPS:
+        raise LinkError("start_speed_mps", 0, start_speed_mps, f"0..{CHECKED_SPEED_MPS:.2f} (200 km/h)")
 
 
 def _check_chain(chain: Chain) -> None:
@@ -219,3 +244,6 @@ def _check_chain(chain: Chain) -> None:
         if not bool(good.all()):
             position = int(np.argmin(good))
             raise LinkError(name, position, values[position].item(), allowed)
+    for name, extra, shape in (("altitude_m", chain.altitude_m, (n,)), ("heading", chain.heading, (n, 2))):
+        if extra is not None and (extra.shape != shape or not bool(np.isfinite(extra).all())):
+            raise LinkError(name, 0, f"shape {extra.shape}", f"finite numbers of shape {shape}")

@@ -2,48 +2,39 @@
 
 Units: m, s, m/s, kg, N, W, J; grade is sin θ. Equation numbers are the source's; cases are MODEL.md section 3.
 The phases of a link are (1) a ramp from the entry speed to the peak, (2) a cruise at the peak, (3) a ramp from
-the peak to the end speed, (4) standing still.
+the peak to the end speed, (4) standing still. What a phase takes is in energy.kernels_force.
 """
 
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-import energy.compilation  # noqa: F401  (sets the cache folder before anything is compiled)
+from energy.kernels_force import (
+    AUXILIARY,
+    CABIN,
+    GRADE,
+    INERTIA,
+    PART_COUNT,
+    RESISTANCE_LOSS,
+    ROAD_WAIT,
+    TABLE,
+    LinkPhysics,
+    Road,
+    cabin_energy_j,
+    cruise_energy,
+    cruise_terms,
+    idle_energy,
+    ramp_energy,
+    ramp_terms,
+    regen_cap_w,
+    road_at,
+)
 
 TOUCH_MPS = 1e-9  # a speed this near to an interval boundary touches only the interval on its own side
-
-ROLLING, LINEAR, AERO, GRADE, INERTIA, DRIVE_LOSS, RECUPERATION_LOSS, AUXILIARY = range(8)
-PART_COUNT = 8
-
-
-class LinkPhysics(NamedTuple):
-    """Vehicle parameters as the kernels want them.
-
-    rolling_n, linear_n_per_mps, aero_n_per_mps2: A, B, C of equation (4). weight_n: m·g. inertia_kg: m·d.
-    drive_factor: 1/η_dis. recuperation_factor: η_chg. aux_move_w, aux_idle_w: P_aux/η_aux.
-    speed_bound_mps: (n+1,) interval boundaries. accel_sum, decel_sum: (n+1,) running sums of |a| over intervals.
-    printed: evaluate dynamic phases as equations (13), (15), (36) are printed instead of integrating exactly.
-    """
-
-    rolling_n: float
-    linear_n_per_mps: float
-    aero_n_per_mps2: float
-    weight_n: float
-    inertia_kg: float
-    drive_factor: float
-    recuperation_factor: float
-    aux_move_w: float
-    aux_idle_w: float
-    speed_bound_mps: NDArray[np.float64]
-    accel_sum: NDArray[np.float64]
-    decel_sum: NDArray[np.float64]
-    printed: bool
 
 
 @njit(nogil=True, cache=True)
@@ -115,100 +106,8 @@ def plan_link(
 
 
 @njit(nogil=True, cache=True)
-def force_roots(f0: float, b: float, c: float, low: float, high: float) -> tuple[int, float, float]:
-    """Speeds strictly between low and high where f0 + b·v + c·v² changes sign: count, first, second."""
-    f_low = f0 + (b + c * low) * low
-    f_high = f0 + (b + c * high) * high
-    if f_low >= 0.0 and f_high >= 0.0:
-        if c <= 0.0 or b >= 0.0:
-            return 0, 0.0, 0.0
-        vertex = -b / (2.0 * c)
-        if vertex <= low or vertex >= high or f0 + 0.5 * b * vertex >= 0.0:
-            return 0, 0.0, 0.0
-    elif f_low <= 0.0 and f_high <= 0.0:
-        if c >= 0.0:
-            return 0, 0.0, 0.0
-        vertex = -b / (2.0 * c)
-        if vertex <= low or vertex >= high or f0 + 0.5 * b * vertex <= 0.0:
-            return 0, 0.0, 0.0
-    if c == 0.0:
-        return 1, min(max(-f0 / b, low), high), 0.0
-    discriminant = b * b - 4.0 * c * f0
-    if discriminant <= 0.0:
-        return 0, 0.0, 0.0
-    q = -0.5 * (b + math.copysign(math.sqrt(discriminant), b))
-    r1 = q / c
-    r2 = f0 / q if q != 0.0 else r1
-    if r1 > r2:
-        r1, r2 = r2, r1
-    inside1 = low < r1 < high
-    inside2 = low < r2 < high
-    if inside1 and inside2:
-        return 2, r1, r2
-    if inside1:
-        return 1, r1, 0.0
-    if inside2:
-        return 1, r2, 0.0
-    return 0, 0.0, 0.0
-
-
-@njit(nogil=True, cache=True)
-def battery_work_j(p: LinkPhysics, wheel_work_j: float) -> float:
-    """Battery energy for work at the wheel, equations (1), (2), (37), (38) without auxiliaries."""
-    if wheel_work_j >= 0.0:
-        return wheel_work_j * p.drive_factor
-    return wheel_work_j * p.recuperation_factor
-
-
-@njit(nogil=True, cache=True)
-def stretch_work_j(p: LinkPhysics, f0: float, ds: float, v_a: float, v_b: float) -> float:
-    """∫F ds over a stretch of constant acceleration: v² is linear in s, so the means over s are closed forms."""
-    mean_v = (v_a * v_a + v_a * v_b + v_b * v_b) / (1.5 * (v_a + v_b))
-    mean_v2 = 0.5 * (v_a * v_a + v_b * v_b)
-    return ds * (f0 + p.linear_n_per_mps * mean_v + p.aero_n_per_mps2 * mean_v2)
-
-
-@njit(nogil=True, cache=True)
-def ramp_energy(p: LinkPhysics, ds: float, v_a: float, v_b: float, grade: float, flat: float) -> tuple[float, float]:
-    """Battery energy and time of a phase of constant acceleration from v_a to v_b over ds; flat is cos θ."""
-    accel = (v_b - v_a) * (v_b + v_a) / (2.0 * ds)
-    if p.printed:
-        dt = abs(v_b - v_a) / (2.0 * abs(accel))  # (13), (23)
-        v = 0.75 * max(v_a, v_b) + 0.25 * min(v_a, v_b)  # (15), (25)
-        force = (
-            p.rolling_n * flat
-            + (p.linear_n_per_mps + p.aero_n_per_mps2 * v) * v
-            + p.inertia_kg * accel
-            + p.weight_n * grade
-        )  # (34)
-        return battery_work_j(p, force * v * dt) + p.aux_move_w * dt, dt  # (35), (36)
-    dt = 2.0 * ds / (v_a + v_b)
-    f0 = p.rolling_n * flat + p.weight_n * grade + p.inertia_kg * accel
-    low, high = (v_a, v_b) if v_a < v_b else (v_b, v_a)
-    count, r1, r2 = force_roots(f0, p.linear_n_per_mps, p.aero_n_per_mps2, low, high)
-    energy_j = p.aux_move_w * dt
-    if count == 0:
-        return energy_j + battery_work_j(p, stretch_work_j(p, f0, ds, v_a, v_b)), dt
-    per_v2 = ds / ((high - low) * (high + low))
-    energy_j += battery_work_j(p, stretch_work_j(p, f0, per_v2 * (r1 * r1 - low * low), low, r1))
-    if count == 2:
-        energy_j += battery_work_j(p, stretch_work_j(p, f0, per_v2 * (r2 * r2 - r1 * r1), r1, r2))
-        r1 = r2
-    energy_j += battery_work_j(p, stretch_work_j(p, f0, per_v2 * (high * high - r1 * r1), r1, high))
-    return energy_j, dt
-
-
-@njit(nogil=True, cache=True)
-def cruise_energy(p: LinkPhysics, ds: float, v: float, grade: float, flat: float) -> tuple[float, float]:
-    """Battery energy and time of a phase of constant speed (equations 18, 34-37)."""
-    dt = ds / v
-    force = p.rolling_n * flat + (p.linear_n_per_mps + p.aero_n_per_mps2 * v) * v + p.weight_n * grade
-    return battery_work_j(p, force * ds) + p.aux_move_w * dt, dt
-
-
-@njit(nogil=True, cache=True)
 def drive_energy(
-    p: LinkPhysics, length: float, grade: float, flat: float, v_start: float, v_max: float, target: float
+    p: LinkPhysics, r: Road, length: float, v_start: float, v_max: float, target: float
 ) -> tuple[float, float, float]:
     """Battery energy, time and end speed of phases 1 to 3 of a link."""
     s1, s2, s3, peak, end = plan_link(p, length, v_start, v_max, target)
@@ -216,25 +115,54 @@ def drive_energy(
     time_s = 0.0
     if s1 > 0.0:
         if peak != v_start:
-            energy_j, time_s = ramp_energy(p, s1, v_start, peak, grade, flat)
+            energy_j, time_s = ramp_energy(p, r, s1, v_start, peak)
         else:
-            energy_j, time_s = cruise_energy(p, s1, peak, grade, flat)
+            energy_j, time_s = cruise_energy(p, r, s1, peak)
     if s2 > 0.0:
-        e, t = cruise_energy(p, s2, peak, grade, flat)
+        e, t = cruise_energy(p, r, s2, peak)
         energy_j += e
         time_s += t
     if s3 > 0.0:
-        e, t = ramp_energy(p, s3, peak, end, grade, flat)
+        e, t = ramp_energy(p, r, s3, peak, end)
         energy_j += e
         time_s += t
     return energy_j, time_s, end
 
 
 @njit(nogil=True, cache=True)
+def speed_change_j(p: LinkPhysics, v_a: float, v_b: float) -> float:
+    """What a consumption-table vehicle takes for a change of speed, or gives back."""
+    gain = 0.5 * (v_b - v_a) * (v_b + v_a)
+    return gain * (p.kinetic_up_kg if gain > 0.0 else p.kinetic_down_kg)
+
+
+@njit(nogil=True, cache=True)
+def table_energy(
+    p: LinkPhysics,
+    r: Road,
+    length: float,
+    v_start: float,
+    p_start: float,
+    v_max: float,
+    target: float,
+    p_stop: float,
+    stop_time: float,
+) -> tuple[float, float, float]:
+    """link_energy of a consumption-table vehicle: rolling_n is the consumption at v_max; speeds change at once."""
+    time_s = length / v_max
+    climb = r.grade * length
+    energy_j = r.rolling_n * length + climb * (p.climb_up_j_per_m if climb > 0.0 else p.climb_down_j_per_m)
+    energy_j += (1.0 - p_start) * speed_change_j(p, v_start, v_max) + p_start * speed_change_j(p, 0.0, v_max)
+    energy_j += (1.0 - p_stop) * speed_change_j(p, v_max, target) + p_stop * speed_change_j(p, v_max, 0.0)
+    energy_j += p.aux_move_w * time_s + p.aux_idle_w * p_stop * stop_time
+    return energy_j, time_s + p_stop * stop_time, target
+
+
+@njit(nogil=True, cache=True)
 def link_energy(
     p: LinkPhysics,
+    r: Road,
     length: float,
-    grade: float,
     v_start: float,
     p_start: float,
     v_max: float,
@@ -242,33 +170,33 @@ def link_energy(
     p_stop: float,
     stop_time: float,
 ) -> tuple[float, float, float]:
-    """Expected battery energy [J], time [s] and go-speed at the end [m/s] of one link.
+    """Expected battery energy [J] without climate, time [s] and go-speed at the end [m/s] of one link.
 
     The vehicle enters with v_start, or with probability p_start from rest; at the end it stops with probability
     p_stop for stop_time, else goes on at min(v_max, v_next) where it can. Certain stops are p_stop = 1. Where the
     entries end at different go-speeds the root mean square, which keeps the kinetic energy, is carried on.
     """
-    flat = math.sqrt(max(1.0 - grade * grade, 0.0))
     target = v_next if v_next < v_max else v_max
-    energy_j = 0.0
+    if p.table:
+        return table_energy(p, r, length, v_start, p_start, v_max, target, p_stop, stop_time)
     time_s = p_stop * stop_time
-    energy_j = p.aux_idle_w * time_s
+    energy_j = idle_energy(p, time_s)
     end = 0.0
     if p_start < 1.0:
         enters = 1.0 - p_start
-        e, t, end = drive_energy(p, length, grade, flat, v_start, v_max, target)
+        e, t, end = drive_energy(p, r, length, v_start, v_max, target)
         energy_j += enters * (1.0 - p_stop) * e
         time_s += enters * (1.0 - p_stop) * t
         if p_stop > 0.0:
-            e, t, _ = drive_energy(p, length, grade, flat, v_start, v_max, 0.0)
+            e, t, _ = drive_energy(p, r, length, v_start, v_max, 0.0)
             energy_j += enters * p_stop * e
             time_s += enters * p_stop * t
     if p_start > 0.0:
-        e, t, end_from_rest = drive_energy(p, length, grade, flat, 0.0, v_max, target)
+        e, t, end_from_rest = drive_energy(p, r, length, 0.0, v_max, target)
         energy_j += p_start * (1.0 - p_stop) * e
         time_s += p_start * (1.0 - p_stop) * t
         if p_stop > 0.0:
-            e, t, _ = drive_energy(p, length, grade, flat, 0.0, v_max, 0.0)
+            e, t, _ = drive_energy(p, r, length, 0.0, v_max, 0.0)
             energy_j += p_start * p_stop * e
             time_s += p_start * p_stop * t
         if p_start >= 1.0:
@@ -279,75 +207,10 @@ def link_energy(
 
 
 @njit(nogil=True, cache=True)
-def add_stretch_parts(
-    p: LinkPhysics,
-    flat: float,
-    grade: float,
-    accel: float,
-    ds: float,
-    mean_v: float,
-    mean_v2: float,
-    weight: float,
-    parts: NDArray[np.float64],
-) -> None:
-    """Split battery energy for one stretch without change of sign of the force into its parts."""
-    rolling = p.rolling_n * flat * ds
-    linear = p.linear_n_per_mps * mean_v * ds
-    aero = p.aero_n_per_mps2 * mean_v2 * ds
-    climb = p.weight_n * grade * ds
-    inertia = p.inertia_kg * accel * ds
-    work = rolling + linear + aero + climb + inertia
-    parts[ROLLING] += weight * rolling
-    parts[LINEAR] += weight * linear
-    parts[AERO] += weight * aero
-    parts[GRADE] += weight * climb
-    parts[INERTIA] += weight * inertia
-    if work >= 0.0:
-        parts[DRIVE_LOSS] += weight * work * (p.drive_factor - 1.0)
-    else:
-        parts[RECUPERATION_LOSS] += weight * work * (p.recuperation_factor - 1.0)
-
-
-@njit(nogil=True, cache=True)
-def add_ramp_parts(
-    p: LinkPhysics,
-    ds: float,
-    v_a: float,
-    v_b: float,
-    grade: float,
-    flat: float,
-    weight: float,
-    parts: NDArray[np.float64],
-) -> None:
-    """Parts of ramp_energy, added to parts."""
-    accel = (v_b - v_a) * (v_b + v_a) / (2.0 * ds)
-    if p.printed:
-        dt = abs(v_b - v_a) / (2.0 * abs(accel))
-        v = 0.75 * max(v_a, v_b) + 0.25 * min(v_a, v_b)
-        add_stretch_parts(p, flat, grade, accel, v * dt, v, v * v, weight, parts)
-        parts[AUXILIARY] += weight * p.aux_move_w * dt
-        return
-    parts[AUXILIARY] += weight * p.aux_move_w * 2.0 * ds / (v_a + v_b)
-    f0 = p.rolling_n * flat + p.weight_n * grade + p.inertia_kg * accel
-    low, high = (v_a, v_b) if v_a < v_b else (v_b, v_a)
-    count, r1, r2 = force_roots(f0, p.linear_n_per_mps, p.aero_n_per_mps2, low, high)
-    per_v2 = ds / ((high - low) * (high + low))
-    begin = low
-    for k in range(count + 1):
-        end = high
-        if k < count:
-            end = r1 if k == 0 else r2
-        mean_v = (begin * begin + begin * end + end * end) / (1.5 * (begin + end))
-        piece = per_v2 * (end * end - begin * begin)
-        add_stretch_parts(p, flat, grade, accel, piece, mean_v, 0.5 * (begin * begin + end * end), weight, parts)
-        begin = end
-
-
-@njit(nogil=True, cache=True)
 def add_drive_parts(
     p: LinkPhysics,
+    r: Road,
     length: float,
-    grade: float,
     v_start: float,
     v_max: float,
     target: float,
@@ -355,24 +218,28 @@ def add_drive_parts(
     parts: NDArray[np.float64],
 ) -> None:
     """Parts of drive_energy, added to parts with a weight."""
-    flat = math.sqrt(max(1.0 - grade * grade, 0.0))
     s1, s2, s3, peak, end = plan_link(p, length, v_start, v_max, target)
     if s1 > 0.0 and peak != v_start:
-        add_ramp_parts(p, s1, v_start, peak, grade, flat, weight, parts)
+        terms, _ = ramp_terms(p, r, s1, v_start, peak)
+        for k in range(len(terms)):
+            parts[k] += weight * terms[k]
     elif s1 > 0.0:
         s2 += s1
     if s2 > 0.0:
-        add_stretch_parts(p, flat, grade, 0.0, s2, peak, peak * peak, weight, parts)
-        parts[AUXILIARY] += weight * p.aux_move_w * s2 / peak
+        terms = cruise_terms(p, r, s2, peak)
+        for k in range(len(terms)):
+            parts[k] += weight * terms[k]
     if s3 > 0.0:
-        add_ramp_parts(p, s3, peak, end, grade, flat, weight, parts)
+        terms, _ = ramp_terms(p, r, s3, peak, end)
+        for k in range(len(terms)):
+            parts[k] += weight * terms[k]
 
 
 @njit(nogil=True, cache=True)
 def add_link_parts(
     p: LinkPhysics,
+    r: Road,
     length: float,
-    grade: float,
     v_start: float,
     p_start: float,
     v_max: float,
@@ -381,31 +248,64 @@ def add_link_parts(
     stop_time: float,
     parts: NDArray[np.float64],
 ) -> None:
-    """Parts of link_energy, added to parts (8,); they add up to its energy."""
+    """Parts of link_energy, added to parts (14,); they add up to its energy."""
     target = v_next if v_next < v_max else v_max
-    parts[AUXILIARY] += p.aux_idle_w * p_stop * stop_time
+    wait = p_stop * stop_time
+    parts[AUXILIARY] += p.aux_idle_w * wait
+    if p.table:
+        climb = r.grade * length
+        parts[AUXILIARY] += p.aux_move_w * length / v_max
+        parts[TABLE] += r.rolling_n * length
+        parts[GRADE] += climb * (p.climb_up_j_per_m if climb > 0.0 else p.climb_down_j_per_m)
+        parts[INERTIA] += (1.0 - p_start) * speed_change_j(p, v_start, v_max) + p_start * speed_change_j(p, 0.0, v_max)
+        parts[INERTIA] += (1.0 - p_stop) * speed_change_j(p, v_max, target) + p_stop * speed_change_j(p, v_max, 0.0)
+        return
+    parts[RESISTANCE_LOSS] += p.loss_per_w * p.aux_idle_w * p.aux_idle_w * wait
     for branch in range(4):
         weight = (p_start if branch & 1 else 1.0 - p_start) * (p_stop if branch & 2 else 1.0 - p_stop)
         if weight > 0.0:
             begin = 0.0 if branch & 1 else v_start
-            add_drive_parts(p, length, grade, begin, v_max, 0.0 if branch & 2 else target, weight, parts)
+            add_drive_parts(p, r, length, begin, v_max, 0.0 if branch & 2 else target, weight, parts)
 
 
-EXPECTED, COUNTED, NO_STOPS = range(3)
+EXPECTED, COUNTED, NO_STOPS, CROSSINGS = range(4)
+MEDIUM = 2  # Cross.MEDIUM: a minor road meeting a major one, an entry to a roundabout
+
+
+@njit(nogil=True, cache=True)
+def stop_at(
+    rule: int,
+    probability: float,
+    stop_class: int,
+    requests: NDArray[np.float64],
+    stops: NDArray[np.float64],
+) -> float:
+    """Probability of stopping at a link's end under a rule; counters (8,) are carried from link to link."""
+    if rule == NO_STOPS:
+        return 0.0
+    if rule == CROSSINGS:
+        return 1.0 if probability > 0.0 and (stop_class & 3) >= MEDIUM else 0.0
+    if rule == COUNTED and probability > 0.0:
+        requests[stop_class] += 1.0  # counted before the comparison, so that there is no 0/0
+        if stops[stop_class] / requests[stop_class] < probability:  # (29)-(31)
+            stops[stop_class] += 1.0
+            return 1.0
+        return 0.0
+    return probability
 
 
 @njit(nogil=True, cache=True)
 def drive_chain(
     p: LinkPhysics,
+    roads: NDArray[np.float64],
     length: NDArray[np.float64],
-    grade: NDArray[np.float64],
     v_max: NDArray[np.float64],
     stop_probability: NDArray[np.float64],
-    stop_time: NDArray[np.float64],
     stop_class: NDArray[np.int8],
     rule: int,
     v_start: float,
     arrive_stopped: bool,
+    full_j: float,
     energy: NDArray[np.float64],
     time: NDArray[np.float64],
     standstill: NDArray[np.float64],
@@ -413,32 +313,51 @@ def drive_chain(
     p_end: NDArray[np.float64],
     parts: NDArray[np.float64],
 ) -> None:
-    """Drive a chain of links and fill energy, time, standstill, v_end, p_end (n,) and parts (n, 8)."""
+    """Drive a chain of links and fill energy, time, standstill, v_end, p_end (n,) and parts (n, 14).
+
+    roads: (n, 8), columns of energy.kernels_force. full_j: battery energy that would fill the battery at departure,
+    negative, −inf where the charge is not known.
+    """
     requests = np.zeros(8)
     stops = np.zeros(8)
     v = v_start
     p_entry = 0.0
+    used = 0.0
+    clock = 0.0
     n = length.size
     for k in range(n):
-        p_stop = stop_probability[k]
-        wait = stop_time[k]
-        if rule == NO_STOPS:
-            p_stop = 0.0
-        elif rule == COUNTED and p_stop > 0.0:
-            counter = stop_class[k]
-            requests[counter] += 1.0  # counted before the comparison, so that there is no 0/0
-            if stops[counter] / requests[counter] < p_stop:  # (29)-(31)
-                stops[counter] += 1.0
-                p_stop = 1.0
-            else:
-                p_stop = 0.0
+        wait = roads[k, ROAD_WAIT]
+        p_stop = stop_at(rule, stop_probability[k], stop_class[k], requests, stops)
         v_next = v_max[k + 1] if k + 1 < n else v_max[k]  # (10), or (9) where the next link is unknown
         if k + 1 == n and arrive_stopped:
             p_stop = 1.0
             wait = 0.0
-        energy[k], time[k], v_end[k] = link_energy(p, length[k], grade[k], v, p_entry, v_max[k], v_next, p_stop, wait)
-        add_link_parts(p, length[k], grade[k], v, p_entry, v_max[k], v_next, p_stop, wait, parts[k])
+        r = road_at(roads, k, regen_cap_w(p, used, full_j))
+        e, time[k], v_end[k] = link_energy(p, r, length[k], v, p_entry, v_max[k], v_next, p_stop, wait)
+        add_link_parts(p, r, length[k], v, p_entry, v_max[k], v_next, p_stop, wait, parts[k])
+        heat = cabin_energy_j(p, clock, clock + time[k])
+        energy[k] = e + heat
+        parts[k, CABIN] += heat
         standstill[k] = p_stop * wait
         p_end[k] = p_stop
         v = v_end[k]
         p_entry = p_stop
+        used = max(used + energy[k], full_j)
+        clock += time[k]
+
+
+__all__ = [
+    "COUNTED",
+    "CROSSINGS",
+    "EXPECTED",
+    "NO_STOPS",
+    "PART_COUNT",
+    "LinkPhysics",
+    "Road",
+    "add_link_parts",
+    "drive_chain",
+    "drive_energy",
+    "link_energy",
+    "mean_over_intervals",
+    "plan_link",
+]

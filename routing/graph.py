@@ -123,6 +123,19 @@ class RoadGraph:
         climb: NDArray[np.float64] = self.node_height_m[self.head] - self.node_height_m[self.tail]
         return climb
 
+    def altitude_m(self) -> NDArray[np.float64]:
+        """Mean height of each link's ends, float64 (M,) [m]."""
+        return np.asarray(0.5 * (self.node_height_m[self.head] + self.node_height_m[self.tail]), np.float64)
+
+    def heading(self) -> NDArray[np.float64]:
+        """East and north part of each link's way over its length, float64 (M, 2): 1 together where it is straight."""
+        lat, lon = self.node_lat_deg, self.node_lon_deg
+        shrink = np.cos(np.radians(0.5 * (lat[self.head] + lat[self.tail])))
+        east = np.radians(lon[self.head] - lon[self.tail]) * shrink * EARTH_RADIUS_M / self.length_m
+        north = np.radians(lat[self.head] - lat[self.tail]) * EARTH_RADIUS_M / self.length_m
+        whole = np.maximum(np.hypot(east, north), 1.0)  # rounding, and lengths measured otherwise
+        return np.column_stack((east / whole, north / whole))
+
     def geometry(self, link_idx: int) -> NDArray[np.float64]:
         """Polyline of a link in driving direction, float64 (k, 2), columns lon and lat [deg]."""
         begin, end = self.geometry_first[link_idx], self.geometry_first[link_idx + 1]

@@ -11,6 +11,8 @@ import numpy as np
 
 from energy.battery import JOULE_PER_WH, soc_along
 from energy.chain import Chain, EnergyParts, LinkModel, StopRule, simulate_chain
+from energy.conditions import STILL, Conditions
+from energy.consumption_table import ConsumptionTableVehicle
 from energy.errors import LinkError
 from energy.stops import StopSettings
 from energy.vehicle import Powertrain
@@ -47,7 +49,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from energy.chain import ChainResult
-    from energy.vehicle import Vehicle
+    from energy.vehicle_files import AnyVehicle
     from routing.graph import RoadGraph
     from routing.query import RangeQuery, RouteQuery, SnappedPoint, Weights
 
@@ -64,11 +66,12 @@ class Planner:
         self._snap_limit_m = snap_limit_m
         self._label_limit = label_limit or max(LABELS_PER_LINK * graph.link_count, 1_000_000)
         self._roads = RoadIndex(graph)
+        self._altitude_m, self._heading = graph.altitude_m(), graph.heading()
         self._pool = WorkspacePool(graph.link_count)
         self._spaces: dict[tuple[object, ...], SearchSpace] = {}
         self._lock = threading.Lock()
 
-    def warm_up(self, vehicle: Vehicle) -> None:
+    def warm_up(self, vehicle: AnyVehicle) -> None:
         """Compile the kernels for this graph's arrays before the first query, and build the road index."""
         west, south, east, north = self.graph.meta.bbox
         middle = LinkPosition(0, 0.5 * float(self.graph.length_m[0]))
@@ -118,7 +121,7 @@ class Planner:
             if not query.reserve_soc_frac <= band <= query.soc_frac:
                 raise QueryError("bands", band, f"{query.reserve_soc_frac:g} (reserve_soc)..{query.soc_frac:g} (soc)")
         origin, starts = self._roads.snap("origin", query.origin, self._snap_limit_m)
-        space = self._space(query.vehicle, query.link_model, query.stop_rule, query.stop_settings)
+        space = self._space(query.vehicle, query.link_model, query.stop_rule, query.stop_settings, query.conditions)
         capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
         limits = _limits(query.soc_frac, query.reserve_soc_frac, capacity_j)
         reached = reach(
@@ -144,21 +147,31 @@ class Planner:
     def simulate(
         self,
         spans: tuple[LinkSpan, ...],
-        vehicle: Vehicle,
+        vehicle: AnyVehicle,
         *,
+        conditions: Conditions = STILL,
         link_model: LinkModel = LinkModel.INTEGRATED,
         stop_rule: StopRule = StopRule.EXPECTED,
         stop_settings: StopSettings | None = None,
         arrive_stopped: bool = True,
+        soc_start_frac: float | None = None,
     ) -> ChainResult:
         """Energy and time over stretches of links driven one after the other.
 
         Raises LinkError where a link does not exist, may not follow the one before, or a stretch leaves it.
         """
-        chain = self._chain(spans, stop_settings or StopSettings())
-        return simulate_chain(vehicle, chain, link_model=link_model, stop_rule=stop_rule, arrive_stopped=arrive_stopped)
+        return simulate_chain(
+            vehicle,
+            self.chain(spans, stop_settings),
+            conditions=conditions,
+            link_model=link_model,
+            stop_rule=stop_rule,
+            arrive_stopped=arrive_stopped,
+            soc_start_frac=soc_start_frac,
+        )
 
-    def _chain(self, spans: tuple[LinkSpan, ...], settings: StopSettings) -> Chain:
+    def chain(self, spans: tuple[LinkSpan, ...], settings: StopSettings | None = None) -> Chain:
+        """The chain of links that stretches of links make, with altitude and heading; raises LinkError as simulate."""
         graph = self.graph
         for k, span in enumerate(spans):
             if not 0 <= span.link_idx < graph.link_count:
@@ -179,7 +192,7 @@ class Planner:
                 if span.from_m > slack:
                     raise LinkError("from_m", k, span.from_m, "0: no gap after the link before")
         idx = np.array([s.link_idx for s in spans], np.int64)
-        probability, wait = link_stops(graph, settings)
+        probability, wait = link_stops(graph, settings or StopSettings())
         stop_class = 4 * graph.urban[idx].astype(np.int8) + graph.cross[idx]
         climb = graph.node_height_m[graph.head[idx]] - graph.node_height_m[graph.tail[idx]]
         return Chain(
@@ -189,14 +202,24 @@ class Planner:
             stop_probability_frac=probability[idx],
             stop_time_s=wait[idx],
             stop_class=stop_class.astype(np.int8),
+            altitude_m=self._altitude_m[idx],
+            heading=self._heading[idx],
         )
 
-    def _space(self, vehicle: Vehicle, model: LinkModel, rule: StopRule, settings: StopSettings) -> SearchSpace:
-        key = (_vehicle_key(vehicle), model, rule, settings.probability_frac.tobytes(), settings.time_s.tobytes())
+    def _space(
+        self,
+        vehicle: AnyVehicle,
+        model: LinkModel,
+        rule: StopRule,
+        settings: StopSettings,
+        conditions: Conditions = STILL,
+    ) -> SearchSpace:
+        stops = (rule, settings.probability_frac.tobytes(), settings.time_s.tobytes())
+        key = (_vehicle_key(vehicle), model, *stops, conditions)
         with self._lock:
             space = self._spaces.pop(key, None)
         if space is None:
-            space = search_space(self.graph, vehicle, model, rule, settings)
+            space = search_space(self.graph, vehicle, model, rule, settings, conditions)
         with self._lock:
             self._spaces[key] = space  # last used is last; the first is dropped
             while len(self._spaces) > SPACES_KEPT:
@@ -207,7 +230,7 @@ class Planner:
         self, query: RouteQuery, weights: Weights, starts: tuple[LinkPosition, ...], goals: tuple[LinkPosition, ...]
     ) -> tuple[FoundPath, SearchCounts, str]:
         """The best path that keeps the charge limits, or the one of least energy, the work done and the method."""
-        space = self._space(query.vehicle, query.link_model, query.stop_rule, query.stop_settings)
+        space = self._space(query.vehicle, query.link_model, query.stop_rule, query.stop_settings, query.conditions)
         capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
         limits = _limits(query.soc_frac, query.reserve_soc_frac, capacity_j)
         energy_only = weights.time == 0.0 and weights.distance == 0.0
@@ -216,8 +239,12 @@ class Planner:
             return find_path(space, self._pool, w, held, starts, goals, pareto=pareto, label_limit=self._label_limit)
 
         pareto = False
+        fades = weights.energy > 0.0 and query.conditions.regen_limited
         if energy_only:
             path, counts = find(weights, limits)
+        elif fades:  # what recuperation yields depends on the charge, so that costs without limits are other costs
+            path, counts = find(weights, limits, pareto=True)
+            pareto = True
         else:
             # without limits costs add up, so that the search is simpler; most often its path keeps the limits anyway
             path, counts = find(weights, Limits())
@@ -242,9 +269,11 @@ class Planner:
         result = self.simulate(
             self._spans(path),
             query.vehicle,
+            conditions=query.conditions,
             link_model=query.link_model,
             stop_rule=rule,
             stop_settings=query.stop_settings,
+            soc_start_frac=query.soc_frac,
         )
         energy_j = np.array([link.energy_j for link in result.links])
         capacity_wh = query.vehicle.usable_capacity_wh
@@ -266,8 +295,15 @@ class Planner:
     def _unpack(self, name: str, weights: Weights, query: RouteQuery, path: FoundPath) -> Route:
         graph = self.graph
         spans = self._spans(path)
-        chain = self._chain(spans, query.stop_settings)
-        result = simulate_chain(query.vehicle, chain, link_model=query.link_model, stop_rule=query.stop_rule)
+        chain = self.chain(spans, query.stop_settings)
+        result = simulate_chain(
+            query.vehicle,
+            chain,
+            conditions=query.conditions,
+            link_model=query.link_model,
+            stop_rule=query.stop_rule,
+            soc_start_frac=query.soc_frac,
+        )
         capacity_wh = query.vehicle.usable_capacity_wh
         energy_j = np.array([link.energy_j for link in result.links])
         soc, braked = soc_along(energy_j, query.soc_frac, capacity_wh)
@@ -358,7 +394,18 @@ class Planner:
         return tuple(warnings)
 
 
-def _vehicle_key(vehicle: Vehicle) -> tuple[object, ...]:
+def _vehicle_key(vehicle: AnyVehicle) -> tuple[object, ...]:
+    """Everything of a vehicle that a search reads."""
+    if isinstance(vehicle, ConsumptionTableVehicle):
+        return (
+            vehicle.speed_mps.tobytes(),
+            vehicle.consumption_j_per_m.tobytes(),
+            vehicle.ascent_j_per_m,
+            vehicle.descent_j_per_m,
+            vehicle.kinetic_up_kg,
+            vehicle.kinetic_down_kg,
+            vehicle.aux_power_w,
+        )
     return (
         vehicle.mass_kg,
         vehicle.road_load_a_n,
@@ -370,9 +417,11 @@ def _vehicle_key(vehicle: Vehicle) -> tuple[object, ...]:
         vehicle.aux_move_eff,
         vehicle.aux_idle_eff,
         vehicle.rotating_mass_coef,
+        vehicle.usable_capacity_wh,
         vehicle.accel_speed_mps.tobytes(),
         vehicle.accel_mps2.tobytes(),
         vehicle.decel_mps2.tobytes(),
+        vehicle.effects,
     )
 
 
@@ -416,5 +465,4 @@ def _no_route(name: str, weights: Weights, query: RouteQuery, start: SnappedPoin
     """The route from a place to itself."""
     here = np.array([[start.on_road.lon_deg, start.on_road.lat_deg]] * 2)
     soc = query.soc_frac
-    nothing = EnergyParts(0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-    return Route(name, weights, True, 0.0, 0.0, 0.0, nothing, 0.0, soc, soc, soc, 0.0, 0.0, here, ())
+    return Route(name, weights, True, 0.0, 0.0, 0.0, EnergyParts(), 0.0, soc, soc, soc, 0.0, 0.0, here, ())

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from energy.chain import LinkModel, StopRule
+from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
 
 if TYPE_CHECKING:
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
     from shapely import MultiPolygon
 
     from energy.chain import EnergyParts, LinkResult
-    from energy.vehicle import Vehicle
+    from energy.vehicle_files import AnyVehicle
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,12 +52,13 @@ class RouteQuery:
     start: Point
     goal: Point
     soc_frac: float
-    vehicle: Vehicle
+    vehicle: AnyVehicle
     reserve_soc_frac: float = 0.0
     weightings: tuple[tuple[str, Weights], ...] = (("eco", ECO),)
     link_model: LinkModel = LinkModel.INTEGRATED
     stop_rule: StopRule = StopRule.EXPECTED
     stop_settings: StopSettings = field(default_factory=StopSettings)
+    conditions: Conditions = STILL
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,12 +71,13 @@ class RangeQuery:
 
     origin: Point
     soc_frac: float
-    vehicle: Vehicle
+    vehicle: AnyVehicle
     reserve_soc_frac: float = 0.0
     bands_soc_frac: tuple[float, ...] = ()
     link_model: LinkModel = LinkModel.INTEGRATED
     stop_rule: StopRule = StopRule.EXPECTED
     stop_settings: StopSettings = field(default_factory=StopSettings)
+    conditions: Conditions = STILL
 
 
 @dataclass(frozen=True, slots=True)

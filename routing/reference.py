@@ -14,15 +14,23 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from energy.kernels import LinkPhysics, link_energy
+import numpy as np
+
+from energy.effects import LinkSetting
+from energy.kernels import link_energy
+from energy.kernels_force import cabin_energy_j, regen_cap_w, road_at
 from energy.stops import FunctionalClass, StopSettings
+from routing.graph import EARTH_RADIUS_M
 from routing.search import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_HOUR, Limits
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
     import networkx as nx
+    from numpy.typing import NDArray
 
+    from energy.effects import Drive
+    from energy.kernels_force import LinkPhysics
     from routing.query import Weights
 
     NetworkxGraph = nx.MultiDiGraph[Any]
@@ -67,39 +75,75 @@ Dominance: TypeAlias = "Callable[[Label, Label], bool]"
 
 @dataclass(frozen=True, slots=True)
 class EnergySearch:
-    """Searches on one graph for one vehicle; graph edges as to_networkx makes them.
+    """Searches on one graph for one vehicle under given conditions; graph edges as to_networkx makes them.
 
     dominance(a, b), if given, says that a makes b superfluous though their states differ.
     """
 
     graph: NetworkxGraph
-    physics: LinkPhysics
+    drive: Drive
     stops: StopSettings | None
     weights: Weights
     limits: Limits = field(default_factory=Limits)
     dominance: Dominance | None = None
+    _roads: dict[Edge, NDArray[np.float64]] = field(default_factory=dict, repr=False)
+    _driven_mps: dict[Edge, float] = field(default_factory=dict, repr=False)
+
+    def __post_init__(self) -> None:
+        for key in self.graph.edges(keys=True):
+            self._driven_mps[key], self._roads[key] = self._road(key)
+
+    @property
+    def physics(self) -> LinkPhysics:
+        """Vehicle and conditions as the link model takes them."""
+        return self.drive.physics
+
+    def _road(self, key: Edge) -> tuple[float, NDArray[np.float64]]:
+        """Speed driven on an edge [m/s], and its row of the table of roads, (1, 8)."""
+        edge, tail, head = self.graph.edges[key], self.graph.nodes[key[0]], self.graph.nodes[key[1]]
+        middle = math.radians(0.5 * (tail["y"] + head["y"]))
+        east = math.radians(head["x"] - tail["x"]) * math.cos(middle) * EARTH_RADIUS_M / edge["length"]
+        north = math.radians(head["y"] - tail["y"]) * EARTH_RADIUS_M / edge["length"]
+        whole = max(math.hypot(east, north), 1.0)
+        driven = self.drive.driven_mps(np.array([edge["speed_limit_mps"]]))
+        setting = LinkSetting(
+            grade_frac=np.array([self._grade(key)]),
+            driven_mps=driven,
+            altitude_m=np.array([0.5 * (tail["elevation"] + head["elevation"])]),
+            heading=np.array([[east / whole, north / whole]]),
+        )
+        _, wait = self._stop(edge)
+        return float(driven[0]), self.drive.roads(setting, np.array([wait]))
 
     def edge_cost(
-        self, state: State, next_limit_mps: float, *, to_m: float | None = None
+        self,
+        state: State,
+        next_limit_mps: float,
+        *,
+        to_m: float | None = None,
+        used_j: float = 0.0,
+        clock_s: float = 0.0,
     ) -> tuple[float, float, float, float, float]:
         """Energy [J], time [s], distance [m], end speed [m/s] and stop probability of driving a state's edge.
 
-        With to_m the drive ends there with a stop, else at the edge's head.
+        With to_m the drive ends there with a stop, else at the edge's head. used_j, clock_s: since departure, on which
+        the cap on recuperation and the climate depend.
         """
         edge = self.graph.edges[state.edge]
-        limit = edge["speed_limit_mps"]
+        limit = self._driven_mps[state.edge]
+        road = road_at(self._roads[state.edge], 0, regen_cap_w(self.physics, used_j, self.limits.least_energy_j))
         if to_m is not None:
             ds = to_m - state.offset_m
             energy, time, end = link_energy(
-                self.physics, ds, self._grade(state.edge), state.speed_mps, state.stopped_frac, limit, limit, 1.0, 0.0
+                self.physics, road, ds, state.speed_mps, state.stopped_frac, limit, limit, 1.0, 0.0
             )
-            return energy, time, ds, 0.0, 1.0
+            return energy + cabin_energy_j(self.physics, clock_s, clock_s + time), time, ds, 0.0, 1.0
         ds = edge["length"] - state.offset_m
         probability, wait = self._stop(edge)
         energy, time, end = link_energy(
             self.physics,
+            road,
             ds,
-            self._grade(state.edge),
             state.speed_mps,
             state.stopped_frac,
             limit,
@@ -107,7 +151,7 @@ class EnergySearch:
             probability,
             wait,
         )
-        return energy, time, ds, end, probability
+        return energy + cabin_energy_j(self.physics, clock_s, clock_s + time), time, ds, end, probability
 
     def route(self, starts: Sequence[tuple[Edge, float]], goals: Sequence[tuple[Edge, float]]) -> Label | None:
         """The cheapest way from rest at a start to rest at a goal (each an edge and an offset [m]), or None."""
@@ -122,7 +166,7 @@ class EnergySearch:
         for label in self._settled(starts, ()):
             assert label.state is not None
             length = self.graph.edges[label.state.edge]["length"]
-            energy, *_ = self.edge_cost(label.state, math.inf, to_m=length)
+            energy, *_ = self.edge_cost(label.state, math.inf, to_m=length, used_j=label.energy_j, clock_s=label.time_s)
             used = max(label.energy_j + energy, self.limits.least_energy_j)
             node = label.state.edge[1]
             if used <= self.limits.most_energy_j and used < best.get(node, math.inf):
@@ -150,12 +194,13 @@ class EnergySearch:
             yield label
             for edge, offset in goals:
                 if edge == state.edge and offset > state.offset_m:
-                    made = self._extended(label, self.edge_cost(state, math.inf, to_m=offset), None)
+                    last = self.edge_cost(state, math.inf, to_m=offset, used_j=label.energy_j, clock_s=label.time_s)
+                    made = self._extended(label, last, None)
                     if made is not None:
                         heapq.heappush(heap, (self._key(made, self._height(edge, offset)), next(ties), made))
             for idx in map(int, self.graph.edges[state.edge]["successors"].split()):
                 following = edge_of[idx]
-                step = self.edge_cost(state, self.graph.edges[following]["speed_limit_mps"])
+                step = self.edge_cost(state, self._driven_mps[following], used_j=label.energy_j, clock_s=label.time_s)
                 made = self._extended(label, step, State(following, step[3], step[4]))
                 if made is None:
                     continue
@@ -184,7 +229,16 @@ class EnergySearch:
     def _dominates(self, a: Label, b: Label) -> bool:
         if a.state == b.state:
             alone = not self.limits.held or (self.weights.time == 0.0 and self.weights.distance == 0.0)
-            return a.cost <= b.cost and (alone or a.energy_j <= b.energy_j)
+            due = 0.0
+            if a.time_s < b.time_s:  # the earlier one may still have more of the climate's start before it
+                due = cabin_energy_j(self.physics, a.time_s, b.time_s) - self.physics.cabin_w * (b.time_s - a.time_s)
+            if a.cost + self.weights.energy * due / JOULE_PER_KWH > b.cost:
+                return False
+            return (
+                a.energy_j + due <= b.energy_j
+                if due > 0.0 and self.limits.held
+                else (alone or a.energy_j <= b.energy_j)
+            )
         return self.dominance is not None and self.dominance(a, b)
 
     def _key(self, label: Label, height_m: float) -> float:

@@ -10,36 +10,43 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.chain import LinkModel, StopRule, link_physics
-from energy.kernels import TOUCH_MPS, LinkPhysics, mean_over_intervals
+from energy import kernels_force as force
+from energy.chain import LinkModel, StopRule
+from energy.conditions import STILL, Conditions
+from energy.effects import LinkSetting, drive_of
+from energy.kernels import MEDIUM, TOUCH_MPS, mean_over_intervals
+from energy.kernels_force import LinkPhysics
 from energy.stops import FunctionalClass, StopSettings
-from routing import kernels
+from routing import kernels, kernels_gap
 from routing.errors import NegativeCycleError, SearchLimitError
-from routing.kernels import LinkArrays, SearchRules, Workspace
+from routing.kernels import LinkArrays, Workspace
+from routing.kernels_gap import GapRules, SearchRules
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from energy.vehicle import Vehicle
+    from energy.effects import Drive
+    from energy.vehicle_files import AnyVehicle
     from routing.graph import RoadGraph
     from routing.query import Weights
 
 JOULE_PER_KWH: Final = 3.6e6
 SECOND_PER_HOUR: Final = 3600.0
 METRE_PER_KM: Final = 1000.0
+SLOW_MPS: Final = 3.0  # below it a difference of drag is too small to matter to losses
 
 
 @dataclass(frozen=True, slots=True)
 class SearchSpace:
-    """A graph as one vehicle sees it: what the kernel reads, computed once per vehicle, model and stop settings."""
+    """A graph as one vehicle sees it: what the kernel reads, computed once per vehicle, conditions and settings."""
 
     arrays: LinkArrays
     physics: LinkPhysics
+    gap: GapRules
     bounds: NDArray[np.float64]
     half_inertia_kg: float
-    link_model: LinkModel
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,51 +108,115 @@ class Reach:
     counts: SearchCounts
 
 
-def link_stops(graph: RoadGraph, settings: StopSettings) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Stop probability and stop time [s] at the end of each link, float64 (M,); motorways have none (equation 28)."""
+def link_stops(
+    graph: RoadGraph, settings: StopSettings, rule: StopRule = StopRule.EXPECTED
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Stop probability and stop time [s] at the end of each link, float64 (M,); motorways have none (equation 28).
+
+    The rule `counted` depends on the way so far and has no probability of its own: that of `expected` is its target.
+    """
     urban = graph.urban.astype(np.intp)
     cross = np.where(graph.functional_class == FunctionalClass.MOTORWAY, 0, graph.cross).astype(np.intp)
-    return settings.probability_frac[urban, cross], settings.time_s[urban, cross]
+    probability, wait = settings.probability_frac[urban, cross], settings.time_s[urban, cross]
+    if rule is StopRule.NONE:
+        return np.zeros_like(probability), np.zeros_like(wait)
+    if rule is StopRule.CROSSINGS:
+        return np.where((probability > 0.0) & (cross >= MEDIUM), 1.0, 0.0), wait
+    return probability, wait
+
+
+def link_setting(graph: RoadGraph, drive: Drive) -> LinkSetting:
+    """The links of a graph as conditions see them: grade, speed driven, mean altitude, mean heading."""
+    return LinkSetting(
+        grade_frac=graph.climb_m() / graph.length_m,
+        driven_mps=drive.driven_mps(graph.speed_limit_mps),
+        altitude_m=graph.altitude_m(),
+        heading=graph.heading(),
+    )
 
 
 def search_space(
-    graph: RoadGraph, vehicle: Vehicle, link_model: LinkModel, stop_rule: StopRule, settings: StopSettings
+    graph: RoadGraph,
+    vehicle: AnyVehicle,
+    link_model: LinkModel,
+    stop_rule: StopRule,
+    settings: StopSettings,
+    conditions: Conditions = STILL,
 ) -> SearchSpace:
-    """Everything that the kernel needs to know of a graph for one vehicle, in O(M).
+    """Everything that the kernel needs to know of a graph for one vehicle under given conditions, in O(M).
 
     The rule `counted` depends on the way so far and has no state graph; the search then uses `expected`.
+    Raises ConditionsError where a vehicle cannot feel a condition.
     """
-    physics = link_physics(vehicle, link_model)
-    probability, wait = link_stops(graph, settings)
-    if stop_rule is StopRule.NONE:
-        probability, wait = np.zeros_like(probability), np.zeros_like(wait)
-    grade = graph.climb_m() / graph.length_m
-    interval, run_up, settling = _run_up(physics, graph.speed_limit_mps)
+    drive = drive_of(vehicle, conditions, printed=link_model is LinkModel.PRINTED)
+    physics = drive.physics
+    probability, wait = link_stops(graph, settings, stop_rule)
+    setting = link_setting(graph, drive)
+    driven = setting.driven_mps
+    roads = drive.roads(setting, wait)
+    interval, run_up, settling = _run_up(physics, driven)
     top = interval.copy()
     kernels.top_classes(graph.length_m, graph.successor_first, graph.successor, run_up, top)
     half_inertia = 0.5 * physics.inertia_kg
     row = np.zeros((graph.link_count, 8))
-    row[:, kernels.LENGTH] = graph.length_m
-    row[:, kernels.LIMIT] = graph.speed_limit_mps
-    row[:, kernels.HEIGHT] = graph.node_height_m[graph.tail]
-    row[:, kernels.STOP] = probability
-    kernels.fill_cruise(physics, row, grade, wait)
+    row[:, kernels_gap.LENGTH] = graph.length_m
+    row[:, kernels_gap.LIMIT] = driven
+    row[:, kernels_gap.HEIGHT] = graph.node_height_m[graph.tail]
+    row[:, kernels_gap.STOP] = probability
+    kernels.fill_cruise(physics, row, roads)
     arrays = LinkArrays(
         row=row,
-        tail_height_m=row[:, kernels.HEIGHT],
-        length_m=row[:, kernels.LENGTH],
-        grade_frac=grade,
-        speed_limit_mps=row[:, kernels.LIMIT],
-        stop_probability_frac=row[:, kernels.STOP],
-        stop_time_s=np.ascontiguousarray(wait),
+        roads=roads,
+        tail_height_m=row[:, kernels_gap.HEIGHT],
+        length_m=row[:, kernels_gap.LENGTH],
+        grade_frac=roads[:, force.ROAD_GRADE],
+        speed_limit_mps=row[:, kernels_gap.LIMIT],
+        stop_probability_frac=row[:, kernels_gap.STOP],
+        stop_time_s=roads[:, force.ROAD_WAIT],
         successor_first=graph.successor_first,
         successor=graph.successor,
         top_class=top,
         settling_m=settling,
     )
-    steepest = float(np.abs(grade).max())
-    bounds = gap_bounds(physics, half_inertia, float(graph.speed_limit_mps.max()), steepest)
-    return SearchSpace(arrays, physics, bounds, half_inertia, link_model)
+    gap = gap_rules(physics, roads, driven)
+    bounds = gap_bounds(physics, gap, half_inertia, roads, driven)
+    return SearchSpace(arrays, physics, gap, bounds, half_inertia)
+
+
+def gap_rules(physics: LinkPhysics, roads: NDArray[np.float64], driven_mps: NDArray[np.float64]) -> GapRules:
+    """The vehicle as dominance sees it: bounds on what a difference of states can cost that hold on every link."""
+    linear, aero = roads[:, force.ROAD_LINEAR], roads[:, force.ROAD_AERO]
+    wind = roads[:, force.ROAD_WIND]
+    falling = np.where((linear < 0.0) & (aero > 0.0), linear, 0.0)
+    sag = falling * falling / np.where(aero > 0.0, (2.0 if bool((wind < 0.0).any()) else 4.0) * aero, 1.0)
+    drive, loss_w = physics.drive_factor, 0.0
+    if physics.loss_per_n2 > 0.0 or physics.loss_per_w > 0.0:
+        accel = np.diff(physics.accel_sum)
+        load = np.maximum(roads[:, force.ROAD_ROLLING] + linear * driven_mps, 0.0)
+        load += aero * (driven_mps + np.abs(wind)) ** 2 + physics.weight_n * np.abs(roads[:, force.ROAD_GRADE])
+        gaining = (accel * np.minimum(physics.speed_bound_mps[1:], driven_mps[:, None])).max(axis=1)
+        power_w = float((load * driven_mps + physics.inertia_kg * gaining).max()) * drive + physics.aux_move_w
+        force_n = float(load.max()) + physics.inertia_kg * float(accel.max())
+        loss_w = physics.loss_per_n2 * force_n**2 + physics.loss_per_w * power_w**2
+        drive = drive * (1.0 + 2.0 * physics.loss_per_w * power_w) + 2.0 * physics.loss_per_n2 * force_n / SLOW_MPS
+    capped = math.isfinite(physics.regen_cap_w)
+    return GapRules(
+        drive_factor=drive,
+        recuperation_factor=0.0 if capped else physics.recuperation_factor,
+        linear_n_per_mps=max(float((linear + 2.0 * aero * np.abs(wind)).max()), 0.0),
+        aero_n_per_mps2=max(float(aero.max()), 0.0),
+        sag_n=float(sag.max()),
+        power_w=physics.aux_move_w + physics.cabin_w + physics.cabin_start_w,
+        cap_w=physics.regen_cap_w if capped else 0.0,
+        loss_w=loss_w,
+        fade_width_j=physics.fade_width_j,
+        cabin_start_w=physics.cabin_start_w,
+        cabin_time_s=physics.cabin_time_s,
+        speed_bound_mps=physics.speed_bound_mps,
+        accel_sum=physics.accel_sum,
+        printed=physics.printed,
+        table=physics.table,
+    )
 
 
 def _run_up(
@@ -171,30 +242,36 @@ def _run_up(
 
 
 def gap_bounds(
-    physics: LinkPhysics, half_inertia_kg: float, fastest_mps: float, steepest_frac: float
+    physics: LinkPhysics,
+    gap: GapRules,
+    half_inertia_kg: float,
+    roads: NDArray[np.float64],
+    driven_mps: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """Bounds on differences between drives that have not met yet, for each speed interval (docs/search.md, lemma 6)."""
+    fastest_mps = float(driven_mps.max())
+    steepest_frac = float(np.abs(roads[:, force.ROAD_GRADE]).max())
     bound, running = physics.speed_bound_mps, physics.accel_sum
     n = bound.size - 1
     mean = np.array(
         [[(running[k + 1] - running[i]) / (k + 1 - i) if i <= k else np.inf for k in range(n)] for i in range(n)]
     )
-    c, b = physics.aero_n_per_mps2, physics.linear_n_per_mps
-    least, distance, slack_j, slack_s, gain = (np.empty(n) for _ in range(5))
+    c, b = gap.aero_n_per_mps2, gap.linear_n_per_mps
+    least, distance, slack_j, slack_s, gain, drift = (np.empty(n) for _ in range(6))
     for k in range(n):
         top = fastest_mps if k == n - 1 else float(bound[k + 1])
         least[k] = mean[: k + 1, : k + 1].min()
         distance[k] = 2.0 * top**2 / (2.0 * least[k])
         ratio, overshoot = _swing(mean, bound, k, top)
         swing = 2.0 * ratio * top**2
-        sag = b * b / (4.0 * c) if b < 0.0 < c else 0.0
-        slack_s[k] = 2.0 * kernels.LOST_TIME_COEF * math.sqrt(overshoot) / least[k]
-        slack_j[k] = (physics.drive_factor - physics.recuperation_factor) * half_inertia_kg * swing
-        slack_j[k] += physics.drive_factor * distance[k] * (c * overshoot + max(b, 0.0) * math.sqrt(overshoot) + sag)
+        slack_s[k] = 2.0 * kernels_gap.LOST_TIME_COEF * math.sqrt(overshoot) / least[k]
+        slack_j[k] = (gap.drive_factor - gap.recuperation_factor) * half_inertia_kg * swing
+        slack_j[k] += gap.drive_factor * distance[k] * (c * overshoot + b * math.sqrt(overshoot) + gap.sag_n)
         gain[k] = physics.recuperation_factor * (
             physics.weight_n * steepest_frac * distance[k] + half_inertia_kg * top**2
         )
-    return np.vstack((least, distance, slack_j, slack_s, gain))
+        drift[k] = 2.0 * ratio * top / least[k]
+    return np.vstack((least, distance, slack_j, slack_s, gain, drift))
 
 
 def _swing(mean: NDArray[np.float64], bound: NDArray[np.float64], k: int, top: float) -> tuple[float, float]:
@@ -268,7 +345,6 @@ class WorkspacePool:
 
 
 def _rules(space: SearchSpace, weights: Weights, limits: Limits, pareto: bool, label_limit: int) -> SearchRules:
-    printed = space.link_model is LinkModel.PRINTED
     p = space.physics
     return SearchRules(
         least_energy_j=limits.least_energy_j,
@@ -280,7 +356,7 @@ def _rules(space: SearchSpace, weights: Weights, limits: Limits, pareto: bool, l
         half_inertia_kg=space.half_inertia_kg,
         limited=limits.held,
         pareto=pareto,
-        correcting=printed,
+        correcting=p.printed,
         label_limit=label_limit,
     )
 
@@ -301,7 +377,9 @@ def _run(
     goal_link = np.array([g.link_idx for g in goals], np.int64)
     goal_offset = np.array([g.offset_m for g in goals], np.float64)
     while True:
-        status = kernels.run(space.arrays, space.physics, space.bounds, rules, ws, epoch, goal_link, goal_offset)
+        status = kernels.run(
+            space.arrays, space.physics, space.gap, space.bounds, rules, ws, epoch, goal_link, goal_offset
+        )
         if status != kernels.FULL:
             break
         ws = _grown(ws)
@@ -359,12 +437,12 @@ def _unpack(ws: Workspace, goal: int, starts: Sequence[LinkPosition], goals: Seq
     number = ws.number[goal]
     return FoundPath(
         links=tuple(links),
-        start=LinkPosition(links[0], float(ws.number[first, kernels.OFFSET])),
+        start=LinkPosition(links[0], float(ws.number[first, kernels_gap.OFFSET])),
         goal=next(g for g in goals if g.link_idx == links[-1]),
-        cost=float(number[kernels.COST]),
-        energy_j=float(number[kernels.ENERGY]),
-        time_s=float(number[kernels.TIME]),
-        distance_m=float(number[kernels.DISTANCE]),
+        cost=float(number[kernels_gap.COST]),
+        energy_j=float(number[kernels_gap.ENERGY]),
+        time_s=float(number[kernels_gap.TIME]),
+        distance_m=float(number[kernels_gap.DISTANCE]),
     )
 
 

@@ -21,7 +21,7 @@ from routing.query import RangeQuery
 if TYPE_CHECKING:
     from shapely import MultiPolygon
 
-    from energy.vehicle import Vehicle
+    from energy.vehicle_files import AnyVehicle
     from routing.graph import RoadGraph
     from routing.query import RangeAnswer, RangeBand
 
@@ -40,7 +40,7 @@ def request_from_parameters(sent: RangeParameters) -> RangeRequest:
     )
 
 
-def range_query(sent: RangeRequest, vehicle: Vehicle) -> RangeQuery:
+def range_query(sent: RangeRequest, vehicle: AnyVehicle) -> RangeQuery:
     """What the planner is asked; a count of bands becomes that many, evenly spaced from the reserve upwards."""
     if isinstance(sent.bands, int):
         step = (sent.soc - sent.reserve_soc) / sent.bands

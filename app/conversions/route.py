@@ -22,12 +22,14 @@ from app.schemas.route import (
     WeightsSent,
 )
 from energy.battery import JOULE_PER_WH
-from energy.chain import EnergyParts
-from energy.vehicle import KMH_PER_MPS, Vehicle
+from energy.effects import PART_NAMES
+from energy.vehicle import KMH_PER_MPS
 from routing.query import NAMED_WEIGHTS, RouteQuery, Weights
 
 if TYPE_CHECKING:
     from app.schemas.route import RouteRequest
+    from energy.chain import EnergyParts
+    from energy.vehicle_files import AnyVehicle
     from routing.graph import RoadGraph
     from routing.query import Route, RouteAnswer, RouteLink, SearchStats
 
@@ -35,7 +37,7 @@ JOULE_PER_KWH: Final = JOULE_PER_WH * 1000.0
 CUSTOM: Final = "custom"
 
 
-def route_query(sent: RouteRequest, vehicle: Vehicle) -> RouteQuery:
+def route_query(sent: RouteRequest, vehicle: AnyVehicle) -> RouteQuery:
     """What the planner is asked."""
     return RouteQuery(
         start=point_from_place(sent.start),
@@ -107,31 +109,12 @@ def search_stats(stats: SearchStats) -> SearchStatsAnswer:
 
 def parts_kwh(parts: EnergyParts) -> EnergyPartsKwh:
     """Energy by cause of a whole route [kWh]."""
-    return EnergyPartsKwh(
-        rolling=parts.rolling_j / JOULE_PER_KWH,
-        linear=parts.linear_j / JOULE_PER_KWH,
-        aero=parts.aero_j / JOULE_PER_KWH,
-        grade=parts.grade_j / JOULE_PER_KWH,
-        inertia=parts.inertia_j / JOULE_PER_KWH,
-        drivetrain_loss=parts.drivetrain_loss_j / JOULE_PER_KWH,
-        recuperation_loss=parts.recuperation_loss_j / JOULE_PER_KWH,
-        auxiliary=parts.auxiliary_j / JOULE_PER_KWH,
-    )
+    return EnergyPartsKwh(**{name: getattr(parts, f"{name}_j") / JOULE_PER_KWH for name in PART_NAMES})
 
 
 def parts_wh(parts_j: list[float]) -> EnergyPartsWh:
-    """Energy by cause of one link [Wh], from the eight parts in LinkResult's order."""
-    rolling, linear, aero, grade, inertia, drivetrain, recuperation, auxiliary = (p / JOULE_PER_WH for p in parts_j)
-    return EnergyPartsWh(
-        rolling=rolling,
-        linear=linear,
-        aero=aero,
-        grade=grade,
-        inertia=inertia,
-        drivetrain_loss=drivetrain,
-        recuperation_loss=recuperation,
-        auxiliary=auxiliary,
-    )
+    """Energy by cause of one link [Wh], from the parts in the order of PART_NAMES."""
+    return EnergyPartsWh(**{name: part / JOULE_PER_WH for name, part in zip(PART_NAMES, parts_j, strict=True)})
 
 
 def _properties(route: Route, *, with_links: bool) -> RouteProperties:

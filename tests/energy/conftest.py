@@ -9,8 +9,9 @@ import numpy as np
 import pytest
 
 from energy.chain import Chain
-from energy.kernels import LinkPhysics
+from energy.kernels_force import LinkPhysics
 from energy.vehicle import KMH_PER_MPS, Vehicle
+from tests.energy.loaded import Loaded, off
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,7 +25,7 @@ def running_sum(values: list[float]) -> np.ndarray:
 
 
 @pytest.fixture(scope="session")
-def make_physics() -> Callable[..., LinkPhysics]:
+def make_physics() -> Callable[..., Loaded]:
     """A factory; its defaults are the round vehicle of the hand-computed tests.
 
     A = 100 N, B = 0, C = 0.5 N/(m/s)², m·g = 9810 N, m·d = 1100 kg, η_dis = 0.8, η_chg = 0.5, 600 W moving,
@@ -33,11 +34,8 @@ def make_physics() -> Callable[..., LinkPhysics]:
 
     def make(
         *, accel: tuple[float, ...] = (3.0, 2.0, 1.0), decel: tuple[float, ...] = (4.0, 3.0, 2.0), **changes: object
-    ) -> LinkPhysics:
+    ) -> Loaded:
         physics = LinkPhysics(
-            rolling_n=100.0,
-            linear_n_per_mps=0.0,
-            aero_n_per_mps2=0.5,
             weight_n=9810.0,
             inertia_kg=1100.0,
             drive_factor=1.25,
@@ -48,8 +46,9 @@ def make_physics() -> Callable[..., LinkPhysics]:
             accel_sum=running_sum(list(accel)),
             decel_sum=running_sum(list(decel)),
             printed=False,
+            **off(),
         )
-        return physics._replace(**changes)
+        return Loaded(physics)._replace(**changes)
 
     return make
 

@@ -8,20 +8,21 @@ import math
 import numpy as np
 import pytest
 
-from energy.chain import LinkModel, StopRule, link_physics, simulate_chain
+from energy.chain import LinkModel, StopRule, simulate_chain
+from energy.effects import drive_of
 
 pytestmark = pytest.mark.nojit
 
 
 def test_link_physics_takes_the_table_of_parameters_over(round_vehicle):
-    p = link_physics(round_vehicle, LinkModel.PRINTED)
+    p = drive_of(round_vehicle, printed=True).physics
     assert (p.weight_n, p.inertia_kg) == pytest.approx((9810.0, 1100.0))
     assert (p.drive_factor, p.recuperation_factor) == pytest.approx((1.25, 0.5))
     assert (p.aux_move_w, p.aux_idle_w) == pytest.approx((600.0, 500.0))
     assert p.accel_sum.tolist() == [0.0, 3.0, 5.0, 6.0]
     assert p.decel_sum.tolist() == [0.0, 4.0, 7.0, 9.0]
     assert p.printed
-    assert not link_physics(round_vehicle).printed
+    assert not drive_of(round_vehicle).physics.printed
 
 
 def test_two_links_from_rest_to_rest_add_their_phases(round_vehicle, make_chain):

@@ -11,20 +11,18 @@ import math
 import numpy as np
 import pytest
 
-from energy.kernels import (
+from energy.kernels_force import (
     AERO,
     AUXILIARY,
     DRIVE_LOSS,
     GRADE,
     INERTIA,
     LINEAR,
+    PART_COUNT,
     RECUPERATION_LOSS,
     ROLLING,
-    add_link_parts,
-    cruise_energy,
-    link_energy,
-    ramp_energy,
 )
+from tests.energy.loaded import add_link_parts, cruise_energy, link_energy, ramp_energy
 
 pytestmark = pytest.mark.nojit
 
@@ -268,7 +266,7 @@ def test_branches_that_end_at_different_speeds_carry_the_root_mean_square(make_p
 
 def test_parts_of_a_climbing_start_are_the_terms_of_the_force(make_physics):
     # 80 m from rest at sinθ = 0.6, B = 3: A·cosθ·80, B·13.333·80, C·200·80, m·g·0.6·80, m·d·2.5·80; η_dis = 0.8
-    parts = np.zeros(8)
+    parts = np.zeros(PART_COUNT)
     add_link_parts(make_physics(linear_n_per_mps=3.0), 80.0, 0.6, 0.0, 0.0, 20.0, 20.0, 0.0, 0.0, parts)
     assert parts[ROLLING] == pytest.approx(6400.0)
     assert parts[LINEAR] == pytest.approx(3200.0)
@@ -282,7 +280,7 @@ def test_parts_of_a_climbing_start_are_the_terms_of_the_force(make_physics):
 
 def test_parts_of_braking_charge_the_recuperation_loss(make_physics):
     # 20 → 0 in 20 m: wheel work -216 kJ, half of which comes back; auxiliaries 2 s moving and 3 s standing
-    parts = np.zeros(8)
+    parts = np.zeros(PART_COUNT)
     add_link_parts(make_physics(), 20.0, 0.0, 20.0, 0.0, 20.0, 20.0, 1.0, 3.0, parts)
     assert parts[ROLLING] == pytest.approx(2000.0)
     assert parts[AERO] == pytest.approx(2000.0)

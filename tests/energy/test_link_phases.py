@@ -10,7 +10,9 @@ import math
 import numpy as np
 import pytest
 
-from energy.kernels import force_roots, mean_over_intervals, plan_link
+from energy.kernels import mean_over_intervals
+from energy.kernels_force import force_roots
+from tests.energy.loaded import plan_link
 
 pytestmark = pytest.mark.nojit
 

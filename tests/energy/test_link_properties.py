@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from energy.kernels import LinkPhysics, add_link_parts, link_energy, plan_link
+from energy.kernels_force import PART_COUNT, LinkPhysics
+from tests.energy.loaded import Loaded, add_link_parts, link_energy, off, plan_link
 
 MANY = settings(max_examples=300, deadline=None)
 KMH = 1.0 / 3.6
@@ -37,10 +38,7 @@ def vehicles(draw, *, printed=either_model):
     linear = draw(st.one_of(st.just(0.0), st.floats(-2.0 * math.sqrt(0.95 * rolling * aero), 30.0)))
     mass = draw(st.floats(300.0, 5000.0))
     drive_eff = draw(st.floats(0.3, 1.0))
-    return LinkPhysics(
-        rolling_n=rolling,
-        linear_n_per_mps=linear,
-        aero_n_per_mps2=aero,
+    physics = LinkPhysics(
         weight_n=mass * 9.81,
         inertia_kg=mass * draw(st.floats(1.0, 1.3)),
         drive_factor=1.0 / drive_eff,
@@ -51,11 +49,13 @@ def vehicles(draw, *, printed=either_model):
         accel_sum=np.concatenate(([0.0], np.cumsum(accel))),
         decel_sum=np.concatenate(([0.0], np.cumsum(decel))),
         printed=draw(printed),
+        **off(),
     )
+    return Loaded(physics, rolling, linear, aero)
 
 
 def parts_of(p, *link):
-    parts = np.zeros(8)
+    parts = np.zeros(PART_COUNT)
     add_link_parts(p, *link, parts)
     return parts
 

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from energy.chain import link_physics
-from energy.kernels import link_energy, mean_over_intervals, plan_link, ramp_energy
+from energy.effects import drive_of
+from energy.kernels import mean_over_intervals
+from tests.energy.loaded import link_energy, loaded, plan_link, ramp_energy
 
 
 def wheel_force_n(p, v, accel, grade, flat):
@@ -94,7 +95,7 @@ def test_ramp_energy_equals_the_quadrature_of_battery_power(make_physics, change
 
 @pytest.mark.nojit
 def test_ramp_energy_of_the_kona_with_its_negative_linear_drag_equals_the_quadrature(kona):
-    p = link_physics(kona)
+    p = loaded(drive_of(kona))
     assert p.linear_n_per_mps < 0.0
     for ds, v_a, v_b, grade in ((100.0, 0.0, 14.0, 0.0), (3000.0, 36.0, 2.0, 0.0), (1500.0, 3.0, 30.0, -0.03)):
         assert_ramp_is_the_integral(p, ds, v_a, v_b, grade)

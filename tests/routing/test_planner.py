@@ -177,6 +177,8 @@ def test_stop_rules_on_a_route_past_signals_give_their_own_stops(planner, rule):
     assert result.duration_s == pytest.approx(route.duration_s, rel=1e-12)
     if rule is StopRule.NONE:
         assert probability == [0.0, 0.0]
+    elif rule is StopRule.CROSSINGS:
+        assert probability == [0.0, 1.0]
     elif rule is StopRule.COUNTED:
         assert set(probability) <= {0.0, 1.0}
         assert any("counted" in warning for warning in answer.warnings)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -11,7 +12,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from energy.chain import LinkModel, StopRule
+from energy.conditions import STILL, Conditions, EffectCoefficients, RoadSurface
+from energy.effects import drive_of
 from energy.kernels import link_energy
+from energy.kernels_force import cabin_energy_j, regen_cap_w, road_at
 from energy.stops import StopSettings
 from energy.vehicle import Vehicle
 from routing.graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
@@ -80,14 +84,16 @@ def cheapest_by_enumeration(graph, space, weights, limits, start, goal, most_lin
 
     def drive(link, offset, v, stopped, energy, time, distance, depth):
         nonlocal best
-        grade, limit = g.grade_frac[link], g.speed_limit_mps[link]
+        road = road_at(g.roads, link, regen_cap_w(p, energy, limits.least_energy_j))
+        limit = g.speed_limit_mps[link]
 
         def cost_of(e, t, d):
             return weights.energy * e / JOULE_PER_KWH + weights.time * t / 3600.0 + weights.distance * d / 1000.0
 
         if link == goal.link_idx and goal.offset_m > offset:
             ds = goal.offset_m - offset
-            e, t, _ = link_energy(p, ds, grade, v, stopped, limit, limit, 1.0, 0.0)
+            e, t, _ = link_energy(p, road, ds, v, stopped, limit, limit, 1.0, 0.0)
+            e += cabin_energy_j(p, time, time + t)
             used = max(energy + e, limits.least_energy_j)
             if used <= limits.most_energy_j:
                 best = min(best, cost_of(used, time + t, distance + ds))
@@ -96,7 +102,8 @@ def cheapest_by_enumeration(graph, space, weights, limits, start, goal, most_lin
         ds = g.length_m[link] - offset
         p_stop, wait = g.stop_probability_frac[link], g.stop_time_s[link]
         for following in graph.successors(link).tolist():
-            e, t, end = link_energy(p, ds, grade, v, stopped, limit, g.speed_limit_mps[following], p_stop, wait)
+            e, t, end = link_energy(p, road, ds, v, stopped, limit, g.speed_limit_mps[following], p_stop, wait)
+            e += cabin_energy_j(p, time, time + t)
             used = max(energy + e, limits.least_energy_j)
             if used <= limits.most_energy_j:
                 drive(following, 0.0, end, p_stop, used, time + t, distance + ds, depth + 1)
@@ -107,9 +114,9 @@ def cheapest_by_enumeration(graph, space, weights, limits, start, goal, most_lin
 
 def far_behind(space, weights):
     """Dominance that needs no theorem: a lead of the whole kinetic energy at the top speed, and of five minutes."""
-    worth = (
-        space.physics.drive_factor * 2.0 * space.half_inertia_kg * SPEEDS[-1] ** 2 + 300.0 * space.physics.aux_move_w
-    )
+    p = space.physics
+    worth = p.drive_factor * 2.0 * space.half_inertia_kg * SPEEDS[-1] ** 2 + 300.0 * (p.aux_move_w + p.cabin_w)
+    worth += p.cabin_start_w * (300.0 + p.cabin_time_s)
     lead = weights.energy * worth / JOULE_PER_KWH + weights.time * 300.0 / 3600.0
     return lambda a, b: a.cost + lead <= b.cost
 
@@ -146,26 +153,48 @@ vehicles = st.sampled_from(
     ]
 )
 rules = st.sampled_from([StopRule.EXPECTED, StopRule.NONE])
+LOSSY = EffectCoefficients(battery_resistance_ohm=0.2, drive_loss_w_per_n2=3e-4, regen_cap_w=15_000.0)
+WEATHER = [
+    Conditions(wind_speed_mps=8.0, wind_from_rad=1.0),
+    Conditions(wind_speed_mps=30.0, wind_from_rad=4.0),
+    Conditions(ambient_k=258.0, payload_kg=300.0),
+    Conditions(ambient_k=310.0, cabin_start_k=330.0, road=RoadSurface.WET, drag_factor=1.3),
+    Conditions(speed_factor=0.8, top_speed_mps=20.0, aux_power_w=3000.0),
+    Conditions(regen_limited=True),
+    Conditions(regen_limited=True, ambient_k=268.0, wind_speed_mps=5.0, road=RoadSurface.SNOW),
+]
 
 
 @settings(max_examples=250, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(maps(), vehicles, weightings, charges, rules, st.data())
 def test_search_on_small_maps_equals_twin_and_enumeration(graph, car, weights, limits, rule, data):
+    counts = compare(graph, car, weights, limits, rule, STILL, data)
+    assert counts.reduced_below_zero == 0
+
+
+@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(maps(), vehicles, weightings, charges, rules, st.sampled_from(WEATHER), st.booleans(), st.data())
+def test_search_in_any_weather_equals_twin_and_enumeration(graph, car, weights, limits, rule, sky, lossy, data):
+    car = replace(car, effects=LOSSY) if lossy else car
+    counts = compare(graph, car, weights, limits, rule, sky, data)
+    assert counts.reduced_below_zero == 0
+
+
+def compare(graph, car, weights, limits, rule, sky, data):
     start_link = data.draw(st.integers(0, graph.link_count - 1))
     goal_link = data.draw(st.integers(0, graph.link_count - 1))
     start = LinkPosition(start_link, float(graph.length_m[start_link]) * data.draw(st.sampled_from((0.0, 0.4))))
     goal = LinkPosition(goal_link, float(graph.length_m[goal_link]) * data.draw(st.sampled_from((0.7, 1.0))))
     stops = StopSettings()
-    space = search_space(graph, car, LinkModel.INTEGRATED, rule, stops)
+    space = search_space(graph, car, LinkModel.INTEGRATED, rule, stops, sky)
     pareto = limits.held and (weights.time > 0.0 or weights.distance > 0.0)
     path, counts = find_path(space, WorkspacePool(graph.link_count), weights, limits, [start], [goal], pareto=pareto)
     found = math.inf if path is None else path.cost
-    assert counts.reduced_below_zero == 0
 
     edges = {data["idx"]: (u, v, k) for u, v, k, data in to_networkx(graph).edges(keys=True, data=True)}
     twin = EnergySearch(
         to_networkx(graph),
-        space.physics,
+        drive_of(car, sky),
         stops if rule is StopRule.EXPECTED else None,
         weights,
         limits,
@@ -179,6 +208,7 @@ def test_search_on_small_maps_equals_twin_and_enumeration(graph, car, weights, l
     assert found <= enumerated + 1e-9
     if path is None or len(path.links) <= depth:
         assert found == pytest.approx(enumerated, rel=1e-9, abs=1e-9)
+    return counts
 
 
 @settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -192,7 +222,7 @@ def test_reach_on_small_maps_equals_twin_at_every_node(graph, car, limits, rule)
     edges = {data["idx"]: (u, v, k) for u, v, k, data in nx_graph.edges(keys=True, data=True)}
     twin = EnergySearch(
         nx_graph,
-        space.physics,
+        drive_of(car),
         stops if rule is StopRule.EXPECTED else None,
         ECO,
         limits,

@@ -14,8 +14,10 @@ import numpy as np
 import pytest
 
 from energy.battery import JOULE_PER_WH
-from energy.chain import LinkModel, StopRule, link_physics
+from energy.chain import LinkModel, StopRule
+from energy.effects import drive_of
 from energy.kernels import link_energy
+from energy.kernels_force import road_at
 from energy.stops import StopSettings
 from energy.vehicle import Vehicle
 from energy.vehicle_files import load_vehicles
@@ -117,12 +119,11 @@ def test_reduced_costs_on_real_terrain_are_never_negative(andorra, vehicles, car
 
 def test_link_energies_on_real_terrain_are_often_negative(andorra, vehicles):
     # without them the potential would not be put to the test
-    physics = link_physics(vehicles[KONA])
-    grade = andorra.climb_m() / andorra.length_m
+    g, physics = space_of(andorra, vehicles[KONA]).arrays, drive_of(vehicles[KONA]).physics
     energy_j = np.array(
         [
-            link_energy(physics, length, slope, limit, 0.0, limit, limit, 0.0, 0.0)[0]
-            for length, slope, limit in zip(andorra.length_m, grade, andorra.speed_limit_mps, strict=True)
+            link_energy(physics, road_at(g.roads, k, math.inf), length, limit, 0.0, limit, limit, 0.0, 0.0)[0]
+            for k, (length, limit) in enumerate(zip(andorra.length_m, andorra.speed_limit_mps, strict=True))
         ]
     )
     assert 0.2 < np.mean(energy_j < 0.0) < 0.5
@@ -241,7 +242,7 @@ def test_node_energies_on_a_real_cut_out_equal_the_twin(andorra, vehicles, car, 
     dominance = None
     if limits.least_energy_j == -math.inf:
         dominance = lead_of_all_kinetic_energy(space, float(graph.speed_limit_mps.max()))
-    twin = EnergySearch(nx_graph, space.physics, StopSettings(), ECO, limits, dominance)
+    twin = EnergySearch(nx_graph, drive_of(vehicles[car]), StopSettings(), ECO, limits, dominance)
     expected = twin.energy_to_nodes([(edge, start.offset_m)])
     assert len(expected) > 20
     for idx, node in enumerate(graph.node_id.tolist()):

@@ -1,0 +1,506 @@
+"""Compiled: force at the wheels and battery energy of one phase of motion, effects included.
+
+Units: m, s, m/s, kg, N, W, J. Equation numbers are the source's; effects are those of docs/effects.md.
+With every effect off, a phase is the closed form of `ramp_energy` and `cruise_energy`. Wind from behind, a cap on
+recuperation and losses that grow with the square of force or power take `ramp_terms`.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+import energy.compilation  # noqa: F401  (sets the cache folder before anything is compiled)
+
+(
+    ROLLING,
+    LINEAR,
+    AERO,
+    GRADE,
+    INERTIA,
+    DRIVE_LOSS,
+    RECUPERATION_LOSS,
+    AUXILIARY,
+    WIND,
+    REGEN_LIMIT,
+    LOAD_LOSS,
+    RESISTANCE_LOSS,
+    CABIN,
+    TABLE,
+) = range(14)
+PART_COUNT = 14
+
+# columns of the table of roads, one row a link: what `Road` holds, and the stop time at the link's end
+ROAD_GRADE, ROAD_ROLLING, ROAD_LINEAR, ROAD_AERO, ROAD_WIND, ROAD_WAIT = range(6)
+ROAD_COLUMNS = 8  # one cache line
+
+# nodes and weights on [-1, 1]: four points are exact for polynomials up to degree 7
+GAUSS_NODE = (0.8611363115940526, 0.3399810435848563)
+GAUSS_WEIGHT = (0.34785484513745385, 0.6521451548625461)
+
+
+class LinkPhysics(NamedTuple):
+    """Vehicle and conditions as the kernels want them.
+
+    weight_n: m·g. inertia_kg: m·d. drive_factor: 1/η_dis. recuperation_factor: η_chg.
+    aux_move_w, aux_idle_w: P_aux/η_aux.
+    speed_bound_mps: (n+1,) interval boundaries. accel_sum, decel_sum: (n+1,) running sums of |a| over intervals.
+    printed: evaluate dynamic phases as equations (13), (15), (36) are printed instead of integrating exactly.
+    regen_cap_w: most battery power that recuperation charges with, inf for none; it falls to 0 over the last
+    fade_width_j of charge [J], 0 for no fading. loss_per_n2: loss for force squared [W/N²]. loss_per_w: loss for
+    battery power squared [1/W]. lossy: any of these is on.
+    cabin_w, cabin_start_w, cabin_time_s: climate power at t since departure is
+    cabin_w + cabin_start_w·exp(−t/cabin_time_s).
+    table: a consumption table instead of forces; climb_up_j_per_m, climb_down_j_per_m, kinetic_up_kg and
+    kinetic_down_kg are then what height and speed take and give back.
+    """
+
+    weight_n: float
+    inertia_kg: float
+    drive_factor: float
+    recuperation_factor: float
+    aux_move_w: float
+    aux_idle_w: float
+    speed_bound_mps: NDArray[np.float64]
+    accel_sum: NDArray[np.float64]
+    decel_sum: NDArray[np.float64]
+    printed: bool
+    regen_cap_w: float
+    fade_width_j: float
+    loss_per_n2: float
+    loss_per_w: float
+    lossy: bool
+    cabin_w: float
+    cabin_start_w: float
+    cabin_time_s: float
+    table: bool
+    climb_up_j_per_m: float
+    climb_down_j_per_m: float
+    kinetic_up_kg: float
+    kinetic_down_kg: float
+
+
+class Road(NamedTuple):
+    """What one link does to the vehicle: F = load + m·g·grade + m·d·a, the load being
+
+        rolling_n + linear·v + aero·(v + wind)·|v + wind|, but at least 0 with wind from behind.
+
+    grade: sin θ. rolling_n: A·cos θ, with what lies on the road. wind_mps: against the direction of travel, negative
+    from behind. cap_w: most power that recuperation charges with at this charge.
+    """
+
+    grade: float
+    rolling_n: float
+    linear_n_per_mps: float
+    aero_n_per_mps2: float
+    wind_mps: float
+    cap_w: float
+
+
+@njit(nogil=True, cache=True)
+def road_at(roads: NDArray[np.float64], link: int, cap_w: float) -> Road:
+    """The road of a link, from the table of roads (n, 8)."""
+    return Road(
+        roads[link, ROAD_GRADE],
+        roads[link, ROAD_ROLLING],
+        roads[link, ROAD_LINEAR],
+        roads[link, ROAD_AERO],
+        roads[link, ROAD_WIND],
+        cap_w,
+    )
+
+
+@njit(nogil=True, cache=True)
+def regen_cap_w(p: LinkPhysics, used_j: float, full_j: float) -> float:
+    """Most power that recuperation may charge with after used_j [J] since departure, when full_j fills the battery."""
+    if p.fade_width_j <= 0.0:
+        return p.regen_cap_w
+    return p.regen_cap_w * min(max((used_j - full_j) / p.fade_width_j, 0.0), 1.0)
+
+
+@njit(nogil=True, cache=True)
+def cabin_energy_j(p: LinkPhysics, begin_s: float, end_s: float) -> float:
+    """Climate energy between two times since departure, H(end) − H(begin)."""
+    if p.cabin_w == 0.0 and p.cabin_start_w == 0.0:
+        return 0.0
+    tau = p.cabin_time_s
+    transient = math.exp(-begin_s / tau) * -math.expm1(-(end_s - begin_s) / tau)
+    return p.cabin_w * (end_s - begin_s) + p.cabin_start_w * tau * transient
+
+
+@njit(nogil=True, cache=True)
+def air_force(r: Road, ahead: bool) -> tuple[float, float, float]:
+    """Coefficients of 1, v, v² of the drag while the air comes from ahead, or from behind."""
+    c = r.aero_n_per_mps2 if ahead else -r.aero_n_per_mps2
+    return c * r.wind_mps * r.wind_mps, 2.0 * c * r.wind_mps, c
+
+
+@njit(nogil=True, cache=True)
+def road_load_n(r: Road, v: float) -> float:
+    """Rolling, linear and aerodynamic force at a speed; wind from behind pushes at most as much as the rest holds."""
+    a, b, c = air_force(r, v >= -r.wind_mps)
+    load = r.rolling_n + a + (r.linear_n_per_mps + b + c * v) * v
+    return max(load, 0.0) if r.wind_mps < 0.0 else load
+
+
+@njit(nogil=True, cache=True)
+def force_roots(f0: float, b: float, c: float, low: float, high: float) -> tuple[int, float, float]:
+    """Speeds strictly between low and high where f0 + b·v + c·v² changes sign: count, first, second."""
+    f_low = f0 + (b + c * low) * low
+    f_high = f0 + (b + c * high) * high
+    if f_low >= 0.0 and f_high >= 0.0:
+        if c <= 0.0 or b >= 0.0:
+            return 0, 0.0, 0.0
+        vertex = -b / (2.0 * c)
+        if vertex <= low or vertex >= high or f0 + 0.5 * b * vertex >= 0.0:
+            return 0, 0.0, 0.0
+    elif f_low <= 0.0 and f_high <= 0.0:
+        if c >= 0.0:
+            return 0, 0.0, 0.0
+        vertex = -b / (2.0 * c)
+        if vertex <= low or vertex >= high or f0 + 0.5 * b * vertex <= 0.0:
+            return 0, 0.0, 0.0
+    if c == 0.0:
+        return 1, min(max(-f0 / b, low), high), 0.0
+    discriminant = b * b - 4.0 * c * f0
+    if discriminant <= 0.0:
+        return 0, 0.0, 0.0
+    q = -0.5 * (b + math.copysign(math.sqrt(discriminant), b))
+    r1 = q / c
+    r2 = f0 / q if q != 0.0 else r1
+    if r1 > r2:
+        r1, r2 = r2, r1
+    inside1 = low < r1 < high
+    inside2 = low < r2 < high
+    if inside1 and inside2:
+        return 2, r1, r2
+    if inside1:
+        return 1, r1, 0.0
+    if inside2:
+        return 1, r2, 0.0
+    return 0, 0.0, 0.0
+
+
+@njit(nogil=True, cache=True)
+def battery_work_j(p: LinkPhysics, wheel_work_j: float) -> float:
+    """Battery energy for work at the wheel, equations (1), (2), (37), (38) without auxiliaries."""
+    if wheel_work_j >= 0.0:
+        return wheel_work_j * p.drive_factor
+    return wheel_work_j * p.recuperation_factor
+
+
+@njit(nogil=True, cache=True)
+def stretch_work_j(f0: float, b: float, c: float, ds: float, v_a: float, v_b: float) -> float:
+    """∫(f0 + b·v + c·v²) ds at constant acceleration: v² is linear in s, so the means over s are closed forms."""
+    mean_v = (v_a * v_a + v_a * v_b + v_b * v_b) / (1.5 * (v_a + v_b))
+    mean_v2 = 0.5 * (v_a * v_a + v_b * v_b)
+    return ds * (f0 + b * mean_v + c * mean_v2)
+
+
+@njit(nogil=True, cache=True)
+def ramp_energy(p: LinkPhysics, r: Road, ds: float, v_a: float, v_b: float) -> tuple[float, float]:
+    """Battery energy and time of a phase of constant acceleration from v_a to v_b over ds."""
+    low, high = (v_a, v_b) if v_a < v_b else (v_b, v_a)
+    if p.lossy or r.wind_mps < 0.0:
+        terms, dt = ramp_terms(p, r, ds, v_a, v_b)
+        return total_j(terms), dt
+    accel = (v_b - v_a) * (v_b + v_a) / (2.0 * ds)
+    if p.printed:
+        dt = abs(v_b - v_a) / (2.0 * abs(accel))  # (13), (23)
+        v = 0.75 * high + 0.25 * low  # (15), (25)
+        force = road_load_n(r, v) + p.inertia_kg * accel + p.weight_n * r.grade  # (34)
+        return battery_work_j(p, force * v * dt) + p.aux_move_w * dt, dt  # (35), (36)
+    dt = 2.0 * ds / (v_a + v_b)
+    a, b, c = air_force(r, True)
+    b += r.linear_n_per_mps
+    f0 = r.rolling_n + a + p.weight_n * r.grade + p.inertia_kg * accel
+    count, r1, r2 = force_roots(f0, b, c, low, high)
+    energy_j = p.aux_move_w * dt
+    if count == 0:
+        return energy_j + battery_work_j(p, stretch_work_j(f0, b, c, ds, v_a, v_b)), dt
+    per_v2 = ds / ((high - low) * (high + low))
+    energy_j += battery_work_j(p, stretch_work_j(f0, b, c, per_v2 * (r1 * r1 - low * low), low, r1))
+    if count == 2:
+        energy_j += battery_work_j(p, stretch_work_j(f0, b, c, per_v2 * (r2 * r2 - r1 * r1), r1, r2))
+        r1 = r2
+    energy_j += battery_work_j(p, stretch_work_j(f0, b, c, per_v2 * (high * high - r1 * r1), r1, high))
+    return energy_j, dt
+
+
+@njit(nogil=True, cache=True)
+def cruise_energy(p: LinkPhysics, r: Road, ds: float, v: float) -> tuple[float, float]:
+    """Battery energy and time of a phase of constant speed (equations 18, 34-37)."""
+    dt = ds / v
+    if p.lossy:
+        return total_j(cruise_terms(p, r, ds, v)), dt
+    force = road_load_n(r, v) + p.weight_n * r.grade
+    return battery_work_j(p, force * ds) + p.aux_move_w * dt, dt
+
+
+@njit(nogil=True, cache=True)
+def idle_energy(p: LinkPhysics, dt: float) -> float:
+    """Battery energy of standing still, equation (3), without climate."""
+    return (p.aux_idle_w + p.loss_per_w * p.aux_idle_w * p.aux_idle_w) * dt
+
+
+@njit(nogil=True, cache=True)
+def battery_power(p: LinkPhysics, r: Road, v: float, accel: float) -> float:
+    """Battery power [W] at one moment, equations (1) to (5) with effects, without climate."""
+    if v <= 0.0:
+        return idle_energy(p, 1.0)
+    force = road_load_n(r, v) + p.weight_n * r.grade + p.inertia_kg * accel
+    traction = battery_work_j(p, force * v)
+    if p.lossy:
+        traction = max(traction, -r.cap_w)
+    power = traction + p.aux_move_w
+    return power + p.loss_per_n2 * force * force + p.loss_per_w * power * power
+
+
+Terms = tuple[float, float, float, float, float, float, float, float, float, float, float, float]
+
+
+@njit(nogil=True, cache=True)
+def total_j(terms: Terms) -> float:
+    """Battery energy of the terms of a phase."""
+    work = terms[ROLLING] + terms[LINEAR] + terms[AERO] + terms[WIND] + terms[GRADE] + terms[INERTIA]
+    loss = terms[DRIVE_LOSS] + terms[RECUPERATION_LOSS] + terms[REGEN_LIMIT]
+    return work + loss + terms[AUXILIARY] + terms[LOAD_LOSS] + terms[RESISTANCE_LOSS]
+
+
+@njit(nogil=True, cache=True)
+def plus(x: Terms, y: Terms) -> Terms:
+    """Sum of two sets of terms."""
+    return (
+        x[0] + y[0],
+        x[1] + y[1],
+        x[2] + y[2],
+        x[3] + y[3],
+        x[4] + y[4],
+        x[5] + y[5],
+        x[6] + y[6],
+        x[7] + y[7],
+        x[8] + y[8],
+        x[9] + y[9],
+        x[10] + y[10],
+        x[11] + y[11],
+    )
+
+
+@njit(nogil=True, cache=True)
+def cruise_terms(p: LinkPhysics, r: Road, ds: float, v: float) -> Terms:
+    """Terms of a phase of constant speed, in the order of the parts."""
+    dt = ds / v
+    rolling = r.rolling_n * ds
+    linear = r.linear_n_per_mps * v * ds
+    still = r.aero_n_per_mps2 * v * v * ds
+    climb = p.weight_n * r.grade * ds
+    force = road_load_n(r, v) + p.weight_n * r.grade
+    a, b, c = air_force(r, v >= -r.wind_mps)
+    wind = (a + (b + (c - r.aero_n_per_mps2) * v) * v) * ds
+    return closed_terms(p, r, (rolling, linear, still, climb, 0.0, wind), force * ds, force, v, dt)
+
+
+@njit(nogil=True, cache=True)
+def closed_terms(
+    p: LinkPhysics,
+    r: Road,
+    works: tuple[float, float, float, float, float, float],
+    work: float,
+    force: float,
+    v: float,
+    dt: float,
+) -> Terms:
+    """Terms of a phase that is evaluated at one speed and force."""
+    auxiliary = p.aux_move_w * dt
+    drive = recuperation = limited = 0.0
+    if work >= 0.0:
+        drive = work * (p.drive_factor - 1.0)
+        battery = work * p.drive_factor
+    else:
+        recuperation = work * (p.recuperation_factor - 1.0)
+        battery = work * p.recuperation_factor
+        if battery < -r.cap_w * dt:
+            limited = -r.cap_w * dt - battery
+            battery = -r.cap_w * dt
+    power = battery / dt + p.aux_move_w
+    return (
+        works[0],
+        works[1],
+        works[2],
+        works[3],
+        works[4],
+        drive,
+        recuperation,
+        auxiliary,
+        works[5],
+        limited,
+        p.loss_per_n2 * force * force * dt,
+        p.loss_per_w * power * power * dt,
+    )
+
+
+@njit(nogil=True, cache=True)
+def ramp_terms(p: LinkPhysics, r: Road, ds: float, v_a: float, v_b: float) -> tuple[Terms, float]:
+    """Terms and time of a phase of constant acceleration, cut wherever the law of force or battery changes."""
+    accel = (v_b - v_a) * (v_b + v_a) / (2.0 * ds)
+    low, high = (v_a, v_b) if v_a < v_b else (v_b, v_a)
+    if p.printed:
+        dt = abs(v_b - v_a) / (2.0 * abs(accel))
+        v = 0.75 * high + 0.25 * low
+        way = v * dt
+        force = road_load_n(r, v) + p.inertia_kg * accel + p.weight_n * r.grade
+        still = r.rolling_n + (r.linear_n_per_mps + r.aero_n_per_mps2 * v) * v
+        works = (
+            r.rolling_n * way,
+            r.linear_n_per_mps * v * way,
+            r.aero_n_per_mps2 * v * v * way,
+            p.weight_n * r.grade * way,
+            p.inertia_kg * accel * way,
+            (road_load_n(r, v) - still) * way,
+        )
+        return closed_terms(p, r, works, force * way, force, v, dt), dt
+    dt = 2.0 * ds / (v_a + v_b)
+    per_v2 = ds / ((high - low) * (high + low))
+    terms = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    begin = low
+    while begin < high:
+        ahead = begin >= -r.wind_mps
+        a, b, c = air_force(r, ahead)
+        a += r.rolling_n
+        b += r.linear_n_per_mps
+        end = high if ahead else min(high, -r.wind_mps)
+        calms, c1, c2 = (0, 0.0, 0.0) if r.wind_mps >= 0.0 else force_roots(a, b, c, begin, end)
+        for calm in range(calms + 1):
+            upto = end
+            if calm < calms:
+                upto = c1 if calm == 0 else c2
+            middle = 0.5 * (begin + upto)
+            pushed = r.wind_mps < 0.0 and a + (b + c * middle) * middle < 0.0
+            load = (0.0, 0.0, 0.0) if pushed else (a, b, c)
+            f0 = load[0] + p.weight_n * r.grade + p.inertia_kg * accel
+            count, r1, r2 = force_roots(f0, load[1], load[2], begin, upto)
+            for k in range(count + 1):
+                stop = upto
+                if k < count:
+                    stop = r1 if k == 0 else r2
+                if stop > begin:
+                    terms = plus(terms, signed_terms(p, r, accel, per_v2, f0, load[1], load[2], begin, stop))
+                begin = stop
+            begin = upto
+        begin = end
+    return terms, dt
+
+
+@njit(nogil=True, cache=True)
+def signed_terms(
+    p: LinkPhysics, r: Road, accel: float, per_v2: float, f0: float, b: float, c: float, low: float, high: float
+) -> Terms:
+    """Terms of a piece of a ramp in which the force keeps its sign; cut where the cap on recuperation begins to act."""
+    work = stretch_work_j(f0, b, c, per_v2 * (high * high - low * low), low, high)
+    if work >= 0.0 or math.isinf(r.cap_w):
+        return piece_terms(p, r, accel, per_v2, f0, b, c, low, high, False)
+    eta = p.recuperation_factor
+    terms = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    # power eta·v·(f0 + b·v + c·v²) is monotone between its turning points
+    turns, t1, t2 = force_roots(f0, 2.0 * b, 3.0 * c, low, high)
+    begin = low
+    for k in range(turns + 1):
+        end = high
+        if k < turns:
+            end = t1 if k == 0 else t2
+        if end <= begin:
+            continue
+        cut = cap_speed(r.cap_w, eta * f0, eta * b, eta * c, begin, end)
+        if begin < cut < end:
+            for part in range(2):
+                v_low, v_high = (begin, cut) if part == 0 else (cut, end)
+                middle = 0.5 * (v_low + v_high)
+                capped = eta * middle * (f0 + (b + c * middle) * middle) < -r.cap_w
+                terms = plus(terms, piece_terms(p, r, accel, per_v2, f0, b, c, v_low, v_high, capped))
+        else:
+            middle = 0.5 * (begin + end)
+            capped = eta * middle * (f0 + (b + c * middle) * middle) < -r.cap_w
+            terms = plus(terms, piece_terms(p, r, accel, per_v2, f0, b, c, begin, end, capped))
+        begin = end
+    return terms
+
+
+@njit(nogil=True, cache=True)
+def cap_speed(cap_w: float, f0: float, b: float, c: float, low: float, high: float) -> float:
+    """Speed where v·(f0 + b·v + c·v²), monotone in low..high, is −cap_w, by bisection; low where there is none."""
+    at_low = low * (f0 + (b + c * low) * low) + cap_w
+    at_high = high * (f0 + (b + c * high) * high) + cap_w
+    if (at_low < 0.0) == (at_high < 0.0):
+        return low
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        at = middle * (f0 + (b + c * middle) * middle) + cap_w
+        if (at < 0.0) == (at_low < 0.0):
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+@njit(nogil=True, cache=True)
+def piece_terms(
+    p: LinkPhysics,
+    r: Road,
+    accel: float,
+    per_v2: float,
+    f0: float,
+    b: float,
+    c: float,
+    low: float,
+    high: float,
+    capped: bool,
+) -> Terms:
+    """Terms of a piece of a ramp with one law of force and one of the battery: driving, recuperating or capped."""
+    ds = per_v2 * (high - low) * (high + low)
+    dt = 2.0 * ds / (low + high)
+    mean_v = (low * low + low * high + high * high) / (1.5 * (low + high))
+    mean_v2 = 0.5 * (low * low + high * high)
+    work = ds * (f0 + b * mean_v + c * mean_v2)
+    rolling = r.rolling_n * ds
+    linear = r.linear_n_per_mps * mean_v * ds
+    still = r.aero_n_per_mps2 * mean_v2 * ds
+    climb = p.weight_n * r.grade * ds
+    inertia = p.inertia_kg * accel * ds
+    drive = recuperation = limited = 0.0
+    factor = p.drive_factor
+    if work >= 0.0:
+        drive = work * (p.drive_factor - 1.0)
+    else:
+        factor = p.recuperation_factor
+        recuperation = work * (factor - 1.0)
+        if capped:
+            limited = -r.cap_w * dt - work * factor
+    load = resistance = 0.0
+    if p.loss_per_n2 > 0.0 or p.loss_per_w > 0.0:
+        half, middle = 0.5 * (high - low), 0.5 * (high + low)
+        for k in range(4):
+            node = GAUSS_NODE[k >> 1]
+            v = middle + half * (node if k & 1 else -node)
+            force = f0 + (b + c * v) * v
+            power = p.aux_move_w + (-r.cap_w if capped else factor * force * v)
+            share = 0.5 * GAUSS_WEIGHT[k >> 1] * dt
+            load += share * p.loss_per_n2 * force * force
+            resistance += share * p.loss_per_w * power * power
+    return (
+        rolling,
+        linear,
+        still,
+        climb,
+        inertia,
+        drive,
+        recuperation,
+        p.aux_move_w * dt,
+        work - rolling - linear - still - climb - inertia if r.wind_mps != 0.0 else 0.0,
+        limited,
+        load,
+        resistance,
+    )

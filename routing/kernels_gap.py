@@ -1,0 +1,281 @@
+"""Compiled: what one label's state can be worth more than another's, on any way on; the rules of dominance.
+
+The theorem that these bounds rest on is in docs/search.md; lemma numbers are its own.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from energy.kernels import link_energy, mean_over_intervals, speed_change_j
+from energy.kernels_force import LinkPhysics, road_at
+
+# columns of the label table
+KEY, COST, ENERGY, TIME, DISTANCE, SPEED, STOPPED, OFFSET = range(8)
+# columns of the table of links
+LENGTH, LIMIT, HEIGHT, STOP, CRUISE_J, CRUISE_S, REST_J, REST_S = range(8)
+
+# leads this small are rounding: without them a loss-free vehicle's labels, equal but for the last digits, would pile up
+NOISE_J = 1e-6
+NOISE_S = 1e-9
+
+# (1 + r)(ln(2/(1 + r)) + 1/2) for r in 0..1 is at most this: time lost by starting slower, docs/search.md lemma 4
+LOST_TIME_COEF = 1.2131
+
+
+# rows of the table of bounds on what a difference of entry states can be worth while two drives have not met again;
+# one column a speed interval of the vehicle, for drives that stay below its upper end (docs/search.md, lemma 6):
+# least mean acceleration [m/s²]; distance until they meet, weighted and doubled [m]; what differing mean accelerations
+# can add [J] and [s]; most that can be recuperated until they meet [J]
+# DRIFT_S: time by which differing mean accelerations shift the same phase [s]
+LEAST_ACCEL, MEETING_DISTANCE, SLACK_J, SLACK_S, GAIN_J, DRIFT_S = range(6)
+
+
+class SearchRules(NamedTuple):
+    """Weights, limits and potential of one search.
+
+    least_energy_j: −(1 − soc)·capacity, a full battery; most_energy_j: (soc − reserve)·capacity; ±inf when not held.
+    cost = energy_weight·E + time_weight·t + distance_weight·s. alpha: of the potential, in [η_chg, 1/η_dis].
+    half_inertia_kg: ½·m·d. limited: any battery limit is held. pareto: dominance needs cost and energy.
+    correcting: reduced costs may be negative (printed model).
+    """
+
+    least_energy_j: float
+    most_energy_j: float
+    energy_weight: float
+    time_weight: float
+    distance_weight: float
+    alpha: float
+    half_inertia_kg: float
+    limited: bool
+    pareto: bool
+    correcting: bool
+    label_limit: int
+
+
+class GapRules(NamedTuple):
+    """The vehicle and its conditions as dominance sees them: bounds that hold on every link.
+
+    drive_factor, recuperation_factor: greatest and least battery energy for a unit of work at the wheels.
+    linear_n_per_mps, aero_n_per_mps2: greatest of all links, ≥ 0; sag_n: most that the road load falls with speed.
+    power_w: most that standing about costs: auxiliaries and climate. cap_w: of recuperation, 0 for none. loss_w: most
+    that losses growing with the square of force or power take. fade_width_j: charge over which the cap falls.
+    cabin_start_w, cabin_time_s: the decaying part of the climate. printed, table: as in LinkPhysics.
+    """
+
+    drive_factor: float
+    recuperation_factor: float
+    linear_n_per_mps: float
+    aero_n_per_mps2: float
+    sag_n: float
+    power_w: float
+    cap_w: float
+    loss_w: float
+    fade_width_j: float
+    cabin_start_w: float
+    cabin_time_s: float
+    speed_bound_mps: NDArray[np.float64]
+    accel_sum: NDArray[np.float64]
+    printed: bool
+    table: bool
+
+
+@njit(nogil=True, cache=True)
+def pair_gap(q: GapRules, half_inertia: float, v_a: float, v_b: float, v_max: float) -> tuple[float, float]:
+    """Most energy [J] and time [s] that entering at v_a instead of v_b can cost where both reach v_max in the link.
+
+    Lemma 5 of docs/search.md: kinetic energy at 1/η_dis, overshoot where the slower one accelerates harder,
+    drag of whoever is faster, auxiliaries for the time lost, and what losses and the cap can differ by (lemma 7).
+    """
+    low, high = (v_a, v_b) if v_a < v_b else (v_b, v_a)
+    accel_low = mean_over_intervals(q.speed_bound_mps, q.accel_sum, low, v_max)
+    accel_high = accel_low
+    if high < v_max:
+        accel_high = mean_over_intervals(q.speed_bound_mps, q.accel_sum, high, v_max)
+    least = min(accel_low, accel_high)
+    top2 = v_max * v_max
+    z = high * high - low * low
+    run = (top2 - low * low) / (2.0 * least)
+    overshoot = max(0.0, (top2 - high * high) - accel_high / accel_low * (top2 - low * low))
+    diverge = max(0.0, accel_high - accel_low) / least * (top2 - low * low)
+    linear = q.linear_n_per_mps
+    swing = overshoot + diverge
+    energy = (q.drive_factor - q.recuperation_factor) * half_inertia * swing
+    energy += q.drive_factor * run * (q.aero_n_per_mps2 * swing + linear * math.sqrt(swing) + q.sag_n)
+    if v_a < v_b:
+        lost = LOST_TIME_COEF * (high - low) / least
+        if diverge > 0.0:
+            lost += LOST_TIME_COEF * math.sqrt(diverge) / least
+        energy += q.drive_factor * half_inertia * z
+    else:
+        lost = LOST_TIME_COEF * math.sqrt(swing) / least if swing > 0.0 else 0.0
+        drag = q.drive_factor * run * (q.aero_n_per_mps2 * z + linear * (high - low))
+        energy += max(0.0, drag - q.recuperation_factor * half_inertia * z)
+    if q.loss_w > 0.0 or q.cap_w > 0.0:
+        apart = LOST_TIME_COEF * (high - low) / least
+        drift = 2.0 * (v_max - low) / least * abs(accel_high - accel_low) / least
+        energy += q.loss_w * (apart + drift) + q.cap_w * apart
+    return energy + q.power_w * lost, lost
+
+
+@njit(nogil=True, cache=True)
+def state_gap(
+    p: LinkPhysics,
+    q: GapRules,
+    bounds: NDArray[np.float64],
+    half_inertia: float,
+    length: float,
+    v_max: float,
+    k: int,
+    v_a: float,
+    p_a: float,
+    v_b: float,
+    p_b: float,
+) -> tuple[float, float, bool, float]:
+    """Most energy [J] and time [s] that state A can cost over state B on any way on; whether they meet in this link.
+
+    If not, the last value is the most that A can recuperate until they meet [J]; k is the link's top class.
+    The two drives are coupled: both have stopped, or only one has, or none.
+    """
+    if q.table:
+        energy = (1.0 - p_a) * speed_change_j(p, v_a, v_max) + p_a * speed_change_j(p, 0.0, v_max)
+        energy -= (1.0 - p_b) * speed_change_j(p, v_b, v_max) + p_b * speed_change_j(p, 0.0, v_max)
+        return energy, 0.0, True, 0.0
+    only_one = abs(p_a - p_b)
+    none = 1.0 - max(p_a, p_b)
+    slowest = min(v_a, v_b) if only_one == 0.0 else 0.0
+    meets = slowest >= v_max
+    if not meets:
+        accel = mean_over_intervals(q.speed_bound_mps, q.accel_sum, slowest, v_max)
+        meets = v_max * v_max - slowest * slowest <= 2.0 * accel * length
+    if meets:
+        energy = 0.0
+        lost = 0.0
+        if none > 0.0 and v_a != v_b:
+            e, t = pair_gap(q, half_inertia, v_a, v_b, v_max)
+            energy += none * e
+            lost += none * t
+        if only_one > 0.0:
+            if p_a > p_b:
+                e, t = pair_gap(q, half_inertia, 0.0, v_b, v_max)
+            else:
+                e, t = pair_gap(q, half_inertia, v_a, 0.0, v_max)
+            energy += only_one * e
+            lost += only_one * t
+        return energy, lost, True, 0.0
+    deficit = none * max(0.0, v_b * v_b - v_a * v_a)
+    excess = none * max(0.0, v_a * v_a - v_b * v_b)
+    slower = none * max(0.0, v_b - v_a)
+    if p_a > p_b:
+        deficit += only_one * v_b * v_b
+        slower += only_one * v_b
+    else:
+        excess += only_one * v_a * v_a
+    lost = 2.0 * LOST_TIME_COEF * slower / bounds[LEAST_ACCEL, k] + bounds[SLACK_S, k]
+    drag = q.drive_factor * bounds[MEETING_DISTANCE, k]
+    drag *= q.aero_n_per_mps2 * excess + q.linear_n_per_mps * math.sqrt(excess)
+    energy = q.drive_factor * half_inertia * deficit + q.power_w * lost + bounds[SLACK_J, k]
+    energy += max(0.0, drag - q.recuperation_factor * half_inertia * excess)
+    if q.loss_w > 0.0 or q.cap_w > 0.0:
+        faster = none * max(0.0, v_a - v_b) + (only_one * v_a if p_a <= p_b else 0.0)
+        apart = 2.0 * LOST_TIME_COEF * max(slower, faster) / bounds[LEAST_ACCEL, k]
+        energy += q.loss_w * (apart + bounds[DRIFT_S, k]) + q.cap_w * apart
+    return energy, lost, False, bounds[GAIN_J, k]
+
+
+@njit(nogil=True, cache=True)
+def phase_gap(
+    p: LinkPhysics,
+    roads: NDArray[np.float64],
+    link: int,
+    length: float,
+    v_max: float,
+    v_a: float,
+    p_a: float,
+    v_b: float,
+    p_b: float,
+) -> tuple[float, float]:
+    """The exact difference of energy and time of two entries of a link in which all phases fit whatever follows."""
+    r = road_at(roads, link, p.regen_cap_w)
+    e_a, t_a, _ = link_energy(p, r, length, v_a, p_a, v_max, v_max, 0.0, 0.0)
+    e_b, t_b, _ = link_energy(p, r, length, v_b, p_b, v_max, v_max, 0.0, 0.0)
+    return e_a - e_b, t_a - t_b
+
+
+@njit(nogil=True, cache=True)
+def climate_due_j(q: GapRules, t_a: float, t_b: float) -> float:
+    """Most that a drive that is earlier still has to spend on the climate's start and the later one has behind it."""
+    if q.cabin_start_w == 0.0 or t_a >= t_b:
+        return 0.0
+    tau = q.cabin_time_s
+    return q.cabin_start_w * tau * (math.exp(-t_a / tau) - math.exp(-t_b / tau))
+
+
+@njit(nogil=True, cache=True)
+def leads(
+    p: LinkPhysics,
+    q: GapRules,
+    bounds: NDArray[np.float64],
+    r: SearchRules,
+    roads: NDArray[np.float64],
+    index: int,
+    link: NDArray[np.float64],
+    settling: float,
+    k: int,
+    a: NDArray[np.float64],
+    b: NDArray[np.float64],
+    crowded: bool,
+) -> bool:
+    """Whether label a makes label b on the same link superfluous, whatever follows; a, b, link are table rows.
+
+    index: of the link. crowded: compare kinetic energy and cost alone, without the slack for differing accelerations.
+    """
+    if a[COST] > b[COST] or (r.pareto and a[ENERGY] > b[ENERGY]):
+        return False
+    v_a, p_a = a[SPEED], a[STOPPED]
+    v_b, p_b = b[SPEED], b[STOPPED]
+    due = climate_due_j(q, a[TIME], b[TIME])
+    if v_a == v_b and p_a == p_b:
+        if due == 0.0:
+            return True
+        if a[COST] + r.energy_weight * due > b[COST]:
+            return False
+        return bool(not r.limited or a[ENERGY] + due <= b[ENERGY])
+    if crowded:
+        gained = (1.0 - p_b) * v_b * v_b - (1.0 - p_a) * v_a * v_a
+        worth = q.drive_factor * r.half_inertia_kg * max(0.0, gained) + due
+        if a[COST] + r.energy_weight * worth > b[COST]:
+            return False
+        return not r.pareto or a[ENERGY] + worth <= b[ENERGY]
+    if q.printed:
+        if link[LENGTH] < settling:
+            return False
+        energy, lost = phase_gap(p, roads, index, link[LENGTH], link[LIMIT], v_a, p_a, v_b, p_b)
+        meets = True
+        gain = 0.0
+    else:
+        energy, lost, meets, gain = state_gap(
+            p, q, bounds, r.half_inertia_kg, link[LENGTH], link[LIMIT], k, v_a, p_a, v_b, p_b
+        )
+    energy += due
+    if q.fade_width_j > 0.0:
+        # a cap that falls with charge takes from a lead what both can recuperate until they meet
+        kept = 1.0 - bounds[GAIN_J, k] / q.fade_width_j
+        if kept <= 0.0:
+            return False
+        if energy > 0.0:
+            energy /= kept
+    if a[COST] + r.energy_weight * (energy - NOISE_J) + r.time_weight * (lost - NOISE_S) > b[COST]:
+        return False
+    if not r.limited:
+        return True
+    lead = a[ENERGY]
+    if not meets:
+        # a full battery could take away the lead: count a's charge only as far as it can't be clamped until they meet
+        lead = max(lead, r.least_energy_j + gain)
+    return bool(lead + energy - NOISE_J <= b[ENERGY])
