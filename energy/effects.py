@@ -130,8 +130,9 @@ class Drive:
         parts[:, 9] += _share(linear[1], sum(linear)) * terms[:, force.LINEAR]
         base, density, drag = _aero_n_per_mps2(self.vehicle, self.conditions, links)
         whole = base + density + drag
-        unit = np.divide(terms[:, force.AERO], whole, out=np.zeros_like(whole), where=whole != 0.0)
-        parts[:, 2], parts[:, 11], parts[:, 12] = base * unit, density * unit, drag * unit
+        for column, value in zip((2, 11, 12), (base, density, drag), strict=True):
+            share = np.divide(value, whole, out=np.zeros_like(whole), where=whole != 0.0)
+            parts[:, column] = share * terms[:, force.AERO]
         moved = self.conditions.payload_kg / (self.vehicle.mass_kg + self.conditions.payload_kg)
         for column in (force.GRADE, force.INERTIA):
             parts[:, column] = (1.0 - moved) * terms[:, column]

@@ -298,9 +298,9 @@ def cruise_terms(p: LinkPhysics, r: Road, ds: float, v: float) -> Terms:
     linear = r.linear_n_per_mps * v * ds
     still = r.aero_n_per_mps2 * v * v * ds
     climb = p.weight_n * r.grade * ds
-    force = road_load_n(r, v) + p.weight_n * r.grade
-    a, b, c = air_force(r, v >= -r.wind_mps)
-    wind = (a + (b + (c - r.aero_n_per_mps2) * v) * v) * ds
+    load = road_load_n(r, v)
+    force = load + p.weight_n * r.grade
+    wind = load * ds - rolling - linear - still if r.wind_mps != 0.0 else 0.0
     return closed_terms(p, r, (rolling, linear, still, climb, 0.0, wind), force * ds, force, v, dt)
 
 

@@ -1,0 +1,534 @@
+"""Every effect: off to the bit by default, its hand-computed size, its sign, its limits, and parts that add up."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.integrate import quad
+
+from energy.chain import LinkModel, StopRule, simulate_chain
+from energy.conditions import (
+    COEFFICIENT_RANGES,
+    CONDITION_RANGES,
+    STILL,
+    Conditions,
+    EffectCoefficients,
+    RoadSurface,
+)
+from energy.consumption_table import ConsumptionTableVehicle
+from energy.effects import (
+    PART_NAMES,
+    REFERENCE_K,
+    RESISTANCE_REFERENCE_K,
+    LinkSetting,
+    air_density_factor,
+    cabin_power_w,
+    drive_of,
+    regen_limit,
+    resistance_rise_ohm,
+)
+from energy.errors import ConditionsError
+from energy.kernels_force import Road, battery_power, cabin_energy_j, ramp_energy, ramp_terms, road_load_n, total_j
+
+MANY = settings(max_examples=150, deadline=None)
+NORTH, SOUTH = 0.0, math.pi
+EVERYTHING = Conditions(
+    ambient_k=263.0,
+    cabin_start_k=268.0,
+    wind_speed_mps=7.0,
+    wind_from_rad=0.7,
+    payload_kg=250.0,
+    drag_factor=1.25,
+    road=RoadSurface.WET,
+    speed_factor=0.95,
+    regen_limited=True,
+)
+
+
+@pytest.fixture(scope="module")
+def hilly(make_chain):
+    """Sixty links of every kind, with altitude and heading, up and down again to the same height."""
+    rng = np.random.default_rng(5)
+    length = rng.uniform(5.0, 900.0, 60)
+    grade = rng.uniform(-0.09, 0.09, 60)
+    grade -= np.sum(grade * length) / np.sum(length)
+    chain = make_chain(
+        length,
+        rng.choice([30.0, 50.0, 80.0, 130.0], 60) / 3.6,
+        grade,
+        rng.choice([0.0, 0.0, 0.1, 0.4, 1.0], 60),
+        12.0,
+        rng.integers(0, 8, 60),
+    )
+    bearing = rng.uniform(0.0, 2.0 * math.pi, 60)
+    heading = np.column_stack((np.sin(bearing), np.cos(bearing)))
+    return replace(chain, altitude_m=rng.uniform(0.0, 2400.0, 60), heading=heading)
+
+
+def energy_j(vehicle, chain, conditions=STILL, **options):
+    return simulate_chain(vehicle, chain, conditions=conditions, **options).energy_j
+
+
+def north(chain):
+    return replace(chain, heading=np.tile([0.0, 1.0], (chain.length_m.size, 1)))
+
+
+# Off by default
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize("model", list(LinkModel))
+@pytest.mark.parametrize("rule", list(StopRule))
+def test_conditions_at_their_defaults_change_nothing_to_the_bit(kona, hilly, make_chain, model, rule):
+    strange = replace(
+        kona, effects=EffectCoefficients(rolling_temp_per_k=0.02, cabin_ua_w_per_k=900.0, battery_resistance_ohm=1.9)
+    )
+    plain = replace(hilly, altitude_m=None, heading=None)
+    explicit = Conditions(ambient_k=None, climate=False, wind_from_rad=2.0, drag_factor=1.0, payload_kg=0.0)
+    first = simulate_chain(kona, plain, link_model=model, stop_rule=rule)
+    for vehicle, chain, conditions in ((kona, hilly, explicit), (strange, hilly, STILL), (strange, plain, explicit)):
+        again = simulate_chain(vehicle, chain, conditions=conditions, link_model=model, stop_rule=rule)
+        for a, b in zip(first.links, again.links, strict=True):
+            assert (a.energy_j, a.duration_s, a.speed_end_mps) == (b.energy_j, b.duration_s, b.speed_end_mps)
+            np.testing.assert_array_equal(a.parts_j, b.parts_j)
+            np.testing.assert_array_equal(a.parts_j[8:], 0.0)
+
+
+NEUTRAL = {
+    "wind from nowhere": Conditions(wind_speed_mps=0.0, wind_from_rad=1.0),
+    "no payload": Conditions(payload_kg=0.0),
+    "no roof box": Conditions(drag_factor=1.0),
+    "dry road": Conditions(road=RoadSurface.DRY),
+    "speed of the limits": Conditions(speed_factor=1.0),
+    "a top speed beyond all limits": Conditions(top_speed_mps=55.0),
+    "the vehicle's own auxiliaries": Conditions(aux_power_w=520.0),
+    "sea of thin air switched off": Conditions(altitude_density=False),
+}
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize("name", NEUTRAL)
+def test_a_condition_that_says_what_is_so_anyway_changes_nothing_to_the_bit(kona, hilly, name):
+    assert kona.aux_power_w == 520.0
+    assert energy_j(kona, hilly, NEUTRAL[name]) == energy_j(kona, hilly)
+
+
+@pytest.mark.nojit
+def test_reference_temperature_and_pressure_leave_road_load_and_battery_as_they_are(kona):
+    at_reference = Conditions(ambient_k=REFERENCE_K, climate=False, altitude_density=False)
+    setting = LinkSetting(np.zeros(1), np.array([20.0]), np.array([500.0]), np.array([[0.0, 1.0]]))
+    still, now = (drive_of(kona, c).roads(setting, np.zeros(1)) for c in (STILL, at_reference))
+    np.testing.assert_allclose(now, still, rtol=1e-15)
+    assert resistance_rise_ohm(Conditions(ambient_k=RESISTANCE_REFERENCE_K), kona.effects) == 0.0
+
+
+# Sizes by hand
+
+
+@pytest.mark.nojit
+def test_rolling_resistance_at_0_c_is_16_percent_higher(round_vehicle):
+    # ISO 28580: 0.008/K · 20 K; A = 100 N
+    roads = drive_of(round_vehicle, Conditions(ambient_k=273.15, climate=False, altitude_density=False)).roads(
+        LinkSetting(np.zeros(1), np.array([10.0])), np.zeros(1)
+    )
+    assert roads[0, 1] == pytest.approx(116.0)
+    # air: 293.15/273.15 = 1.07322
+    assert roads[0, 3] == pytest.approx(0.5 * 293.15 / 273.15)
+
+
+@pytest.mark.nojit
+def test_air_of_the_standard_atmosphere_has_its_tabulated_density():
+    # ISO 2533: 1.2250, 1.1117 and 1.0066 kg/m³ at 0, 1000 and 2000 m with 15.0, 8.5 and 2.0 °C; reference 1.1883 kg/m³
+    reference = 100_000.0 / (287.053 * 293.15)
+    for altitude_m, temp_k, density in ((0.0, 288.15, 1.2250), (1000.0, 281.65, 1.1117), (2000.0, 275.15, 1.0066)):
+        factor = air_density_factor(Conditions(ambient_k=temp_k), np.array([altitude_m]))
+        assert factor * reference == pytest.approx(density, rel=2e-4)
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize(
+    ("wind_from", "air_mps"), [(NORTH, 30.0), (SOUTH, 10.0), (0.5 * math.pi, 20.0), (1.5 * math.pi, 20.0)]
+)
+def test_drag_in_wind_is_that_of_the_air_speed(round_vehicle, make_chain, wind_from, air_mps):
+    # northbound at 20 m/s in 10 m/s of wind: F = 100 + 0.5·air², E = F·1000/0.8 + 600·50
+    vehicle = replace(round_vehicle, effects=EffectCoefficients(yaw_drag_per_rad=0.0))
+    chain = north(make_chain([1000.0], 20.0))
+    windy = Conditions(wind_speed_mps=10.0, wind_from_rad=wind_from)
+    result = simulate_chain(vehicle, chain, conditions=windy, start_speed_mps=20.0, arrive_stopped=False)
+    assert result.energy_j == pytest.approx((100.0 + 0.5 * air_mps**2) * 1250.0 + 30_000.0)
+    assert result.parts.wind_j == pytest.approx(0.5 * (air_mps**2 - 400.0) * 1000.0, abs=1e-6)
+
+
+@pytest.mark.nojit
+def test_side_wind_raises_drag_by_the_yaw_angle(round_vehicle, make_chain):
+    # 10 m/s across 20 m/s: β = atan(0.5); C rises by 0.6·β
+    windy = Conditions(wind_speed_mps=10.0, wind_from_rad=0.5 * math.pi)
+    result = simulate_chain(
+        round_vehicle, north(make_chain([1000.0], 20.0)), conditions=windy, start_speed_mps=20.0, arrive_stopped=False
+    )
+    assert result.parts.drag_j == pytest.approx(0.5 * 400.0 * 1000.0 * 0.6 * math.atan(0.5))
+
+
+@pytest.mark.nojit
+def test_a_storm_from_behind_pushes_at_most_as_hard_as_the_tyres_hold(round_vehicle, make_chain):
+    # 20 m/s from behind at 2 m/s: 100 − 0.5·18² < 0, so the load is 0 and only the auxiliaries count
+    storm = Conditions(wind_speed_mps=20.0, wind_from_rad=SOUTH)
+    result = simulate_chain(
+        round_vehicle, north(make_chain([100.0], 2.0)), conditions=storm, start_speed_mps=2.0, arrive_stopped=False
+    )
+    assert result.energy_j == pytest.approx(600.0 * 50.0)
+    assert result.parts.total_j() == pytest.approx(result.energy_j)
+
+
+@pytest.mark.nojit
+def test_payload_rolls_climbs_and_gains_speed(round_vehicle, make_chain):
+    # +100 kg on 1000 kg: A 100 → 110 N, weight +981 N, inertia +110 kg; 0 → 20 m/s, then 5 % up
+    loaded = Conditions(payload_kg=100.0)
+    chain = make_chain([80.0, 1000.0], 20.0, [0.0, 0.05])
+    before, after = (simulate_chain(round_vehicle, chain, conditions=c, arrive_stopped=False) for c in (STILL, loaded))
+    flat = math.sqrt(1.0 - 0.05**2)
+    extra = 10.0 * (80.0 + 1000.0 * flat) + 981.0 * 0.05 * 1000.0 + 110.0 * 0.5 * 400.0
+    assert after.energy_j - before.energy_j == pytest.approx(extra / 0.8)
+    assert after.parts.payload_j == pytest.approx(extra)
+
+
+@pytest.mark.nojit
+def test_wet_and_snowy_roads_add_their_force(round_vehicle, make_chain):
+    # wet: 0.001·9810 N + 0.8·20 N; snow: 0.008·9810 N; over 1000 m at 20 m/s
+    chain = make_chain([1000.0], 20.0)
+    for road, force_n in ((RoadSurface.WET, 9.81 + 16.0), (RoadSurface.SNOW, 78.48)):
+        result = simulate_chain(
+            round_vehicle, chain, conditions=Conditions(road=road), start_speed_mps=20.0, arrive_stopped=False
+        )
+        assert result.parts.road_surface_j == pytest.approx(force_n * 1000.0)
+
+
+@pytest.mark.nojit
+def test_cabin_heat_has_its_warm_up_transient(kona):
+    # −5 °C, 26 K below 21 °C: 110·26 + 100 W to stay, 150·26 W at first, limited to 6000 W together
+    cold = Conditions(ambient_k=268.15)
+    steady_w, start_w = cabin_power_w(cold, kona.effects)
+    assert steady_w == pytest.approx(110.0 * 26.0 + 100.0)
+    assert start_w == pytest.approx(min(150.0 * 26.0, 6000.0 - steady_w))
+    p = drive_of(kona, cold).physics
+    for begin, end in ((0.0, 60.0), (300.0, 2000.0), (0.0, 1e5)):
+        integral = quad(lambda t: steady_w + start_w * math.exp(-t / 600.0), begin, end, epsrel=1e-10, limit=400)[0]
+        assert cabin_energy_j(p, begin, end) == pytest.approx(integral, rel=1e-8)
+    # a cabin that is warm already needs the steady part only
+    warm = cabin_power_w(replace(cold, cabin_start_k=294.15), kona.effects)
+    assert warm == pytest.approx((steady_w, 0.0))
+    assert cabin_power_w(Conditions(ambient_k=268.15, climate=False), kona.effects) == (0.0, 0.0)
+
+
+def test_air_conditioning_takes_what_the_source_observed(kona, make_chain):
+    # Source, section III.D: A/C on or off made 15 % in town and 3 to 8 % on the open road. A summer day of 27 °C with
+    # 300 W of sun, the cabin already cool; the vehicle's own P_aux counts with and without.
+    sunny = Conditions(ambient_k=300.15, sun_w=300.0, cabin_start_k=294.15, altitude_density=False)
+    off = replace(sunny, climate=False, cabin_start_k=294.15)
+    shares = {}
+    for name, count, length, limit, stop, wait in (
+        ("town", 154, 538.0, 50.0, 1.0, 21.0),
+        ("country", 56, 1668.0, 80.0, 1.0, 21.0),
+        ("motorway", 5, 16_400.0, 120.0, 1.0, 20.0),
+    ):
+        chain = make_chain([length] * count, limit / 3.6, 0.0, stop, wait)
+        with_ac, without = (energy_j(kona, chain, c) for c in (sunny, off))
+        shares[name] = with_ac / without - 1.0
+    assert 0.10 < shares["town"] < 0.18
+    assert 0.03 < shares["country"] < 0.08
+    assert 0.02 < shares["motorway"] < 0.05
+
+
+@pytest.mark.nojit
+def test_cold_battery_doubles_its_resistance_in_23_kelvin(round_vehicle, make_chain):
+    # 0 °C: 23 K below 23 °C, so R rises by 0.09 Ω. 20 m/s: 300 N·20/0.8 + 600 W = 8100 W; 0.09/360²·8100²·50 s
+    cold = Conditions(ambient_k=273.15, climate=False, altitude_density=False)
+    vehicle = replace(round_vehicle, effects=EffectCoefficients(rolling_temp_per_k=0.0))
+    chain = make_chain([1000.0], 20.0)
+    result = simulate_chain(vehicle, chain, conditions=cold, start_speed_mps=20.0, arrive_stopped=False)
+    power_w = (100.0 + 0.5 * 293.15 / 273.15 * 400.0) * 20.0 / 0.8 + 600.0
+    assert result.parts.battery_resistance_j == pytest.approx(0.09 / 360.0**2 * power_w**2 * 50.0)
+
+
+@pytest.mark.nojit
+def test_cap_on_recuperation_limits_power_and_leaves_the_rest_to_the_brakes(round_vehicle, make_chain):
+    # 10 % down at 20 m/s: F = 99.5 + 200 − 981 = −681.5 N, 6815 W at η = 0.5; capped at 5000 W for 50 s
+    vehicle = replace(round_vehicle, effects=EffectCoefficients(regen_cap_w=5000.0))
+    capped = Conditions(regen_limited=True)
+    chain = make_chain([1000.0], 20.0, -0.1)
+    result = simulate_chain(vehicle, chain, conditions=capped, start_speed_mps=20.0, arrive_stopped=False)
+    assert result.energy_j == pytest.approx((600.0 - 5000.0) * 50.0)
+    force_n = 100.0 * math.sqrt(0.99) + 200.0 - 981.0
+    assert result.parts.regen_limit_j == pytest.approx((-force_n * 20.0 * 0.5 - 5000.0) * 50.0)
+
+
+@pytest.mark.nojit
+def test_cap_on_recuperation_fades_with_charge_and_cold(kona):
+    strength = EffectCoefficients(regen_cap_w=40_000.0)
+    assert regen_limit(STILL, strength, 64_000.0) == (math.inf, 0.0)
+    cap_w, fade_j = regen_limit(Conditions(regen_limited=True), strength, 64_000.0)
+    assert (cap_w, fade_j) == pytest.approx((40_000.0, 0.1 * 64_000.0 * 3600.0))
+    for temp_k, share in ((283.15, 1.0), (270.65, 0.5), (258.15, 0.0), (250.0, 0.0)):
+        cap_w, _ = regen_limit(Conditions(regen_limited=True, ambient_k=temp_k), strength, 64_000.0)
+        assert cap_w == pytest.approx(share * 40_000.0)
+
+
+def test_descent_from_a_full_battery_recuperates_less_than_from_half(kona, make_chain):
+    chain = make_chain([500.0] * 20, 15.0, -0.06)
+    limited = Conditions(regen_limited=True)
+    free = energy_j(kona, chain)
+    half, high, full = (energy_j(kona, chain, limited, soc_start_frac=soc) for soc in (0.5, 0.95, 1.0))
+    assert free <= half < high < full
+    assert full > 0.0  # the cap is 0 at a full battery, which auxiliaries empty but slowly
+
+
+@pytest.mark.nojit
+def test_load_loss_grows_with_the_square_of_the_force(round_vehicle, make_chain):
+    # 0 → 20 m/s in 80 m, 8 s: F = 2850 + 0.5·v², v = 2.5t. ∫F² dt = 2850²·8 + 2·2850·0.5·∫v² + 0.25·∫v⁴
+    vehicle = replace(round_vehicle, effects=EffectCoefficients(drive_loss_w_per_n2=1e-3))
+    result = simulate_chain(vehicle, make_chain([80.0], 20.0), arrive_stopped=False)
+    integral = 2850.0**2 * 8.0 + 2850.0 * 20.0**3 / 7.5 + 0.25 * 20.0**5 / 12.5
+    assert result.parts.load_loss_j == pytest.approx(1e-3 * integral)
+
+
+@pytest.mark.nojit
+def test_speed_factor_and_top_speed_set_the_driven_speed(round_vehicle, make_chain):
+    chain = make_chain([1000.0] * 2, [20.0, 30.0])
+    slow, capped = (
+        simulate_chain(round_vehicle, chain, conditions=c, start_speed_mps=10.0, arrive_stopped=False)
+        for c in (Conditions(speed_factor=0.5), Conditions(top_speed_mps=12.0))
+    )
+    assert [link.speed_end_mps for link in slow.links] == [10.0, 15.0]
+    assert [link.speed_end_mps for link in capped.links] == [12.0, 12.0]
+
+
+# Any ramp against quadrature
+
+
+@MANY
+@given(
+    wind=st.one_of(st.just(0.0), st.floats(-35.0, 35.0)),
+    grade=st.floats(-0.15, 0.15),
+    v_a=st.floats(0.0, 40.0),
+    dv=st.floats(1.0, 40.0),
+    braking=st.booleans(),
+    accel=st.floats(0.05, 3.0),
+    cap_w=st.one_of(st.just(math.inf), st.floats(0.0, 60_000.0)),
+    resistance=st.one_of(st.just(0.0), st.floats(1e-7, 3e-6)),
+    load=st.one_of(st.just(0.0), st.floats(1e-5, 1e-3)),
+)
+def test_any_ramp_with_effects_equals_the_quadrature_of_battery_power(
+    make_physics, wind, grade, v_a, dv, braking, accel, cap_w, resistance, load
+):
+    p = make_physics(regen_cap_w=cap_w, loss_per_w=resistance, loss_per_n2=load, lossy=True).physics
+    r = Road(grade, 100.0, -2.0, 0.5, wind, cap_w)
+    low, high = v_a, v_a + dv
+    ds = (high**2 - low**2) / (2.0 * accel)
+    a = -accel if braking else accel
+    got, dt = ramp_energy(p, r, ds, *((high, low) if braking else (low, high)))
+    # corners of the law, found on a fine grid of speeds: between them 12-point quadrature has nothing to trip over
+    grid = np.linspace(low, high, 4001)
+    power = np.array([battery_power(p, r, max(v, 1e-12), a) for v in grid])
+    twin = np.trapezoid(power, grid) / accel
+    scale = np.trapezoid(np.abs(power), grid) / accel
+    assert dt == pytest.approx(dv / accel)
+    assert got == pytest.approx(twin, abs=2e-5 * scale + 1e-6)
+    terms, _ = ramp_terms(p, r, ds, *((high, low) if braking else (low, high)))
+    assert total_j(terms) == got
+
+
+@MANY
+@given(wind=st.floats(-40.0, 40.0), v=st.floats(0.0, 55.0), b=st.floats(-3.0, 3.0))
+def test_road_load_in_any_wind_is_continuous_and_rises_with_the_wind(wind, v, b):
+    at, more, near = (road_load_n(Road(0.0, 110.0, b, 0.5, w, math.inf), v) for w in (wind, wind + 1.0, wind + 1e-7))
+    assert more >= at - 1e-9
+    assert near == pytest.approx(at, abs=1e-4)
+    if wind < 0.0:
+        assert at >= 0.0
+
+
+# Monotone
+
+
+@MANY
+@given(masses=st.lists(st.floats(0.0, 1500.0), min_size=2, max_size=2), rule=st.sampled_from(list(StopRule)))
+def test_energy_never_falls_with_payload_on_a_round_trip(kona, hilly, masses, rule):
+    less, more = sorted(masses)
+    assert energy_j(kona, hilly, Conditions(payload_kg=less), stop_rule=rule) <= energy_j(
+        kona, hilly, Conditions(payload_kg=more), stop_rule=rule
+    ) * (1.0 + 1e-12)
+
+
+@MANY
+@given(winds=st.lists(st.floats(0.0, 40.0), min_size=2, max_size=2))
+def test_energy_never_falls_with_head_wind(kona, hilly, winds):
+    less, more = sorted(winds)
+    ahead, stronger = (Conditions(wind_speed_mps=w, wind_from_rad=NORTH) for w in (less, more))
+    assert energy_j(kona, north(hilly), ahead) <= energy_j(kona, north(hilly), stronger) * (1.0 + 1e-12)
+
+
+@MANY
+@given(away=st.lists(st.floats(0.0, 45.0), min_size=2, max_size=2), hot=st.booleans())
+def test_climate_energy_never_falls_with_distance_from_comfort(kona, hilly, away, hot):
+    sign = 1.0 if hot else -1.0
+    near, far = (
+        simulate_chain(kona, hilly, conditions=Conditions(ambient_k=294.15 + sign * min(d, 34.0))).parts.cabin_j
+        for d in sorted(away)
+    )
+    assert 0.0 <= near <= far
+
+
+@MANY
+@given(temps=st.lists(st.floats(230.0, 294.15), min_size=2, max_size=2))
+def test_energy_never_falls_with_cold_below_comfort(kona, hilly, temps):
+    colder, warmer = sorted(temps)
+    assert energy_j(kona, hilly, Conditions(ambient_k=warmer)) <= energy_j(kona, hilly, Conditions(ambient_k=colder))
+
+
+@pytest.mark.parametrize(
+    ("field", "values"),
+    [
+        ("drag_factor", (0.9, 1.0, 1.14, 1.5)),
+        ("aux_power_w", (0.0, 520.0, 3000.0)),
+        ("road", (RoadSurface.DRY, RoadSurface.WET, RoadSurface.SNOW)),
+    ],
+)
+def test_energy_rises_with(kona, hilly, field, values):
+    energies = [energy_j(kona, hilly, Conditions(**{field: value})) for value in values]
+    assert all(a < b for a, b in itertools.pairwise(energies))
+
+
+def test_energy_falls_with_a_higher_cap_on_recuperation(kona, hilly):
+    limited = Conditions(regen_limited=True)
+    energies = [
+        energy_j(replace(kona, effects=EffectCoefficients(regen_cap_w=cap)), hilly, limited)
+        for cap in (0.0, 5000.0, 20_000.0, 60_000.0, 1e6)
+    ]
+    assert all(a >= b for a, b in itertools.pairwise(energies))
+    assert energies[-1] == pytest.approx(energy_j(kona, hilly), rel=1e-12)
+
+
+# Parts
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize("model", list(LinkModel))
+@pytest.mark.parametrize("rule", list(StopRule))
+def test_parts_with_every_effect_on_add_up_to_the_energy_of_each_link(kona, hilly, model, rule):
+    vehicle = replace(kona, effects=EffectCoefficients(drive_loss_w_per_n2=2e-4, regen_cap_w=15_000.0))
+    result = simulate_chain(
+        vehicle, hilly, conditions=EVERYTHING, link_model=model, stop_rule=rule, soc_start_frac=0.97
+    )
+    for link in result.links:
+        assert link.parts_j.sum() == pytest.approx(link.energy_j, rel=1e-9, abs=1e-6)
+    assert result.parts.total_j() == pytest.approx(result.energy_j, rel=1e-12)
+    effects = result.links[0].parts_j[8:-1]
+    assert len(effects) == len(PART_NAMES) - 9
+    total = np.sum([link.parts_j for link in result.links], axis=0)
+    assert np.all(total[8:-1] != 0.0)  # each effect is on
+    assert total[-1] == 0.0  # no consumption table
+
+
+def test_a_single_effect_shows_in_its_own_part_and_nowhere_else(kona, hilly):
+    for conditions, part in (
+        (Conditions(payload_kg=200.0), "payload"),
+        (Conditions(drag_factor=1.2), "drag"),
+        (Conditions(road=RoadSurface.SNOW), "road_surface"),
+        (Conditions(altitude_density=True), "air_density"),
+        (Conditions(regen_limited=True), "regen_limit"),
+    ):
+        vehicle = replace(kona, effects=EffectCoefficients(regen_cap_w=5000.0))
+        parts = simulate_chain(vehicle, hilly, conditions=conditions, soc_start_frac=0.5).parts
+        shown = {name for name in PART_NAMES[8:] if getattr(parts, f"{name}_j") != 0.0}
+        assert shown == {part}
+
+
+# Consumption tables
+
+
+@pytest.fixture
+def table():
+    return ConsumptionTableVehicle(
+        id="table",
+        name="table",
+        speed_mps=np.array([10.0, 20.0, 40.0]),
+        consumption_j_per_m=np.array([400.0, 500.0, 900.0]),
+        ascent_j_per_m=20_000.0,
+        descent_j_per_m=12_000.0,
+        aux_power_w=500.0,
+        usable_capacity_wh=50_000.0,
+        kinetic_up_kg=2200.0,
+        kinetic_down_kg=1200.0,
+    )
+
+
+@pytest.mark.nojit
+def test_consumption_table_takes_its_figures(table, make_chain):
+    # 15 m/s: 450 J/m; 30 m/s: 700 J/m. Climb 30 m, fall 20 m. Speeds: 0 → 15 → 30 → 0. 500 W over 1000/15 + 1000/30 s
+    chain = make_chain([1000.0, 1000.0], [15.0, 30.0], [0.03, -0.02])
+    result = simulate_chain(table, chain)
+    kinetic = 1100.0 * 15.0**2 + 1100.0 * (30.0**2 - 15.0**2) - 600.0 * 30.0**2
+    expected = (
+        450_000.0 + 700_000.0 + 30.0 * 20_000.0 - 20.0 * 12_000.0 + kinetic + 500.0 * (1000.0 / 15.0 + 100.0 / 3.0)
+    )
+    assert result.energy_j == pytest.approx(expected)
+    assert result.duration_s == pytest.approx(100.0)
+    assert result.parts.consumption_table_j == pytest.approx(1_150_000.0)
+    assert result.parts.total_j() == pytest.approx(result.energy_j)
+
+
+@pytest.mark.nojit
+def test_consumption_table_is_constant_beyond_its_ends(table):
+    np.testing.assert_allclose(table.consumption_at(np.array([1.0, 60.0])), [400.0, 900.0])
+
+
+@pytest.mark.nojit
+def test_consumption_table_refuses_what_it_cannot_feel_and_takes_climate(table, make_chain):
+    for conditions in (Conditions(wind_speed_mps=3.0), Conditions(payload_kg=1.0), Conditions(road=RoadSurface.WET)):
+        with pytest.raises(ConditionsError, match="consumption table"):
+            drive_of(table, conditions)
+    cold = simulate_chain(table, make_chain([1000.0], 20.0), conditions=Conditions(ambient_k=263.0))
+    assert cold.parts.cabin_j > 0.0
+
+
+# Errors
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize("field", CONDITION_RANGES)
+def test_condition_out_of_range_is_refused_with_field_value_and_range(field):
+    low, high = CONDITION_RANGES[field]
+    together = {} if field == "ambient_k" else {"ambient_k": 280.0}
+    for value in (low - 1.0, high + 1.0, math.nan):
+        with pytest.raises(ConditionsError) as caught:
+            Conditions(**together, **{field: value})
+        assert caught.value.field == f"conditions.{field}"
+        assert f"{low:g}..{high:g}" in str(caught.value)
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize("field", [f.name for f in fields(EffectCoefficients)])
+def test_coefficient_out_of_range_is_refused_with_field_value_and_range(field):
+    low, high = COEFFICIENT_RANGES[field]
+    for value in (low - 1.0, high * 1.001 + 1e-9, math.nan):
+        with pytest.raises(ConditionsError) as caught:
+            EffectCoefficients(**{field: value})
+        assert caught.value.field == f"effects.{field}"
+        assert str(caught.value.value) == str(value)
+
+
+@pytest.mark.nojit
+def test_wind_without_headings_and_thin_air_without_altitudes_are_refused(kona, make_chain):
+    chain = make_chain([100.0], 10.0)
+    with pytest.raises(ConditionsError, match="heading"):
+        simulate_chain(kona, chain, conditions=Conditions(wind_speed_mps=1.0))
+    with pytest.raises(ConditionsError, match="altitude"):
+        simulate_chain(kona, chain, conditions=Conditions(altitude_density=True))
+    with pytest.raises(ConditionsError, match="only together with ambient_k"):
+        Conditions(sun_w=100.0)
