@@ -11,11 +11,16 @@ WORKDIR /srv/joulepath
 COPY --from=builder /opt/joulepath /opt/joulepath
 COPY pyproject.toml README.md LICENSE NOTICE ./
 COPY app app
+COPY diagnosis diagnosis
 COPY routing routing
 COPY energy energy
 COPY data data
 RUN /opt/joulepath/bin/pip install --no-index --no-deps --no-build-isolation --no-cache-dir --editable .
 ENV PATH=/opt/joulepath/bin:$PATH PYTHONUNBUFFERED=1
+# stored vehicles; for PostgreSQL set JOULEPATH_DATABASE_URL and install the extra "postgresql"
+RUN install --directory --owner joulepath /var/lib/joulepath
+ENV JOULEPATH_DATABASE_URL=sqlite:////var/lib/joulepath/vehicles.sqlite
+VOLUME /var/lib/joulepath
 USER joulepath
 EXPOSE 8000
 HEALTHCHECK --interval=30s --timeout=5s --start-period=60s --retries=3 \

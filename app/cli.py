@@ -11,10 +11,12 @@ from pydantic import ValidationError
 from rich.console import Console
 from typer.core import TyperGroup
 
+from app.commands.compare import comparing
 from app.commands.graphs import graphs, making
 from app.commands.output import CommandError, GraphOption, service_for
 from app.commands.queries import queries
 from app.commands.vehicles import vehicles
+from app.store.errors import StoreError
 from energy.errors import EnergyError
 from routing.errors import RoutingError
 
@@ -36,7 +38,7 @@ class ReportingGroup(TyperGroup):
             return super().invoke(ctx)
         except ValidationError as error:
             message = _validation_message(error)
-        except (EnergyError, RoutingError, CommandError) as error:
+        except (EnergyError, RoutingError, StoreError, CommandError) as error:
             message = str(error)
         except json.JSONDecodeError as error:
             message = f"not valid JSON: {error}"
@@ -48,6 +50,7 @@ class ReportingGroup(TyperGroup):
 
 cli = typer.Typer(cls=ReportingGroup, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 cli.add_typer(queries)
+cli.add_typer(comparing)
 cli.add_typer(making)
 cli.add_typer(vehicles, name="vehicles")
 cli.add_typer(graphs, name="graphs")
@@ -79,7 +82,8 @@ def serve(
     with console.status("loading graphs and compiling kernels"):
         service.load_all()
     settings = service.settings
-    console.print(f"graphs: {', '.join(service.atlas.names)}; {len(service.vehicles)} vehicles", highlight=False)
+    graphs_line = f"graphs: {', '.join(service.atlas.names)}; {len(service.vehicles)} bundled vehicles"
+    console.print(f"{graphs_line}, others in {service.database.shown_url}", markup=False, highlight=False)
     application = create_app(settings, service)
     uvicorn.run(application, host=host or settings.host, port=settings.port if port is None else port)
 

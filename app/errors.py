@@ -9,11 +9,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
-from pydantic import JsonValue
+from pydantic import JsonValue, ValidationError
 from starlette.exceptions import HTTPException
 
 from app.schemas.problem import ErrorCode, FieldProblem, Problem
-from energy.errors import LinkError, VehicleError, VehicleNotFoundError
+from app.schemas.vehicle import ID_BRANCH, PHYSICAL_BRANCH, TABLE_BRANCH
+from app.store.errors import DatabaseUnavailableError, VehicleDamagedError, VehicleIsBundledError
+from energy.errors import ConditionsError, LinkError, VehicleError, VehicleNotFoundError
 from routing.errors import (
     GraphNotFoundError,
     NegativeCycleError,
@@ -68,17 +70,21 @@ KINDS: Final[Mapping[ErrorCode, Kind]] = {
     ErrorCode.MALFORMED_JSON: Kind(422, "The request body can't be read as JSON"),
     ErrorCode.INVALID_VEHICLE: Kind(422, "The vehicle's numbers contradict each other"),
     ErrorCode.INVALID_LINK: Kind(422, "A link can't be driven, or not after the link before it"),
+    ErrorCode.INVALID_CONDITIONS: Kind(422, "The conditions do not go together, or not with this vehicle"),
     ErrorCode.ENERGY_GAIN: Kind(422, "The chosen link model gains energy on a round trip"),
     ErrorCode.UNKNOWN_VEHICLE: Kind(404, "No vehicle of that id"),
     ErrorCode.UNKNOWN_GRAPH: Kind(404, "No graph of that name"),
     ErrorCode.POINT_OUTSIDE_MAP: Kind(404, "A place is outside the map"),
     ErrorCode.POINT_FAR_FROM_ROAD: Kind(404, "A place is too far from any road"),
     ErrorCode.NO_PATH: Kind(404, "No road leads to the goal"),
+    ErrorCode.VEHICLE_IS_BUNDLED: Kind(409, "A bundled vehicle can't be changed"),
+    ErrorCode.VEHICLE_DAMAGED: Kind(409, "The stored vehicle can't be read"),
     ErrorCode.NOT_FOUND: Kind(404, "Nothing at this address"),
     ErrorCode.METHOD_NOT_ALLOWED: Kind(405, "This address has no such method"),
     ErrorCode.BODY_TOO_LARGE: Kind(413, "The request body is too large"),
     ErrorCode.SEARCH_LIMIT: Kind(503, "The search grew beyond its limit"),
     ErrorCode.TIME_LIMIT: Kind(503, "The answer took longer than allowed"),
+    ErrorCode.DATABASE_UNAVAILABLE: Kind(503, "The vehicle database can't be reached or written"),
     ErrorCode.NOT_READY: Kind(503, "The service is starting"),
     ErrorCode.INTERNAL: Kind(500, "A fault of the service"),
 }
@@ -94,11 +100,25 @@ REQUEST_FIELDS: Final[Mapping[str, str]] = {
 
 
 def _vehicle_fields(error: VehicleError) -> list[FieldProblem]:
-    return [_field(f"vehicle.{error.field}", error.value, error.allowed)]
+    # one with an id is the body itself, one without is a part of a request
+    name = error.field if error.vehicle_id else f"vehicle.{error.field}"
+    return [_field(name, error.value, error.allowed)]
 
 
 def _unknown_vehicle_fields(error: VehicleNotFoundError) -> list[FieldProblem]:
     return [_field("vehicle", error.vehicle_id, "one of " + ", ".join(error.known))]
+
+
+def _bundled_fields(error: VehicleIsBundledError) -> list[FieldProblem]:
+    return [_field("id", error.vehicle_id, "the id of no bundled vehicle")]
+
+
+def _damaged_fields(error: VehicleDamagedError) -> list[FieldProblem]:
+    return [_field("vehicle", error.vehicle_id, "a stored vehicle that can be read")]
+
+
+def _conditions_fields(error: ConditionsError) -> list[FieldProblem]:
+    return [_field(error.field, error.value, error.allowed)]
 
 
 def _link_fields(error: LinkError) -> list[FieldProblem]:
@@ -147,6 +167,10 @@ def _no_fields(error: Exception) -> list[FieldProblem]:
 TABLE: Final[Mapping[type[Exception], tuple[ErrorCode, Callable[[Any], list[FieldProblem]]]]] = {
     VehicleError: (ErrorCode.INVALID_VEHICLE, _vehicle_fields),
     VehicleNotFoundError: (ErrorCode.UNKNOWN_VEHICLE, _unknown_vehicle_fields),
+    VehicleIsBundledError: (ErrorCode.VEHICLE_IS_BUNDLED, _bundled_fields),
+    VehicleDamagedError: (ErrorCode.VEHICLE_DAMAGED, _damaged_fields),
+    DatabaseUnavailableError: (ErrorCode.DATABASE_UNAVAILABLE, _no_fields),
+    ConditionsError: (ErrorCode.INVALID_CONDITIONS, _conditions_fields),
     LinkError: (ErrorCode.INVALID_LINK, _link_fields),
     GraphNotFoundError: (ErrorCode.UNKNOWN_GRAPH, _unknown_graph_fields),
     PointOutsideMapError: (ErrorCode.POINT_OUTSIDE_MAP, _outside_fields),
@@ -168,7 +192,9 @@ HTTP_CODES: Final[Mapping[int, ErrorCode]] = {
 }
 
 # parts of a location that name a branch of a union, not a field
-BRANCHES: Final = frozenset({"named", "pair", "id", "inline", "metric", "epa", "count", "values"})
+BRANCHES: Final = frozenset(
+    {"named", "pair", ID_BRANCH, PHYSICAL_BRANCH, TABLE_BRANCH, "metric", "epa", "count", "values", "[key]"}
+)
 
 
 def problem_of(error: Exception, instance: str) -> Problem:
@@ -184,6 +210,11 @@ def problem_of(error: Exception, instance: str) -> Problem:
             code, fields_of = TABLE[kind]
             return make_problem(code, str(error), fields_of(error), instance)
     return make_problem(ErrorCode.INTERNAL, "the request was understood but could not be answered", [], instance)
+
+
+def validation_detail(error: ValidationError) -> str:
+    """What is wrong with something that pydantic refused, in one line."""
+    return _validation_problem(error.errors(), "").detail.removeprefix("the body is ")
 
 
 def make_problem(code: ErrorCode, detail: str, fields: list[FieldProblem], instance: str) -> Problem:
@@ -271,7 +302,10 @@ def _allowed(kind: str, context: Mapping[str, object], message: str) -> str:
     if kind in ("too_short", "too_long"):
         few = kind == "too_short"
         return f"at least {context['min_length']} items" if few else f"at most {context['max_length']} items"
-    message = message.removeprefix("Input should be ").removeprefix("Value error, ")
+    if kind == "string_pattern_mismatch":
+        return f"text that matches {context['pattern']}"
+    for start in ("Input should be ", "String should have ", "Value error, "):
+        message = message.removeprefix(start)
     message = message.replace("greater than or equal to", "at least").replace("less than or equal to", "at most")
     return message.replace("greater than", "above").replace("less than", "below")
 

@@ -57,6 +57,8 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
         finally:
             app.state.service = app.state.pool = None
             pool.close()
+            if service is None:
+                running.close()
 
     app = FastAPIOffline(
         title="joulepath",
@@ -86,7 +88,10 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
     app.add_middleware(BodyLimit, limit_bytes=chosen.body_limit_bytes)
     app.add_middleware(GZipMiddleware, minimum_size=1000, compresslevel=5)
     app.add_middleware(
-        CORSMiddleware, allow_origins=chosen.cors_origins, allow_methods=["GET", "POST"], allow_headers=["*"]
+        CORSMiddleware,
+        allow_origins=chosen.cors_origins,
+        allow_methods=["GET", "POST", "PUT", "DELETE"],
+        allow_headers=["*"],
     )
 
     def openapi() -> dict[str, Any]:

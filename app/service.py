@@ -2,33 +2,44 @@
 
 from __future__ import annotations
 
+import logging
 from typing import TYPE_CHECKING, TypeVar
 
 from app.atlas import Atlas, graph_folders
 from app.conversions.graph import graph_detail, graph_summary
 from app.conversions.range import range_features, range_query
 from app.conversions.route import route_features, route_query, route_response
-from app.conversions.simulation import chain_from_numbers, simulation_of_chain, simulation_of_links, spans_from_links
-from app.conversions.vehicle import inline_with_tables, vehicle_detail, vehicle_from_inline, vehicle_summary
+from app.conversions.simulation import chain_from_numbers, simulation_answer, spans_from_links
+from app.conversions.vehicle_check import vehicle_check
+from app.driving import course_of, drive, profiles
+from app.fleet import Fleet
 from app.schemas.graph import GraphDetail, GraphList
 from app.schemas.range import RangeFeatureCollection, RangeRequest
 from app.schemas.route import RouteFeatureCollection, RouteRequest, RouteResponse
 from app.schemas.simulation import SimulateRequest, SimulateResponse
-from app.schemas.vehicle import InlineVehicle, VehicleChoice, VehicleDetail, VehicleList
-from energy.chain import simulate_chain
-from energy.errors import VehicleNotFoundError
+from app.schemas.vehicle_check import VehicleChecks
+from app.store.database import Database
+from app.store.errors import DatabaseUnavailableError
+from app.store.vehicles import VehicleStore
 from energy.stops import StopSettings
-from energy.vehicle_files import load_vehicles
+from energy.vehicle_files import load_published, load_vehicles
 from routing.errors import GraphNotFoundError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
 
+    from app.driving import Course
+    from app.schemas.simulation import SimulationModel
+    from app.schemas.vehicle import SentVehicle, VehicleChoice
+    from app.schemas.vehicle_answer import AnyVehicleDetail, VehicleList
     from app.settings import Settings
-    from energy.vehicle import Vehicle
+    from energy.profile import SpeedProfile
+    from energy.vehicle_files import AnyVehicle
     from routing.planner import Planner
     from routing.query import RouteAnswer
+
+LOG = logging.getLogger(__name__)
 
 Asked = TypeVar("Asked", RouteRequest, RangeRequest, SimulateRequest)
 
@@ -40,19 +51,31 @@ class Service:
         found = graph_folders(settings.graph_dirs) if folders is None else folders
         self.settings = settings
         self.atlas = Atlas(found, snap_limit_m=settings.snap_limit_m, label_limit=settings.label_limit)
-        self.vehicles: Mapping[str, Vehicle] = load_vehicles(settings.vehicle_dir)
+        self.vehicles: Mapping[str, AnyVehicle] = load_vehicles(settings.vehicle_dir)  # the bundled ones
+        self.database = Database(settings.database_url)
+        self.fleet = Fleet(self.vehicles, VehicleStore(self.database), settings.default_vehicle)
 
     def load_all(self) -> None:
-        """Load every graph and compile the kernels; raises where the defaults name nothing that is there."""
+        """Load every graph, compile the kernels and bring the database up to date.
+
+        Raises where the defaults name nothing that is there. Without its database the service starts all the same,
+        on the bundled vehicles, and looks for it again when one of the others is asked for.
+        """
         if self.settings.default_graph not in self.atlas.names:
             raise GraphNotFoundError(self.settings.default_graph, self.atlas.names)
+        try:
+            self.database.open()
+        except DatabaseUnavailableError as error:
+            LOG.warning("%s", error)
         self.atlas.load_all(self.known_vehicle(self.settings.default_vehicle))
 
-    def known_vehicle(self, vehicle_id: str) -> Vehicle:
+    def close(self) -> None:
+        """Close what is open of the database."""
+        self.database.close()
+
+    def known_vehicle(self, vehicle_id: str) -> AnyVehicle:
         """A vehicle by its id; raises VehicleNotFoundError."""
-        if vehicle_id not in self.vehicles:
-            raise VehicleNotFoundError(vehicle_id, tuple(self.vehicles))
-        return self.vehicles[vehicle_id]
+        return self.fleet.vehicle(vehicle_id)
 
     def route(self, sent: RouteRequest) -> RouteResponse:
         """Routes for a request."""
@@ -75,36 +98,50 @@ class Service:
 
     def simulate(self, sent: SimulateRequest) -> SimulateResponse:
         """What driving given links takes."""
+        course, understood = self._course(sent)
+        return simulation_answer(drive(course, understood), course, understood)
+
+    def speed_drawing(self, sent: SimulateRequest) -> tuple[Course, dict[SimulationModel, SpeedProfile]]:
+        """The course of a simulation, and the speed along it by both models as far as they can drive it."""
+        course, understood = self._course(sent)
+        return course, profiles(course, understood)
+
+    def _course(self, sent: SimulateRequest) -> tuple[Course, SimulateRequest]:
+        """What is to be driven, and the request with its defaults filled in."""
         if sent.chain is not None:
             vehicle, choice = self._vehicle(sent.vehicle)
-            result = simulate_chain(
-                vehicle,
-                chain_from_numbers(sent.chain, StopSettings()),
-                link_model=sent.link_model,
-                stop_rule=sent.stops,
-                arrive_stopped=sent.arrive_stopped,
-            )
-            return simulation_of_chain(result, sent.model_copy(update={"vehicle": choice}), vehicle)
+            chain = chain_from_numbers(sent.chain, StopSettings())
+            return course_of(chain, vehicle, sent), sent.model_copy(update={"vehicle": choice})
         planner, vehicle, understood = self._understood(sent)
         spans = spans_from_links(understood.links or [], planner.graph)
-        result = planner.simulate(
-            spans,
-            vehicle,
-            link_model=understood.link_model,
-            stop_rule=understood.stops,
-            stop_settings=StopSettings(),
-            arrive_stopped=understood.arrive_stopped,
-        )
-        return simulation_of_links(result, spans, understood, vehicle, planner.graph)
+        chain = planner.chain(spans, StopSettings())
+        return course_of(chain, vehicle, sent, spans, planner.graph), understood
 
     def list_vehicles(self) -> VehicleList:
         """All vehicles."""
-        default = self.settings.default_vehicle
-        return VehicleList(vehicles=[vehicle_summary(v, default) for v in self.vehicles.values()], default=default)
+        return self.fleet.list()
 
-    def show_vehicle(self, vehicle_id: str) -> VehicleDetail:
+    def show_vehicle(self, vehicle_id: str) -> AnyVehicleDetail:
         """One vehicle with all its numbers."""
-        return vehicle_detail(self.known_vehicle(vehicle_id))
+        return self.fleet.detail(vehicle_id)
+
+    def put_vehicle(self, vehicle_id: str, sent: SentVehicle) -> tuple[AnyVehicleDetail, bool]:
+        """Store a vehicle; its numbers, and whether there was none of this id."""
+        return self.fleet.put(vehicle_id, sent)
+
+    def remove_vehicle(self, vehicle_id: str) -> None:
+        """Remove a stored vehicle."""
+        self.fleet.remove(vehicle_id)
+
+    def check_vehicles(self, vehicle_ids: Sequence[str]) -> VehicleChecks:
+        """Vehicles on driving cycles beside what their files say is published; without ids, all that can be read."""
+        chosen = vehicle_ids or [line.id for line in self.fleet.list().vehicles]
+        checks = []
+        for vehicle_id in chosen:
+            path = self.settings.vehicle_dir / f"{vehicle_id}.toml"
+            published = load_published(path) if vehicle_id in self.vehicles else None
+            checks.append(vehicle_check(self.known_vehicle(vehicle_id), published))
+        return VehicleChecks(vehicles=checks)
 
     def list_graphs(self) -> GraphList:
         """All graphs."""
@@ -116,16 +153,14 @@ class Service:
         """One graph with its extent."""
         return graph_detail(self.atlas.planner(name).graph, self.settings.default_graph)
 
-    def _understood(self, sent: Asked) -> tuple[Planner, Vehicle, Asked]:
+    def _understood(self, sent: Asked) -> tuple[Planner, AnyVehicle, Asked]:
         """Planner and vehicle of a request, and the request with its defaults filled in."""
         vehicle, choice = self._vehicle(sent.vehicle)
         graph = sent.graph if sent.graph is not None else self.settings.default_graph
         return self.atlas.planner(graph), vehicle, sent.model_copy(update={"vehicle": choice, "graph": graph})
 
-    def _vehicle(self, choice: VehicleChoice | None) -> tuple[Vehicle, VehicleChoice]:
-        if isinstance(choice, InlineVehicle):
-            default = self.known_vehicle(self.settings.default_vehicle)
-            vehicle = vehicle_from_inline(choice, default)
-            return vehicle, inline_with_tables(choice, vehicle)
+    def _vehicle(self, choice: VehicleChoice | None) -> tuple[AnyVehicle, VehicleChoice]:
+        if choice is not None and not isinstance(choice, str):
+            return self.fleet.from_sent(choice)
         vehicle_id = choice if choice is not None else self.settings.default_vehicle
         return self.known_vehicle(vehicle_id), vehicle_id

@@ -9,7 +9,17 @@ from typing import Annotated
 from pydantic import Field, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
+from app.schemas.base import refusal
+
 BUNDLED_DATA = Path(__file__).resolve().parent.parent / "data"
+DATABASE_FORMS = "sqlite:///PATH or postgresql://USER:PASSWORD@HOST/NAME"
+
+
+def default_database_url() -> str:
+    """An SQLite file in the user's data directory (XDG base directory specification)."""
+    given = os.environ.get("XDG_DATA_HOME", "")
+    folder = Path(given) if os.path.isabs(given) else Path("~/.local/share").expanduser()
+    return f"sqlite:///{folder / 'joulepath' / 'vehicles.sqlite'}"
 
 
 class Settings(BaseSettings):
@@ -24,6 +34,9 @@ class Settings(BaseSettings):
         description="folders with one graph in each subfolder; the first of a name wins",
     )
     vehicle_dir: Path = Field(default=BUNDLED_DATA / "vehicles", description="folder with one TOML file a vehicle")
+    database_url: str = Field(
+        default_factory=default_database_url, repr=False, description=f"database of stored vehicles: {DATABASE_FORMS}"
+    )
     default_graph: str = Field(default="highlands", description="graph of requests that name none")
     default_vehicle: str = Field(default="hyundai-kona-64", description="vehicle of range requests and inline defaults")
     snap_limit_m: float = Field(
@@ -40,6 +53,17 @@ class Settings(BaseSettings):
     cors_origins: Annotated[tuple[str, ...], NoDecode] = Field(
         default=(), description="web origins that may call the service from a browser; * for all"
     )
+
+    @field_validator("database_url")
+    @classmethod
+    def _known_database(cls, value: str) -> str:
+        from app.store.database import driver_url  # takes a while to import
+
+        try:
+            driver_url(value)
+        except ValueError as error:  # the value may hold a password
+            raise refusal("", str(error), DATABASE_FORMS) from error
+        return value
 
     @field_validator("graph_dirs", mode="before")
     @classmethod

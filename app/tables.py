@@ -10,8 +10,9 @@ if TYPE_CHECKING:
     from app.schemas.graph import GraphDetail, GraphList, TerrainNote
     from app.schemas.range import RangeFeatureCollection
     from app.schemas.route import EnergyPartsKwh, RouteResponse
-    from app.schemas.simulation import SimulateResponse
-    from app.schemas.vehicle import VehicleDetail, VehicleList
+    from app.schemas.simulation import SimulateResponse, SpeedProfileAnswer
+    from app.schemas.vehicle_answer import AnyVehicleDetail, VehicleList
+    from app.schemas.vehicle_check import VehicleChecks
 
 SHOWN_LINKS = 40
 
@@ -84,25 +85,63 @@ def simulation_table(answer: SimulateResponse) -> Table:
     return table
 
 
-def vehicles_table(answer: VehicleList) -> Table:
-    """One line a vehicle."""
-    table = _table("id", "name", "powertrain", "kWh", "kg")
-    for vehicle in answer.vehicles:
-        mark = " (default)" if vehicle.default else ""
-        capacity = f"{vehicle.usable_capacity_kwh:.1f}"
-        table.add_row(vehicle.id + mark, vehicle.name, vehicle.powertrain.value, capacity, f"{vehicle.mass_kg:.0f}")
+def profile_table(answer: SpeedProfileAnswer) -> Table:
+    """One line a point of a speed profile, evenly chosen where there are many."""
+    table = _table("m", "s", "km/h")
+    count = len(answer.distance_m)
+    shown = min(count, SHOWN_LINKS)
+    for k in range(shown):
+        i = k * (count - 1) // max(shown - 1, 1)
+        table.add_row(f"{answer.distance_m[i]:.1f}", f"{answer.time_s[i]:.1f}", f"{answer.speed_kmh[i]:.1f}")
     return table
 
 
-def vehicle_table(answer: VehicleDetail) -> Table:
-    """One line a number, with its source."""
-    table = Table("field", "value", "source", title=answer.name)
-    values = answer.model_dump(mode="json", exclude={"id", "name", "sources"})
+def vehicles_table(answer: VehicleList) -> Table:
+    """One line a vehicle."""
+    table = _table("id", "name", "from", "powertrain", "kWh", "kg")
+    for vehicle in answer.vehicles:
+        mark = " (default)" if vehicle.default else ""
+        capacity = f"{vehicle.usable_capacity_kwh:.1f}"
+        origin = "bundled" if vehicle.bundled else "database"
+        mass = "table" if vehicle.mass_kg is None else f"{vehicle.mass_kg:.0f}"
+        table.add_row(vehicle.id + mark, vehicle.name, origin, vehicle.powertrain.value, capacity, mass)
+    return table
+
+
+def vehicle_table(answer: AnyVehicleDetail) -> Table:
+    """One line a number, with its standard deviation and its source."""
+    table = Table("field", "value", "±", "source", title=answer.name)
+    values = answer.model_dump(mode="json", exclude={"id", "name", "sources", "sd"})
     for name, value in values.items():
         leaves = {f"{name}.{key}": leaf for key, leaf in value.items()} if isinstance(value, dict) else {name: value}
         for field, leaf in leaves.items():
             shown = " ".join(f"{x:g}" for x in leaf) if isinstance(leaf, list) else _plain(leaf)
-            table.add_row(field, shown, answer.sources.get(field, ""))
+            deviation = f"{answer.sd[field]:g}" if field in answer.sd else ""
+            table.add_row(field, shown, deviation, answer.sources.get(field, ""))
+    return table
+
+
+def checks_table(answer: VehicleChecks) -> Table:
+    """One line a published figure, or a driving cycle where nothing is published."""
+    table = _table("vehicle", "figure", "battery", "model", "published", "ratio", "")
+    table.columns[0].no_wrap = True
+    for vehicle in answer.vehicles:
+        battery = {cycle: f"{kwh:.1f}" for cycle, kwh in vehicle.battery_kwh_per_100km.items()}
+        for figure in vehicle.figures:
+            table.add_row(
+                vehicle.id,
+                figure.figure.removesuffix("_kwh_per_100km").replace("_", " "),
+                battery[figure.cycle],
+                f"{figure.model_kwh_per_100km:.1f}",
+                f"{figure.published_kwh_per_100km:.1f}",
+                f"{figure.ratio:.2f}",
+                "" if figure.met else "differs",
+            )
+        for cycle in () if vehicle.figures else battery:
+            table.add_row(vehicle.id, cycle, battery[cycle], "–", "–", "–")
+    bands = {figure.allowed_ratio for vehicle in answer.vehicles for figure in vehicle.figures}
+    agree = "".join(f"; a ratio of {low:g}..{high:g} agrees" for low, high in sorted(bands))
+    table.caption = f"kWh/100 km; model and published from the wall (petrol: fuel){agree}"
     return table
 
 

@@ -130,8 +130,8 @@ class Drive:
         parts[:, 9] += _share(linear[1], sum(linear)) * terms[:, force.LINEAR]
         base, density, drag = _aero_n_per_mps2(self.vehicle, self.conditions, links)
         whole = base + density + drag
-        for column, value in zip((2, 11, 12), (base, density, drag), strict=True):
-            share = np.divide(value, whole, out=np.zeros_like(whole), where=whole != 0.0)
+        for column, coefficient in zip((2, 11, 12), (base, density, drag), strict=True):
+            share = np.divide(coefficient, whole, out=np.zeros_like(whole), where=whole != 0.0)
             parts[:, column] = share * terms[:, force.AERO]
         moved = self.conditions.payload_kg / (self.vehicle.mass_kg + self.conditions.payload_kg)
         for column in (force.GRADE, force.INERTIA):

@@ -19,6 +19,7 @@ from energy.vehicle import Powertrain
 from routing.area import reachable_areas
 from routing.errors import NoPathError, QueryError
 from routing.graph import Terrain
+from routing.hot_links import RouteLinks, hot_stretches
 from routing.query import (
     ECO,
     LinkSpan,
@@ -51,6 +52,7 @@ if TYPE_CHECKING:
     from energy.chain import ChainResult
     from energy.vehicle_files import AnyVehicle
     from routing.graph import RoadGraph
+    from routing.hot_links import HotStretch
     from routing.query import RangeQuery, RouteQuery, SnappedPoint, Weights
 
 SAME_PLACE_M: Final = 0.5
@@ -346,6 +348,7 @@ class Planner:
             descent_m=float(-climb[climb < 0.0].sum()),
             geometry=np.concatenate(lines),
             links=tuple(links),
+            hot_links=_hot_links(chain, result, [link.road_name for link in links]),
         )
         if feasible:
             return route
@@ -392,6 +395,24 @@ class Planner:
         if crowded:
             warnings.append("very many short links: dominance was relaxed, a route some Wh better may exist")
         return tuple(warnings)
+
+
+def _hot_links(chain: Chain, result: ChainResult, names: list[str]) -> tuple[HotStretch, ...]:
+    """Where a route's energy goes; standing still counts to the link that it follows."""
+    links = result.links
+    return hot_stretches(
+        RouteLinks(
+            length_m=chain.length_m,
+            energy_j=np.array([link.energy_j for link in links]),
+            grade_frac=chain.grade_frac,
+            speed_limit_mps=chain.speed_limit_mps,
+            stop_probability_frac=np.array([link.stop_probability_frac for link in links]),
+            duration_s=np.array([link.duration_s for link in links]),
+            standstill_s=np.array([link.standstill_s for link in links]),
+            parts_j=np.array([link.parts_j for link in links]),
+            road_names=names,
+        )
+    )
 
 
 def _vehicle_key(vehicle: AnyVehicle) -> tuple[object, ...]:

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from energy.chain import EnergyParts, LinkResult
     from energy.vehicle_files import AnyVehicle
+    from routing.hot_links import HotStretch
 
 
 @dataclass(frozen=True, slots=True)
@@ -151,6 +152,7 @@ class Route:
     deficit_j: float = 0.0
     furthest: Point | None = None
     remedy: Remedy | None = None
+    hot_links: tuple[HotStretch, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -23,7 +23,13 @@ VehicleOption = Annotated[str | None, typer.Option("--vehicle", help="id of a ve
 SocOption = Annotated[float, typer.Option("--soc", help="state of charge at departure, 0..1")]
 ReserveOption = Annotated[float, typer.Option("--reserve-soc", help="charge that must be kept, 0..1")]
 LinkModelOption = Annotated[str, typer.Option("--link-model", metavar="integrated|printed")]
-StopsOption = Annotated[str, typer.Option("--stops", metavar="expected|counted|none")]
+StopsOption = Annotated[str, typer.Option("--stops", metavar="expected|counted|none|crossings")]
+ConditionOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--condition", metavar="NAME=VALUE", help="such as ambient_c=-5, payload_kg=200, road=wet; repeatable"
+    ),
+]
 
 
 @queries.command()
@@ -39,6 +45,7 @@ def route(
     reserve_soc: ReserveOption = 0.0,
     link_model: LinkModelOption = "integrated",
     stops: StopsOption = "expected",
+    condition: ConditionOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Routes from one place to another."""
@@ -57,6 +64,7 @@ def route(
             "reserve_soc": reserve_soc,
             "link_model": link_model,
             "stops": stops,
+            "conditions": _conditions(condition),
         }
     )
     answer = service.route(sent)
@@ -80,6 +88,7 @@ def reachable(
     reserve_soc: ReserveOption = 0.0,
     link_model: LinkModelOption = "integrated",
     stops: StopsOption = "expected",
+    condition: ConditionOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """The area that can be reached."""
@@ -98,6 +107,7 @@ def reachable(
             "bands": bands,
             "link_model": link_model,
             "stops": stops,
+            **(_conditions(condition) or {}),
         }
     )
     answer = service.range(request_from_parameters(sent))
@@ -111,22 +121,47 @@ def reachable(
 
 @queries.command()
 def simulate(
+    *,
     source: Annotated[
         Path, typer.Argument(metavar="FILE.json|-", help="body of POST /simulate; - reads it from input")
     ],
+    model: Annotated[
+        str | None,
+        typer.Option(metavar="fast|timestep", help="instead of the body's: link by link, or in steps of 0.1 s"),
+    ] = None,
+    stops: Annotated[
+        str | None, typer.Option(metavar="expected|counted|none|crossings", help="instead of the body's")
+    ] = None,
+    profile: Annotated[bool, typer.Option("--profile", help="have the speed along the way in the answer")] = False,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE.png", help="draw the speed along the way by both models")
+    ] = None,
     as_json: JsonOption = False,
 ) -> None:
     """Energy and time of driving given links."""
     from app.schemas.simulation import SimulateRequest
 
     text = sys.stdin.read() if str(source) == "-" else source.read_text(encoding="utf-8")
-    answer = service_for(None).simulate(SimulateRequest.model_validate(json.loads(text)))
+    body = json.loads(text)
+    asked = {"model": model, "stops": stops, "profile": profile or None}
+    if isinstance(body, dict):
+        body |= {name: value for name, value in asked.items() if value is not None}
+    service = service_for(None)
+    sent = SimulateRequest.model_validate(body)
+    answer = service.simulate(sent)
+    if plot is not None:
+        from app.speed_plot import draw_speeds
+
+        course, drawn = service.speed_drawing(sent)
+        draw_speeds(plot, drawn, course.chain.length_m, course.chain.speed_limit_mps, course.vehicle.name)
     if as_json:
         print_json(answer)
         return
     console = Console()
     console.print(tables.simulation_table(answer))
     console.print(tables.parts_table([("sum", answer.energy_parts_kwh)]))
+    if answer.profile is not None:
+        console.print(tables.profile_table(answer.profile))
     print_notes(console, answer.terrain, answer.warnings)
 
 
@@ -144,3 +179,19 @@ def _weights(text: str) -> dict[str, float]:
     except ValueError:
         raise QueryError("weights", repr(text), "E,T,D: three numbers, such as 1,5,0") from None
     return {"energy": energy, "time": time, "distance": distance}
+
+
+def _conditions(given: list[str] | None) -> dict[str, object] | None:
+    """Conditions out of NAME=VALUE pairs; numbers and true or false as in JSON, all else is text."""
+    if not given:
+        return None
+    found: dict[str, object] = {}
+    for pair in given:
+        name, separator, value = pair.partition("=")
+        if not separator:
+            raise QueryError("condition", pair, "NAME=VALUE, such as ambient_c=-5")
+        try:
+            found[name] = json.loads(value)
+        except json.JSONDecodeError:
+            found[name] = value
+    return found

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from app.conversions.conditions import conditions_from, vehicle_with_effects
 from app.conversions.graph import terrain_note
 from app.conversions.place import place_feature, point_from_place, positions
 from app.conversions.route import search_stats
+from app.schemas.conditions import ConditionsSent
 from app.schemas.place import LatLon, MultiPolygonGeometry
 from app.schemas.range import (
     BandFeature,
     BandProperties,
+    ConditionsParameters,
     RangeFeatureCollection,
     RangeParameters,
     RangeRequest,
@@ -28,6 +31,7 @@ if TYPE_CHECKING:
 
 def request_from_parameters(sent: RangeParameters) -> RangeRequest:
     """The long form of a request in the address; raises ValidationError as a body would."""
+    given = sent.model_dump(include=set(ConditionsParameters.model_fields), exclude_defaults=True)
     return RangeRequest(
         origin=LatLon(lat=sent.lat, lon=sent.lon),
         soc=sent.soc,
@@ -37,6 +41,7 @@ def request_from_parameters(sent: RangeParameters) -> RangeRequest:
         bands=bands_from_text(sent.bands),
         link_model=sent.link_model,
         stops=sent.stops,
+        conditions=ConditionsSent(**given) if given else None,
     )
 
 
@@ -50,11 +55,12 @@ def range_query(sent: RangeRequest, vehicle: AnyVehicle) -> RangeQuery:
     return RangeQuery(
         origin=point_from_place(sent.origin),
         soc_frac=sent.soc,
-        vehicle=vehicle,
+        vehicle=vehicle_with_effects(vehicle, sent.effects),
         reserve_soc_frac=sent.reserve_soc,
         bands_soc_frac=bands,
         link_model=sent.link_model,
         stop_rule=sent.stops,
+        conditions=conditions_from(sent.conditions),
     )
 
 

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from app.conversions.conditions import conditions_from, vehicle_with_effects
 from app.conversions.graph import terrain_note
 from app.conversions.place import lat_lon, place_feature, point_from_place, positions, snapped
 from app.schemas.place import LineString
 from app.schemas.route import (
     EnergyPartsKwh,
     EnergyPartsWh,
+    HotLinks,
     RemedyAnswer,
     RouteFeature,
     RouteFeatureCollection,
@@ -31,9 +33,11 @@ if TYPE_CHECKING:
     from energy.chain import EnergyParts
     from energy.vehicle_files import AnyVehicle
     from routing.graph import RoadGraph
+    from routing.hot_links import HotStretch
     from routing.query import Route, RouteAnswer, RouteLink, SearchStats
 
 JOULE_PER_KWH: Final = JOULE_PER_WH * 1000.0
+J_PER_M_PER_KWH_PER_100KM: Final = JOULE_PER_KWH / 100_000.0
 CUSTOM: Final = "custom"
 
 
@@ -43,11 +47,12 @@ def route_query(sent: RouteRequest, vehicle: AnyVehicle) -> RouteQuery:
         start=point_from_place(sent.start),
         goal=point_from_place(sent.goal),
         soc_frac=sent.soc,
-        vehicle=vehicle,
+        vehicle=vehicle_with_effects(vehicle, sent.effects),
         reserve_soc_frac=sent.reserve_soc,
         weightings=_weightings(sent),
         link_model=sent.link_model,
         stop_rule=sent.stops,
+        conditions=conditions_from(sent.conditions),
     )
 
 
@@ -140,7 +145,26 @@ def _properties(route: Route, *, with_links: bool) -> RouteProperties:
         else RemedyAnswer(
             soc_start_needed=remedy.soc_start_needed_frac, charge_needed_kwh=remedy.charge_needed_wh / 1000.0
         ),
+        hot_links=[_hot_links(stretch) for stretch in route.hot_links],
         links=[_link(link) for link in route.links] if with_links else None,
+    )
+
+
+def _hot_links(stretch: HotStretch) -> HotLinks:
+    return HotLinks(
+        first=stretch.first,
+        last=stretch.last,
+        from_m=stretch.from_m,
+        to_m=stretch.to_m,
+        energy_kwh=stretch.energy_j / JOULE_PER_KWH,
+        energy_share=stretch.energy_share_frac,
+        kwh_per_100km=stretch.energy_per_m / J_PER_M_PER_KWH_PER_100KM,
+        times_mean=stretch.times_mean,
+        reason=stretch.reason,
+        rise_m=stretch.rise_m,
+        stop_count=stretch.stop_count,
+        speed_kmh=stretch.speed_mps * KMH_PER_MPS,
+        names=list(stretch.road_names),
     )
 
 

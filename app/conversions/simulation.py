@@ -8,6 +8,7 @@ import numpy as np
 
 from app.conversions.graph import terrain_note
 from app.conversions.route import JOULE_PER_KWH, parts_kwh, parts_wh
+from app.driving import stops_of
 from app.schemas.simulation import (
     ChainLinkSent,
     CrossName,
@@ -17,9 +18,10 @@ from app.schemas.simulation import (
     SimulateEcho,
     SimulateRequest,
     SimulateResponse,
+    SpeedProfileAnswer,
 )
 from energy.battery import JOULE_PER_WH, soc_along
-from energy.chain import Chain, ChainResult
+from energy.chain import Chain
 from energy.stops import Cross, StopSettings
 from energy.vehicle import KMH_PER_MPS
 from routing.query import LinkSpan
@@ -27,8 +29,9 @@ from routing.query import LinkSpan
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from app.driving import Course, Driven
     from app.schemas.vehicle import VehicleChoice
-    from energy.vehicle import Vehicle
+    from energy.profile import SpeedProfile
     from routing.graph import RoadGraph
 
 
@@ -52,6 +55,8 @@ def chain_from_numbers(sent: Sequence[ChainLinkSent], settings: StopSettings) ->
         probability.append(default if link.stop_probability is None else link.stop_probability)
         time_s.append(float(settings.time_s[int(link.urban), cross]) if link.stop_time_s is None else link.stop_time_s)
         stop_class.append(4 * int(link.urban) + int(cross))
+    altitude_m = [link.altitude_m for link in sent if link.altitude_m is not None]
+    heading_rad = np.radians([link.heading_deg for link in sent if link.heading_deg is not None])
     return Chain(
         length_m=np.array([link.length_m for link in sent], np.float64),
         grade_frac=np.array([link.grade for link in sent], np.float64),
@@ -59,60 +64,26 @@ def chain_from_numbers(sent: Sequence[ChainLinkSent], settings: StopSettings) ->
         stop_probability_frac=np.array(probability, np.float64),
         stop_time_s=np.array(time_s, np.float64),
         stop_class=np.array(stop_class, np.int8),
+        altitude_m=np.array(altitude_m, np.float64) if altitude_m else None,
+        heading=np.column_stack((np.sin(heading_rad), np.cos(heading_rad))) if heading_rad.size else None,
     )
 
 
-def simulation_of_links(
-    result: ChainResult, spans: Sequence[LinkSpan], sent: SimulateRequest, vehicle: Vehicle, graph: RoadGraph
-) -> SimulateResponse:
-    """What driving links of a graph takes."""
-    idx = np.array([span.link_idx for span in spans], np.int64)
-    return _response(
-        result,
-        sent,
-        vehicle,
-        ids=[int(i) for i in idx],
-        from_m=[span.from_m for span in spans],
-        to_m=[span.to_m for span in spans],
-        grades=(graph.climb_m()[idx] / graph.length_m[idx]).tolist(),
-        limits_kmh=(graph.speed_limit_mps[idx] * KMH_PER_MPS).tolist(),
-        graph=graph,
-    )
-
-
-def simulation_of_chain(result: ChainResult, sent: SimulateRequest, vehicle: Vehicle) -> SimulateResponse:
-    """What driving a chain given by its numbers takes."""
-    chain = sent.chain or []
-    return _response(
-        result,
-        sent,
-        vehicle,
-        ids=[None] * len(chain),
-        from_m=[0.0] * len(chain),
-        to_m=[link.length_m for link in chain],
-        grades=[link.grade for link in chain],
-        limits_kmh=[link.speed_limit_kmh for link in chain],
-        graph=None,
-    )
-
-
-def _response(
-    result: ChainResult,
-    sent: SimulateRequest,
-    vehicle: Vehicle,
-    *,
-    ids: Sequence[int | None],
-    from_m: Sequence[float],
-    to_m: Sequence[float],
-    grades: Sequence[float],
-    limits_kmh: Sequence[float],
-    graph: RoadGraph | None,
-) -> SimulateResponse:
+def simulation_answer(driven: Driven, course: Course, sent: SimulateRequest) -> SimulateResponse:
+    """What driving a course takes; sent: the request as understood."""
+    result, chain = driven.result, course.chain
+    ids: list[int | None] = [None] * chain.length_m.size
+    from_m, to_m = [0.0] * chain.length_m.size, chain.length_m.tolist()
+    if course.graph is not None:
+        ids = [int(span.link_idx) for span in course.spans]
+        from_m, to_m = [span.from_m for span in course.spans], [span.to_m for span in course.spans]
+    grades = chain.grade_frac.tolist()
+    limits_kmh = (chain.speed_limit_mps * KMH_PER_MPS).tolist()
     soc: list[float] | None = None
     braked_away_kwh: float | None = None
     if sent.soc is not None:
         energy_j = np.array([link.energy_j for link in result.links], np.float64)
-        soc_frac, braked_away_j = soc_along(energy_j, sent.soc, vehicle.usable_capacity_wh)
+        soc_frac, braked_away_j = soc_along(energy_j, sent.soc, course.vehicle.usable_capacity_wh)
         soc = soc_frac.tolist()
         braked_away_kwh = float(braked_away_j.sum()) / JOULE_PER_KWH
     links = [
@@ -146,16 +117,31 @@ def _response(
         soc_end=None if soc is None else soc[-1],
         soc_min=None if soc is None or sent.soc is None else min(sent.soc, *soc),
         links=links,
+        profile=None if driven.profile is None else profile_answer(driven.profile),
         request=SimulateEcho(
             graph=sent.graph,
             vehicle=_vehicle(sent),
             soc=sent.soc,
+            model=sent.model,
             link_model=sent.link_model,
-            stops=sent.stops,
+            stops=stops_of(sent),
             arrive_stopped=sent.arrive_stopped,
+            conditions=sent.conditions,
+            effects=sent.effects,
+            profile=sent.profile,
         ),
         warnings=["the charge falls below 0"] if soc is not None and min(soc) < 0.0 else [],
-        terrain=None if graph is None else terrain_note(graph),
+        terrain=None if course.graph is None else terrain_note(course.graph),
+    )
+
+
+def profile_answer(profile: SpeedProfile) -> SpeedProfileAnswer:
+    """A speed profile to the millimetre, the millisecond and the metre an hour."""
+    return SpeedProfileAnswer(
+        distance_m=profile.distance_m.round(3).tolist(),
+        time_s=profile.time_s.round(3).tolist(),
+        speed_kmh=(profile.speed_mps * KMH_PER_MPS).round(3).tolist(),
+        stops=profile.stop_rule,
     )
 
 

@@ -57,6 +57,31 @@ ROUTE_REQUESTS: Final[dict[str, Any]] = {
     },
 }
 
+VEHICLE_BODIES: Final[dict[str, Any]] = {
+    "physical": {
+        "summary": "By its physics: coast-down coefficients of EPA, sources and standard deviations of some numbers",
+        "value": {
+            **INLINE_VEHICLE,
+            "sources": {"mass_kg": "weighed", "road_load.a_lbf": "EPA test car list"},
+            "sd": {"mass_kg": 20, "drive_eff": 0.02},
+            "effects": {"cabin_target_c": 20},
+        },
+    },
+    "consumption table": {
+        "summary": "By its consumption at constant speeds",
+        "value": {
+            "kind": "consumption_table",
+            "name": "my van",
+            "consumption": {"speed_kmh": [30, 50, 90, 110, 130], "kwh_per_100km": [13, 14.5, 21, 26.5, 34]},
+            "ascent_wh_per_m": 7.5,
+            "descent_wh_per_m": 4.9,
+            "kinetic": {"mass_kg": 2400, "acceleration_eff": 0.9, "deceleration_eff": 0.6},
+            "aux_power_w": 600,
+            "usable_capacity_kwh": 60,
+        },
+    },
+}
+
 RANGE_REQUESTS: Final[dict[str, Any]] = {
     "bands": {
         "summary": "Three bands with an inline vehicle",
@@ -86,6 +111,19 @@ SIMULATE_REQUESTS: Final[dict[str, Any]] = {
             "soc": 0.5,
         },
     },
+    "time steps": {
+        "summary": "In time steps, on a cold day, with the speed along the way",
+        "value": {
+            "chain": [
+                {"length_m": 700, "speed_limit_kmh": 80, "cross": "medium"},
+                {"length_m": 900, "speed_limit_kmh": 50, "urban": True},
+            ],
+            "model": "timestep",
+            "conditions": {"ambient_c": -5, "payload_kg": 80},
+            "effects": {"heating_cop": 2.5},
+            "profile": True,
+        },
+    },
     "links": {
         "summary": "Two links of a graph, the second in part",
         "value": {"graph": "highlands", "links": [{"id": 0}, {"id": 1, "from_m": 0, "to_m": 20}]},
@@ -98,5 +136,6 @@ RANGE_FEATURES: Final = _answer("range")
 SIMULATE_ANSWER: Final = _answer("simulate")
 VEHICLE_LIST: Final = _answer("vehicles")
 VEHICLE_DETAIL: Final = _answer("vehicle")
+VEHICLE_STORED: Final = _answer("vehicle_stored")
 GRAPH_LIST: Final = _answer("graphs")
 GRAPH_DETAIL: Final = _answer("graph")

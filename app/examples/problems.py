@@ -26,6 +26,10 @@ EXAMPLES: Final = {
         "id of link 3 is 812, allowed: a successor of link 97",
         FieldProblem(field="links[3].id", value=812, allowed="a successor of link 97"),
     ),
+    ErrorCode.INVALID_CONDITIONS: (
+        "conditions.wind_speed_mps is 8.0, allowed: 0 where links have no heading",
+        FieldProblem(field="conditions.wind_speed_mps", value=8.0, allowed="0 where links have no heading"),
+    ),
     ErrorCode.ENERGY_GAIN: (
         "the link model gains energy on a cycle through link 97: no cheapest route exists; use link_model 'integrated'",
         FieldProblem(field="link_model", value="printed", allowed="integrated"),
@@ -51,6 +55,14 @@ EXAMPLES: Final = {
         ),
     ),
     ErrorCode.NO_PATH: ("no road leads to the goal", None),
+    ErrorCode.VEHICLE_IS_BUNDLED: (
+        "vehicle 'hyundai-kona-64' is bundled and can't be changed; store a copy under another id",
+        FieldProblem(field="id", value="hyundai-kona-64", allowed="the id of no bundled vehicle"),
+    ),
+    ErrorCode.VEHICLE_DAMAGED: (
+        "stored vehicle 'my-car' can't be read: mass_kg is missing, it is required; store it again or remove it",
+        FieldProblem(field="vehicle", value="my-car", allowed="a stored vehicle that can be read"),
+    ),
     ErrorCode.NOT_FOUND: ("Nothing at this address", None),
     ErrorCode.METHOD_NOT_ALLOWED: ("This address has no such method", None),
     ErrorCode.BODY_TOO_LARGE: (
@@ -64,6 +76,10 @@ EXAMPLES: Final = {
     ErrorCode.TIME_LIMIT: (
         "no answer within 30 s; ask for a shorter route, less charge or fewer alternatives",
         FieldProblem(field="", value=None, allowed="at most 30 s"),
+    ),
+    ErrorCode.DATABASE_UNAVAILABLE: (
+        "the vehicle database postgresql+psycopg://joulepath:***@db/vehicles is not available: connection refused",
+        None,
     ),
     ErrorCode.NOT_READY: ("graphs are being loaded and kernels compiled; try again in a moment", None),
 }

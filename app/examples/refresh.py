@@ -3,26 +3,33 @@
 from __future__ import annotations
 
 import json
+import tempfile
 from pathlib import Path
 from typing import Any
 
-from app.examples import RANGE_REQUESTS, ROUTE_REQUESTS, SIMULATE_REQUESTS
+from app.examples import RANGE_REQUESTS, ROUTE_REQUESTS, SIMULATE_REQUESTS, VEHICLE_BODIES
 from app.schemas.range import RangeRequest
 from app.schemas.route import RouteRequest
 from app.schemas.simulation import SimulateRequest
+from app.schemas.vehicle import InlineTableVehicle
 from app.service import Service
 from app.settings import Settings
 
-SHOWN_LINKS = 2
+SHOWN = {"links": 2, "vehicles": 3}
 SHOWN_POINTS = 4
 
 
 def refresh() -> None:
     """Write one file an answer, with lists of links and points shortened."""
-    service = Service(Settings())
+    with tempfile.TemporaryDirectory() as folder:
+        _refresh(Service(Settings(database_url=f"sqlite:///{folder}/vehicles.sqlite")))
+
+
+def _refresh(service: Service) -> None:
     eco = RouteRequest.model_validate(ROUTE_REQUESTS["eco"]["value"])
     bands = RangeRequest.model_validate(RANGE_REQUESTS["charges left"]["value"])
     chain = SimulateRequest.model_validate(SIMULATE_REQUESTS["chain"]["value"])
+    table = InlineTableVehicle.model_validate(VEHICLE_BODIES["consumption table"]["value"])
     answers = {
         "route": service.route(eco),
         "route_geojson": service.route_as_geojson(eco),
@@ -30,6 +37,7 @@ def refresh() -> None:
         "simulate": service.simulate(chain),
         "vehicles": service.list_vehicles(),
         "vehicle": service.show_vehicle("hyundai-kona-64"),
+        "vehicle_stored": service.put_vehicle("my-van", table)[0],
         "graphs": service.list_graphs(),
         "graph": service.show_graph(service.settings.default_graph),
     }
@@ -41,7 +49,7 @@ def refresh() -> None:
 def _shortened(value: Any) -> Any:
     if isinstance(value, dict):
         return {
-            key: item[:SHOWN_LINKS] if key == "links" and isinstance(item, list) else _shortened(item)
+            key: item[: SHOWN[key]] if key in SHOWN and isinstance(item, list) else _shortened(item)
             for key, item in value.items()
         }
     if isinstance(value, list):

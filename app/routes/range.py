@@ -21,6 +21,8 @@ SHARED = (
     ErrorCode.INVALID_REQUEST,
     ErrorCode.ENERGY_GAIN,
     ErrorCode.UNKNOWN_VEHICLE,
+    ErrorCode.VEHICLE_DAMAGED,
+    ErrorCode.DATABASE_UNAVAILABLE,
     ErrorCode.UNKNOWN_GRAPH,
     ErrorCode.POINT_OUTSIDE_MAP,
     ErrorCode.POINT_FAR_FROM_ROAD,

@@ -36,6 +36,8 @@ router = APIRouter(tags=["route"])
             ErrorCode.INVALID_VEHICLE,
             ErrorCode.ENERGY_GAIN,
             ErrorCode.UNKNOWN_VEHICLE,
+            ErrorCode.VEHICLE_DAMAGED,
+            ErrorCode.DATABASE_UNAVAILABLE,
             ErrorCode.UNKNOWN_GRAPH,
             ErrorCode.POINT_OUTSIDE_MAP,
             ErrorCode.POINT_FAR_FROM_ROAD,

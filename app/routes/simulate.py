@@ -27,7 +27,10 @@ router = APIRouter(tags=["simulate"])
             ErrorCode.MALFORMED_JSON,
             ErrorCode.INVALID_VEHICLE,
             ErrorCode.INVALID_LINK,
+            ErrorCode.INVALID_CONDITIONS,
             ErrorCode.UNKNOWN_VEHICLE,
+            ErrorCode.VEHICLE_DAMAGED,
+            ErrorCode.DATABASE_UNAVAILABLE,
             ErrorCode.UNKNOWN_GRAPH,
             ErrorCode.BODY_TOO_LARGE,
             ErrorCode.TIME_LIMIT,
@@ -42,6 +45,7 @@ def simulate(
 ) -> Response:
     """Drives consecutive links of a graph, such as those of a route, or a chain of links given by their numbers.
 
-    The links of a route sent back unchanged take exactly the route's energy.
+    The links of a route sent back unchanged take exactly the route's energy. `model` 'timestep' solves the equation of
+    motion in steps of 0.1 s and brakes for what lies several links ahead; it needs the whole way in advance.
     """
     return answer(pool.run(lambda: service.simulate(sent)))

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Literal
 
+from pydantic import Field
+
 from app.schemas.base import Answered
 
 
@@ -19,4 +21,4 @@ class Ready(Answered):
     status: Literal["ready"] = "ready"
     version: str
     graphs: list[str]
-    vehicle_count: int
+    vehicle_count: int = Field(description="bundled vehicles; those of the database are not counted")

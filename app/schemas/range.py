@@ -8,11 +8,14 @@ from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_val
 from pydantic_core import PydanticCustomError
 
 from app.schemas.base import Answered, Count, Fraction, Sent, refusal
+from app.schemas.conditions import ConditionsSent, condition_field
+from app.schemas.effects import EffectsSent
 from app.schemas.graph import TerrainNote
 from app.schemas.place import MultiPolygonGeometry, Place, PlaceFeature
 from app.schemas.route import SearchStatsAnswer
 from app.schemas.vehicle import VehicleChoice
 from energy.chain import LinkModel, StopRule
+from energy.conditions import RoadSurface
 
 MAX_BANDS = 20
 _FRACTION = r"(?:0?\.[0-9]{1,9}|1\.0{1,9})"
@@ -58,6 +61,12 @@ class RangeRequest(Sent):
     stops: StopRule = Field(
         default=StopRule.EXPECTED, description="stops by expectation, by the source's counters, or none"
     )
+    conditions: ConditionsSent | None = Field(
+        default=None, description="weather, load and habits; without it, none of their effects"
+    )
+    effects: EffectsSent | None = Field(
+        default=None, description="how strong effects are, instead of the vehicle's own coefficients"
+    )
 
     @model_validator(mode="after")
     def _bands_between_reserve_and_soc(self) -> RangeRequest:
@@ -70,7 +79,28 @@ class RangeRequest(Sent):
         return self
 
 
-class RangeParameters(BaseModel):
+class ConditionsParameters(BaseModel):
+    """Conditions in the address: the fields of the body's `conditions`, one parameter each."""
+
+    ambient_c: float | None = condition_field("ambient_k", None, "air temperature [°C]")
+    cabin_start_c: float | None = condition_field("cabin_start_k", None, "cabin at departure [°C]; as outside")
+    climate: bool = Field(default=True, description="false switches heating and cooling off")
+    altitude_density: bool | None = Field(
+        default=None, description="whether air is thinner higher up; without it, where ambient_c is sent"
+    )
+    wind_speed_mps: float = condition_field("wind_speed_mps", 0.0, "at the vehicle's height [m/s]")
+    wind_from_deg: float = Field(default=0.0, ge=0, le=360, description="clockwise from north [°]")
+    payload_kg: float = condition_field("payload_kg", 0.0, "beyond the vehicle's mass_kg [kg]")
+    drag_factor: float = condition_field("drag_factor", 1.0, "on the drag, such as 1.25 for a roof box")
+    road: RoadSurface = Field(default=RoadSurface.DRY, description="what lies on the road")
+    speed_factor: float = condition_field("speed_factor", 1.0, "driven speed over the limit")
+    top_speed_kmh: float | None = condition_field("top_speed_mps", None, "never faster than this [km/h]")
+    aux_power_w: float | None = condition_field("aux_power_w", None, "instead of the vehicle's [W]")
+    sun_w: float = condition_field("sun_w", 0.0, "heat of the sun into the cabin [W], with ambient_c only")
+    regen_limited: bool = Field(default=False, description="whether recuperation has a power cap")
+
+
+class RangeParameters(ConditionsParameters):
     """A range request in the address."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)

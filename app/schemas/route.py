@@ -7,10 +7,13 @@ from typing import Literal
 from pydantic import Field, model_validator
 
 from app.schemas.base import Answered, Flag, Fraction, Number, Sent, refusal
+from app.schemas.conditions import ConditionsSent
+from app.schemas.effects import EffectsSent
 from app.schemas.graph import TerrainNote
 from app.schemas.place import LatLon, LineString, Place, PlaceFeature, Snapped
 from app.schemas.vehicle import VehicleChoice
 from energy.chain import LinkModel, StopRule
+from routing.hot_links import HotReason
 
 NamedWeighting = Literal["eco", "fastest", "balanced"]
 
@@ -49,6 +52,12 @@ class RouteRequest(Sent):
     )
     stops: StopRule = Field(
         default=StopRule.EXPECTED, description="stops by expectation, by the source's counters, or none"
+    )
+    conditions: ConditionsSent | None = Field(
+        default=None, description="weather, load and habits; without it, none of their effects"
+    )
+    effects: EffectsSent | None = Field(
+        default=None, description="how strong effects are, instead of the vehicle's own coefficients"
     )
     links: Flag = Field(default=True, description="false leaves the list of links out of the answer")
 
@@ -109,6 +118,24 @@ class RouteLinkAnswer(Answered):
     name: str
 
 
+class HotLinks(Answered):
+    """A stretch of a route that takes more energy for its length than the rest, and what it has more of."""
+
+    first: int = Field(description="position of its first link in links")
+    last: int = Field(description="position of its last link in links")
+    from_m: float = Field(description="along the route [m]")
+    to_m: float = Field(description="along the route [m]")
+    energy_kwh: float
+    energy_share: float | None = Field(description="of the route's energy; null where that is not above 0")
+    kwh_per_100km: float
+    times_mean: float | None = Field(description="energy a metre over the route's; null where that is not above 0")
+    reason: HotReason = Field(description="what it has more of than the route: climb, speed, stops, …")
+    rise_m: float = Field(description="height of its end above its start [m]")
+    stop_count: float = Field(description="expected stops on it")
+    speed_kmh: float = Field(description="mean, with standing still")
+    names: list[str] = Field(description="roads, each once, in order")
+
+
 class RemedyAnswer(Answered):
     """What would make an infeasible route feasible."""
 
@@ -135,6 +162,7 @@ class RouteProperties(Answered):
     deficit_kwh: float = Field(description="energy missing to stay above the reserve [kWh], 0 if feasible")
     furthest: LatLon | None = Field(description="where the charge falls below the reserve")
     remedy: RemedyAnswer | None
+    hot_links: list[HotLinks] = Field(description="where the energy goes: the most energy-intensive stretches")
     links: list[RouteLinkAnswer] | None = Field(description="in driving order; null if not asked for")
 
 

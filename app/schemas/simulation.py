@@ -3,17 +3,29 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated
+from typing import Annotated, Final
 
 from pydantic import Field, model_validator
 
 from app.schemas.base import Answered, Count, Flag, Fraction, Number, Sent, refusal
+from app.schemas.conditions import ConditionsSent
+from app.schemas.effects import EffectsSent
 from app.schemas.graph import TerrainNote
 from app.schemas.route import EnergyPartsKwh, EnergyPartsWh
 from app.schemas.vehicle import VehicleChoice
 from energy.chain import LinkModel, StopRule
 
 MAX_LINKS = 50_000
+
+
+class SimulationModel(StrEnum):
+    """The link-energy model of the search, or the equation of motion in steps of 0.1 s over the whole chain."""
+
+    FAST = "fast"
+    TIMESTEP = "timestep"
+
+
+DEFAULT_STOPS: Final = {SimulationModel.FAST: StopRule.EXPECTED, SimulationModel.TIMESTEP: StopRule.CROSSINGS}
 
 
 class CrossName(StrEnum):
@@ -57,6 +69,12 @@ class ChainLinkSent(Sent):
     functional_class: FunctionalClassName = FunctionalClassName.UNCLASSIFIED
     stop_probability: Fraction | None = Field(default=None, description="without it, by urban, cross and class")
     stop_time_s: Number | None = Field(default=None, ge=0, le=86_400, description="without it, by urban and cross [s]")
+    altitude_m: Number | None = Field(
+        default=None, ge=-500, le=9000, description="mean height, for the density of the air; on all links or none [m]"
+    )
+    heading_deg: Number | None = Field(
+        default=None, ge=0, le=360, description="clockwise from north, for wind; on all links or none [°]"
+    )
 
 
 class SimulateRequest(Sent):
@@ -75,15 +93,26 @@ class SimulateRequest(Sent):
     soc: Fraction | None = Field(
         default=None, description="state of charge at departure; with it, that at each link's end"
     )
-    link_model: LinkModel = Field(
-        default=LinkModel.INTEGRATED, description="exact integral, or the equations as printed"
+    model: SimulationModel = Field(
+        default=SimulationModel.FAST, description="the model of the search, or time steps that look far ahead"
     )
-    stops: StopRule = Field(
-        default=StopRule.EXPECTED, description="stops by expectation, by the source's counters, or none"
+    link_model: LinkModel = Field(
+        default=LinkModel.INTEGRATED, description="exact integral, or the equations as printed (model 'fast' only)"
+    )
+    stops: StopRule | None = Field(
+        default=None,
+        description="stops by expectation (model 'fast' only), by the source's counters, none, or at every crossing"
+        " from a minor to a major road and entry to a roundabout; without it, 'expected' for 'fast' and 'crossings'"
+        " for 'timestep'",
     )
     arrive_stopped: Flag = Field(
         default=True, description="whether the vehicle comes to rest at the end of the last link"
     )
+    conditions: ConditionsSent | None = Field(
+        default=None, description="weather, load and habits; without it, those of the source"
+    )
+    effects: EffectsSent | None = Field(default=None, description="strengths of effects in place of the vehicle's")
+    profile: Flag = Field(default=False, description="whether the answer has the speed along the way")
 
     @model_validator(mode="after")
     def _one_form(self) -> SimulateRequest:
@@ -92,6 +121,23 @@ class SimulateRequest(Sent):
             raise refusal("links", sent, "either links (of a graph) or chain, exactly one of them")
         if self.chain is not None and self.graph is not None:
             raise refusal("graph", self.graph, "only together with links")
+        return self
+
+    @model_validator(mode="after")
+    def _model_can_do_it(self) -> SimulateRequest:
+        if self.model is SimulationModel.TIMESTEP:
+            if self.link_model is LinkModel.PRINTED:
+                raise refusal("link_model", self.link_model.value, "integrated with model 'timestep'")
+            if self.stops is StopRule.EXPECTED:
+                raise refusal("stops", self.stops.value, "crossings, counted or none with model 'timestep'")
+        return self
+
+    @model_validator(mode="after")
+    def _all_links_or_none(self) -> SimulateRequest:
+        for name in ("altitude_m", "heading_deg"):
+            missing = [getattr(link, name) is None for link in self.chain or ()]
+            if any(missing) and not all(missing):
+                raise refusal(f"chain[{missing.index(True)}].{name}", None, "on all links of the chain, or on none")
         return self
 
 
@@ -110,8 +156,19 @@ class SimulatedLink(Answered):
     soc_end: float | None = Field(description="null without soc; below 0 is missing energy")
     grade: float
     speed_limit_kmh: float
-    speed_end_kmh: float
+    speed_end_kmh: float = Field(
+        description="speed carried into the next link [km/h]: 'fast' given no stop, 'timestep' 0 where it stops"
+    )
     stop_probability: float
+
+
+class SpeedProfileAnswer(Answered):
+    """Speed along the way: points to be joined by straight lines, lists of the same length that never fall."""
+
+    distance_m: list[float]
+    time_s: list[float]
+    speed_kmh: list[float]
+    stops: StopRule = Field(description="of the drawn drive: 'counted' where 'expected' was asked for")
 
 
 class SimulateResponse(Answered):
@@ -120,7 +177,7 @@ class SimulateResponse(Answered):
     distance_m: float
     duration_s: float
     standstill_s: float
-    stop_count: float = Field(description="expected number under 'expected', whole under 'counted'")
+    stop_count: float = Field(description="expected number under 'expected', else whole")
     energy_kwh: float
     energy_parts_kwh: EnergyPartsKwh
     braked_away_kwh: float | None = Field(description="null without soc")
@@ -128,6 +185,7 @@ class SimulateResponse(Answered):
     soc_end: float | None
     soc_min: float | None
     links: list[SimulatedLink]
+    profile: SpeedProfileAnswer | None = Field(description="null if not asked for")
     request: SimulateEcho = Field(description="the settings as understood, with defaults")
     warnings: list[str]
     terrain: TerrainNote | None = Field(description="null for a chain by numbers")
@@ -139,9 +197,13 @@ class SimulateEcho(Answered):
     graph: str | None
     vehicle: VehicleChoice
     soc: float | None
+    model: SimulationModel
     link_model: LinkModel
     stops: StopRule
     arrive_stopped: bool
+    conditions: ConditionsSent | None
+    effects: EffectsSent | None
+    profile: bool
 
 
 SimulateResponse.model_rebuild()

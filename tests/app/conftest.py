@@ -15,6 +15,7 @@ from app.settings import Settings
 from energy.stops import Cross, FunctionalClass
 from routing.graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph, great_circle_m
 from routing.graph_files import save_graph
+from tests.app.expected import database_in
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -86,11 +87,12 @@ def graph_dir(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def settings(graph_dir: Path) -> Settings:
-    """Settings that point to the hand-made graphs and the bundled vehicles."""
+def settings(graph_dir: Path, tmp_path_factory: pytest.TempPathFactory) -> Settings:
+    """Settings that point to the hand-made graphs, the bundled vehicles and an empty database."""
     return Settings(
         graph_dirs=(graph_dir,),
         vehicle_dir=VEHICLES,
+        database_url=database_in(tmp_path_factory.mktemp("database")),
         default_graph="grid",
         body_limit_bytes=100_000,
         cors_origins=("https://map.example",),

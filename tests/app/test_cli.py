@@ -25,6 +25,7 @@ PLACES = ("--start", "46.5,8.003", "--goal", "46.518,8.02")
 def environment(monkeypatch: pytest.MonkeyPatch, settings: Settings) -> None:
     monkeypatch.setenv("JOULEPATH_GRAPH_DIRS", str(settings.graph_dirs[0]))
     monkeypatch.setenv("JOULEPATH_DEFAULT_GRAPH", "grid")
+    monkeypatch.setenv("JOULEPATH_DATABASE_URL", settings.database_url)
     monkeypatch.setenv("COLUMNS", "200")
 
 
@@ -123,6 +124,57 @@ def test_simulate_as_a_table_prints_links_and_their_sum() -> None:
     result = run("simulate", "-", text=json.dumps(body))
     assert result.exit_code == 0, result.output
     assert "sum" in result.stdout
+
+
+CHAIN: dict[str, Any] = {
+    "chain": [
+        {"length_m": 500, "speed_limit_kmh": 80},
+        {"length_m": 20, "speed_limit_kmh": 30, "cross": "large"},
+        {"length_m": 300, "speed_limit_kmh": 50},
+    ]
+}
+
+
+def test_simulate_by_time_steps_as_json_equals_http(client: TestClient) -> None:
+    text = json.dumps(CHAIN)
+    asked = ("--model", "timestep", "--stops", "counted", "--profile")
+    from_cli = run_json("simulate", "-", *asked, text=text)
+    body = CHAIN | {"model": "timestep", "stops": "counted", "profile": True}
+    assert from_cli == client.post("/simulate", json=body).json()
+    assert from_cli["profile"]["stops"] == "counted"
+
+
+def test_simulate_options_replace_those_of_the_body(client: TestClient) -> None:
+    from_cli = run_json("simulate", "-", "--model", "fast", text=json.dumps(CHAIN | {"model": "timestep"}))
+    assert from_cli == client.post("/simulate", json=CHAIN | {"model": "fast"}).json()
+
+
+def test_simulate_with_a_profile_as_a_table_prints_its_points() -> None:
+    result = run("simulate", "-", "--profile", "--model", "timestep", text=json.dumps(CHAIN))
+    assert result.exit_code == 0, result.output
+    assert "820.0" in result.stdout
+
+
+def test_simulate_with_a_plot_writes_a_picture(tmp_path: Path) -> None:
+    path = tmp_path / "speed.png"
+    result = run("simulate", "-", "--plot", str(path), text=json.dumps(CHAIN))
+    assert result.exit_code == 0, result.output
+    assert path.read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--model", "exact"), "model is"),
+        (("--model", "timestep", "--stops", "expected"), "stops is"),
+        (("--plot", "/nowhere/speed.png"), "No such file or directory"),
+    ],
+)
+def test_simulate_with_options_that_cannot_be_ends_in_one_line(options: tuple[str, ...], message: str) -> None:
+    result = run("simulate", "-", *options, text=json.dumps(CHAIN))
+    assert result.exit_code == 2, result.output
+    assert message in result.stderr
+    assert result.stderr.strip().count("\n") == 0
 
 
 def test_graph_given_as_a_folder_is_the_one_that_answers(settings: Settings) -> None:

@@ -13,6 +13,7 @@ from schemathesis.specs.openapi.checks import positive_data_acceptance
 from app.main import create_app
 from app.service import Service
 from app.settings import Settings
+from tests.app.expected import database_in
 
 if TYPE_CHECKING:
     from fastapi import FastAPI
@@ -23,9 +24,9 @@ UNPROMISED = [positive_data_acceptance]
 
 
 @pytest.fixture(scope="module")
-def tested() -> FastAPI:
+def tested(tmp_path_factory: pytest.TempPathFactory) -> FastAPI:
     """The application on the bundled graphs, where the examples lie; every generated call starts and stops it."""
-    settings = Settings()
+    settings = Settings(database_url=database_in(tmp_path_factory.mktemp("contract")))
     service = Service(settings)
     service.load_all()
     return create_app(settings, service)

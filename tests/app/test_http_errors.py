@@ -15,40 +15,13 @@ from app.main import create_app
 from app.schemas.problem import ErrorCode
 from energy.errors import LinkError
 from routing.errors import NegativeCycleError, NoPathError
+from tests.app.expected import CHAIN_LINK, VEHICLE, check_problem
 
 if TYPE_CHECKING:
-    from httpx import Response
-
     from app.settings import Settings
 
 ROUTE: dict[str, Any] = {"start": [8.0, 46.5], "goal": {"lat": 46.52, "lon": 8.02}, "soc": 0.5}
-VEHICLE: dict[str, Any] = {
-    "mass_kg": 1500,
-    "road_load": {"a_n": 120, "b_n_per_kmh": 0.5, "c_n_per_kmh2": 0.03},
-    "drive_eff": 0.9,
-    "recuperation_eff": 0.6,
-    "aux_power_w": 400,
-    "usable_capacity_kwh": 40,
-}
-CHAIN_LINK: dict[str, Any] = {"length_m": 100, "speed_limit_kmh": 50}
 JSON_HEADER = {"Content-Type": "application/json"}
-
-
-def check_problem(response: Response, status: int, code: str) -> dict[str, Any]:
-    """The problem of a response, checked for what all problems share."""
-    assert response.status_code == status, response.text
-    assert response.headers["content-type"] == "application/problem+json"
-    problem: dict[str, Any] = json.loads(response.text, parse_constant=refuse_constant)
-    assert set(problem) == {"type", "title", "status", "detail", "instance", "code", "errors"}
-    assert problem["code"] == code
-    assert problem["status"] == status
-    assert problem["type"] == f"urn:joulepath:problem:{code}"
-    assert problem["instance"] == response.request.url.path
-    return problem
-
-
-def refuse_constant(name: str) -> None:
-    raise AssertionError(f"{name} is not JSON")
 
 
 @pytest.mark.parametrize(
@@ -66,9 +39,17 @@ def refuse_constant(name: str) -> None:
         ({"start": [8, 46, 1, 1]}, "start", [8, 46, 1, 1], "at most 2 items"),
         ({"goal": "there"}, "goal", "there", "an object with lat and lon, or a list [lon, lat]"),
         ({"vehicle": 7}, "vehicle", 7, "the id of a vehicle, or an object that describes one"),
+        ({"vehicle": VEHICLE | {"kind": "steam"}}, "vehicle.kind", "steam", "'physical' or 'consumption_table'"),
+        ({"vehicle": VEHICLE | {"sd": {"mass_kg": -1}}}, "vehicle.sd.mass_kg", -1, "at least 0"),
+        ({"vehicle": VEHICLE | {"effects": {"colour": 1}}}, "vehicle.effects.colour", 1, "no field of this name"),
+        ({"vehicle": {"consumption": {}}}, "vehicle.kind", None, "required"),
         ({"vehicle": VEHICLE | {"mass_kg": 0}}, "vehicle.mass_kg", 0, "at least 1"),
         ({"vehicle": VEHICLE | {"road_load": {"a_lbf": 20}}}, "vehicle.road_load.b_lbf_per_mph", None, "required"),
-        ({"conditions": {}}, "conditions", {}, "no field of this name"),
+        ({"weather": {}}, "weather", {}, "no field of this name"),
+        ({"conditions": {"ambient_c": 90}}, "conditions.ambient_c", 90, "at most 56.85"),
+        ({"conditions": {"wind_speed_mps": -1}}, "conditions.wind_speed_mps", -1, "at least 0"),
+        ({"conditions": {"cabin_start_c": 5}}, "conditions.cabin_start_c", 5, "only together with ambient_c"),
+        ({"effects": {"heating_cop": 0}}, "effects.heating_cop", 0, "at least 0.5"),
         ({"via": []}, "via", [], "no field of this name"),
         ({"alternatives": ["best"]}, "alternatives[0]", "best", "'eco', 'fastest' or 'balanced'"),
         ({"alternatives": ["eco", "eco"]}, "alternatives", ["eco", "eco"], "each at most once"),
@@ -76,7 +57,7 @@ def refuse_constant(name: str) -> None:
         ({"weights": {}}, "weights", "all 0", "at least one of energy, time, distance above 0"),
         ({"reserve_soc": 0.9}, "reserve_soc", 0.9, "at most soc, 0.5"),
         ({"link_model": "exact"}, "link_model", "exact", "'integrated' or 'printed'"),
-        ({"stops": "all"}, "stops", "all", "'expected', 'counted' or 'none'"),
+        ({"stops": "all"}, "stops", "all", "'expected', 'counted', 'none' or 'crossings'"),
         ({"links": "no"}, "links", "no", "a valid boolean"),
     ],
 )
@@ -281,7 +262,8 @@ def test_unknown_address_answers_404(client: TestClient) -> None:
         ("DELETE", "/route", "POST"),
         ("GET", "/simulate", "POST"),
         ("PUT", "/range", "GET, POST"),
-        ("PUT", "/vehicles/bmw-i3-60ah", "GET"),
+        ("PUT", "/vehicles", "GET"),
+        ("PATCH", "/vehicles/bmw-i3-60ah", "DELETE, GET, PUT"),
     ],
 )
 def test_unknown_method_answers_405_with_the_allowed(client: TestClient, method: str, path: str, allowed: str) -> None:

@@ -1,0 +1,116 @@
+"""Given links driven by either model: the link-energy model of the search, or time steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from app.conversions.conditions import conditions_from, vehicle_with_effects
+from app.schemas.simulation import DEFAULT_STOPS, SimulationModel
+from energy.chain import LinkModel, StopRule, simulate_chain
+from energy.consumption_table import ConsumptionTableVehicle
+from energy.profile import chain_profile
+from energy.timestep import simulate_timestep
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.schemas.simulation import SimulateRequest
+    from energy.chain import Chain, ChainResult
+    from energy.conditions import Conditions
+    from energy.profile import SpeedProfile
+    from energy.timestep import DriveResult
+    from energy.vehicle_files import AnyVehicle
+    from routing.graph import RoadGraph
+    from routing.query import LinkSpan
+
+
+@dataclass(frozen=True, slots=True)
+class Course:
+    """Links to be driven, the vehicle with the effects that apply, and the conditions; spans and graph of a graph."""
+
+    chain: Chain
+    vehicle: AnyVehicle
+    conditions: Conditions
+    spans: Sequence[LinkSpan] = ()
+    graph: RoadGraph | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Driven:
+    """What driving a course takes; profile: where asked for."""
+
+    result: ChainResult | DriveResult
+    profile: SpeedProfile | None
+
+
+def course_of(
+    chain: Chain,
+    vehicle: AnyVehicle,
+    sent: SimulateRequest,
+    spans: Sequence[LinkSpan] = (),
+    graph: RoadGraph | None = None,
+) -> Course:
+    """The course of a request; raises ConditionsError where vehicle and effects do not go together."""
+    return Course(chain, vehicle_with_effects(vehicle, sent.effects), conditions_from(sent.conditions), spans, graph)
+
+
+def stops_of(sent: SimulateRequest) -> StopRule:
+    """The stop rule of a request; the default depends on the model."""
+    return DEFAULT_STOPS[sent.model] if sent.stops is None else sent.stops
+
+
+def drive(course: Course, sent: SimulateRequest) -> Driven:
+    """What driving a course takes by the model that a request names."""
+    if sent.model is SimulationModel.TIMESTEP:
+        result = _timestep(course, sent, stops_of(sent), profile=sent.profile)
+        return Driven(result, result.profile)
+    return Driven(
+        simulate_chain(
+            course.vehicle,
+            course.chain,
+            conditions=course.conditions,
+            link_model=sent.link_model,
+            stop_rule=stops_of(sent),
+            arrive_stopped=sent.arrive_stopped,
+            soc_start_frac=sent.soc,
+        ),
+        _fast_profile(course, sent, stops_of(sent)) if sent.profile else None,
+    )
+
+
+def profiles(course: Course, sent: SimulateRequest) -> dict[SimulationModel, SpeedProfile]:
+    """The speed along a course by both models under one stop rule, that of the request or `counted` for `expected`.
+
+    A consumption table and equations as printed have the fast model's only.
+    """
+    rule = StopRule.COUNTED if stops_of(sent) is StopRule.EXPECTED else stops_of(sent)
+    drawn = {SimulationModel.FAST: _fast_profile(course, sent, rule)}
+    if sent.link_model is LinkModel.INTEGRATED and not isinstance(course.vehicle, ConsumptionTableVehicle):
+        stepped = _timestep(course, sent, rule, profile=True).profile
+        assert stepped is not None, "asked for"
+        drawn[SimulationModel.TIMESTEP] = stepped
+    return drawn
+
+
+def _timestep(course: Course, sent: SimulateRequest, rule: StopRule, *, profile: bool) -> DriveResult:
+    return simulate_timestep(
+        course.vehicle,
+        course.chain,
+        conditions=course.conditions,
+        stop_rule=rule,
+        arrive_stopped=sent.arrive_stopped,
+        soc_start_frac=sent.soc,
+        profile=profile,
+    )
+
+
+def _fast_profile(course: Course, sent: SimulateRequest, rule: StopRule) -> SpeedProfile:
+    return chain_profile(
+        course.vehicle,
+        course.chain,
+        conditions=course.conditions,
+        link_model=sent.link_model,
+        stop_rule=rule,
+        arrive_stopped=sent.arrive_stopped,
+    )

@@ -1,0 +1,1 @@
+"""Vehicles kept in a database: SQLite by default, PostgreSQL by URL."""

@@ -1,0 +1,33 @@
+"""Errors of the store, with their facts as attributes."""
+
+from __future__ import annotations
+
+
+class StoreError(Exception):
+    """Root of what the store raises."""
+
+
+class DatabaseUnavailableError(StoreError):
+    """The database can't be created, reached, read or written; `database` is its URL without the password."""
+
+    def __init__(self, database: str, reason: str) -> None:
+        self.database = database
+        self.reason = reason
+        super().__init__(f"the vehicle database {database} is not available: {reason}")
+
+
+class VehicleDamagedError(StoreError):
+    """A stored vehicle that can't be read."""
+
+    def __init__(self, vehicle_id: str, reason: str) -> None:
+        self.vehicle_id = vehicle_id
+        self.reason = reason
+        super().__init__(f"stored vehicle {vehicle_id!r} can't be read: {reason}; store it again or remove it")
+
+
+class VehicleIsBundledError(StoreError):
+    """A change of a vehicle that comes with joulepath."""
+
+    def __init__(self, vehicle_id: str) -> None:
+        self.vehicle_id = vehicle_id
+        super().__init__(f"vehicle {vehicle_id!r} is bundled and can't be changed; store a copy under another id")

@@ -1,0 +1,1 @@
+"""Steps of the database, each a revision that names the one before it."""

@@ -1,0 +1,146 @@
+"""Conditions and effects as sent: the ranges and meanings of energy.conditions, in human units."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pytest
+from annotated_types import Ge, Le
+from pydantic import BaseModel
+
+from app.conversions.conditions import conditions_from, vehicle_with_effects
+from app.schemas.conditions import ConditionsSent
+from app.schemas.effects import EffectsSent
+from energy.conditions import (
+    COEFFICIENT_RANGES,
+    CONDITION_RANGES,
+    STILL,
+    Conditions,
+    EffectCoefficients,
+    RoadSurface,
+)
+from energy.consumption_table import ConsumptionTableVehicle
+from energy.errors import ConditionsError
+from energy.vehicle_files import load_vehicle
+
+if TYPE_CHECKING:
+    from app.settings import Settings
+    from energy.vehicle import Vehicle
+
+INSIDE = {
+    "ambient_c": "ambient_k",
+    "cabin_start_c": "cabin_start_k",
+    "wind_from_deg": "wind_from_rad",
+    "top_speed_kmh": "top_speed_mps",
+    "cabin_target_c": "cabin_target_k",
+    "regen_cold_full_c": "regen_cold_full_k",
+    "regen_cold_none_c": "regen_cold_none_k",
+}
+
+
+@pytest.fixture
+def kona(settings: Settings) -> Vehicle:
+    vehicle = load_vehicle(settings.vehicle_dir / "hyundai-kona-64.toml")
+    assert not isinstance(vehicle, ConsumptionTableVehicle)
+    return vehicle
+
+
+def bounds(schema: type[BaseModel], name: str) -> tuple[float, float]:
+    metadata = schema.model_fields[name].metadata
+    low = next(part.ge for part in metadata if isinstance(part, Ge))
+    high = next(part.le for part in metadata if isinstance(part, Le))
+    return float(low), float(high)  # type: ignore[arg-type]
+
+
+def test_conditions_sent_have_the_fields_of_conditions() -> None:
+    sent = [INSIDE.get(name, name) for name in ConditionsSent.model_fields]
+    assert sent == [field.name for field in dataclasses.fields(Conditions)]
+    effects = {INSIDE.get(name, name) for name in EffectsSent.model_fields}
+    assert effects == {field.name for field in dataclasses.fields(EffectCoefficients)}
+
+
+def test_conditions_without_fields_are_those_of_the_source() -> None:
+    assert conditions_from(None) is STILL
+    assert conditions_from(ConditionsSent()) == STILL
+
+
+ENDS = [
+    (name, end)
+    for name in ConditionsSent.model_fields
+    if INSIDE.get(name, name) in CONDITION_RANGES and name != "wind_from_deg"
+    for end in (0, 1)
+]
+
+
+@pytest.mark.parametrize(("name", "end"), ENDS)
+def test_range_of_a_condition_ends_where_that_inside_does(name: str, end: int) -> None:
+    shown = bounds(ConditionsSent, name)[end]
+    ambient = {"ambient_c": 20.0} if name in ("cabin_start_c", "sun_w") else {}
+    inside = conditions_from(ConditionsSent.model_validate({name: shown, **ambient}))
+    expected = CONDITION_RANGES[INSIDE.get(name, name)][end]
+    assert getattr(inside, INSIDE.get(name, name)) == pytest.approx(expected, rel=1e-12)
+
+
+def test_wind_comes_from_any_direction_once() -> None:
+    assert bounds(ConditionsSent, "wind_from_deg") == (0.0, 360.0)
+    assert conditions_from(ConditionsSent(wind_from_deg=360.0)).wind_from_rad == pytest.approx(2.0 * math.pi)
+
+
+@pytest.mark.parametrize("name", list(EffectsSent.model_fields))
+@pytest.mark.parametrize("end", [0, 1])
+def test_range_of_a_coefficient_ends_where_that_inside_does(kona: Vehicle, name: str, end: int) -> None:
+    shown = bounds(EffectsSent, name)[end]
+    others = {"regen_cold_full_c": {"regen_cold_none_c": -53.0}, "regen_cold_none_c": {"regen_cold_full_c": 56.0}}
+    changed = vehicle_with_effects(kona, EffectsSent.model_validate({name: shown, **others.get(name, {})}))
+    inside = getattr(changed.effects, INSIDE.get(name, name))
+    assert inside == pytest.approx(COEFFICIENT_RANGES[INSIDE.get(name, name)][end], rel=1e-12)
+
+
+def test_conditions_sent_become_si_units() -> None:
+    sent = ConditionsSent(
+        ambient_c=-5.0,
+        cabin_start_c=18.0,
+        climate=False,
+        altitude_density=False,
+        wind_speed_mps=6.0,
+        wind_from_deg=90.0,
+        payload_kg=120.0,
+        drag_factor=1.25,
+        road=RoadSurface.WET,
+        speed_factor=0.95,
+        top_speed_kmh=108.0,
+        aux_power_w=400.0,
+        sun_w=250.0,
+        regen_limited=True,
+    )
+    inside = conditions_from(sent)
+    assert (inside.ambient_k, inside.cabin_start_k) == (268.15, 291.15)
+    assert (inside.wind_from_rad, inside.top_speed_mps) == pytest.approx((0.5 * math.pi, 30.0))
+    for name in set(ConditionsSent.model_fields) - set(INSIDE):
+        assert getattr(inside, name) == getattr(sent, name), name
+        assert getattr(inside, name) != getattr(STILL, name), name
+
+
+def test_effects_that_are_not_sent_stay_the_vehicles(kona: Vehicle) -> None:
+    own = dataclasses.replace(kona, effects=dataclasses.replace(kona.effects, heating_cop=2.0))
+    assert vehicle_with_effects(own, None) is own
+    assert vehicle_with_effects(own, EffectsSent()) is own
+    changed = vehicle_with_effects(own, EffectsSent(cabin_target_c=19.0))
+    assert changed.effects == dataclasses.replace(own.effects, cabin_target_k=292.15)
+
+
+def test_cold_limits_in_the_wrong_order_are_told_in_degrees(kona: Vehicle) -> None:
+    with pytest.raises(ConditionsError) as caught:
+        vehicle_with_effects(kona, EffectsSent(regen_cold_none_c=12.0))
+    told: Any = caught.value
+    assert (told.field, told.value, told.allowed) == ("effects.regen_cold_none_c", 12.0, "below regen_cold_full_c, 10")
+
+
+def test_effects_on_a_consumption_table_are_refused() -> None:
+    table = ConsumptionTableVehicle("van", "Van", np.array([10.0]), np.array([600.0]), 20_000.0, 9000.0, 500.0, 4e4)
+    assert vehicle_with_effects(table, EffectsSent()) is table
+    with pytest.raises(ConditionsError, match="none for vehicle 'van'"):
+        vehicle_with_effects(table, EffectsSent(heating_cop=2.0))
