@@ -281,7 +281,7 @@ def run(
                     (
                         one[SPEED] == v_end
                         and one[STOPPED] == p_stop
-                        and (not r.pareto or one[ENERGY] <= used)
+                        and not r.pareto
                         and (q.cabin_start_w == 0.0 or one[TIME] >= new[TIME])
                     )
                     or leads(

@@ -23,6 +23,7 @@ LENGTH, LIMIT, HEIGHT, STOP, CRUISE_J, CRUISE_S, REST_J, REST_S = range(8)
 # leads this small are rounding: without them a loss-free vehicle's labels, equal but for the last digits, would pile up
 NOISE_J = 1e-6
 NOISE_S = 1e-9
+NOISE_COST = 1e-12
 
 # (1 + r)(ln(2/(1 + r)) + 1/2) for r in 0..1 is at most this: time lost by starting slower, docs/search.md lemma 4
 LOST_TIME_COEF = 1.2131
@@ -217,6 +218,13 @@ def climate_due_j(q: GapRules, t_a: float, t_b: float) -> float:
 
 
 @njit(nogil=True, cache=True)
+def rest_of_cost(r: SearchRules, label: NDArray[np.float64]) -> float:
+    """Weighted time and distance of a label: its cost without energy."""
+    rest: float = label[COST] - r.energy_weight * label[ENERGY]
+    return rest
+
+
+@njit(nogil=True, cache=True)
 def leads(
     p: LinkPhysics,
     q: GapRules,
@@ -237,6 +245,9 @@ def leads(
     """
     if a[COST] > b[COST] or (r.pareto and a[ENERGY] > b[ENERGY]):
         return False
+    fills = r.pareto and r.least_energy_j != -math.inf
+    if fills and rest_of_cost(r, a) > rest_of_cost(r, b) + NOISE_COST:
+        return False  # a full battery would take the lead in energy and leave the debt in time
     v_a, p_a = a[SPEED], a[STOPPED]
     v_b, p_b = b[SPEED], b[STOPPED]
     due = climate_due_j(q, a[TIME], b[TIME])
@@ -274,6 +285,8 @@ def leads(
         return False
     if not r.limited:
         return True
+    if fills and rest_of_cost(r, a) + r.time_weight * (lost - NOISE_S) > rest_of_cost(r, b) + NOISE_COST:
+        return False
     lead = a[ENERGY]
     if not meets:
         # a full battery could take away the lead: count a's charge only as far as it can't be clamped until they meet

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -17,7 +17,7 @@ from energy.errors import LinkError
 from energy.stops import StopSettings
 from energy.vehicle import Powertrain
 from routing.area import reachable_areas
-from routing.errors import NoPathError, QueryError
+from routing.errors import NoPathError, QueryError, SearchLimitError
 from routing.graph import Terrain
 from routing.hot_links import RouteLinks, hot_stretches
 from routing.query import (
@@ -33,6 +33,8 @@ from routing.query import (
     SearchStats,
 )
 from routing.search import (
+    METRE_PER_KM,
+    SECOND_PER_HOUR,
     FoundPath,
     Limits,
     LinkPosition,
@@ -58,6 +60,18 @@ if TYPE_CHECKING:
 SAME_PLACE_M: Final = 0.5
 SPACES_KEPT: Final = 8
 LABELS_PER_LINK: Final = 20
+PARETO_LABELS_PER_LINK: Final = 8  # beyond it an answer with a bound beats a proof that takes many seconds
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """A path, the work that its search did, and by how much at most (short_by) it costs more than the least (bound)."""
+
+    path: FoundPath
+    counts: SearchCounts
+    method: str
+    short_by: float = 0.0
+    bound: float = 0.0
 
 
 class Planner:
@@ -67,6 +81,7 @@ class Planner:
         self.graph = graph
         self._snap_limit_m = snap_limit_m
         self._label_limit = label_limit or max(LABELS_PER_LINK * graph.link_count, 1_000_000)
+        self._pareto_limit = max(PARETO_LABELS_PER_LINK * graph.link_count, 200_000)
         self._roads = RoadIndex(graph)
         self._altitude_m, self._heading = graph.altitude_m(), graph.heading()
         self._pool = WorkspacePool(graph.link_count)
@@ -96,18 +111,24 @@ class Planner:
             _check_weights(name, weights)
         start, starts = self._roads.snap("start", query.start, self._snap_limit_m)
         goal, goals = self._roads.snap("goal", query.goal, self._snap_limit_m)
-        routes, stats = [], []
+        routes, stats, bounded = [], [], []
         crowded = False
         for name, weights in query.weightings:
             if start.link_idx == goal.link_idx and abs(start.offset_m - goal.offset_m) < SAME_PLACE_M:
                 routes.append(_no_route(name, weights, query, start))
                 stats.append(SearchStats(0, 0, 0.0, "none"))
                 continue
-            path, counts, method = self._search(query, weights, starts, goals)
+            found = self._search(query, weights, starts, goals)
+            counts = found.counts
             crowded |= counts.crowded > 0
-            routes.append(self._unpack(name, weights, query, path))
-            stats.append(SearchStats(counts.labels_made, counts.labels_settled, counts.seconds, method))
-        warnings = self._warnings(query, crowded)
+            routes.append(self._unpack(name, weights, query, found.path))
+            stats.append(SearchStats(counts.labels_made, counts.labels_settled, counts.seconds, found.method))
+            if found.short_by > 0.0:
+                bounded.append(
+                    f"route {name!r} is good but not proven best: near the battery's limits too many ways compare; "
+                    f"a better one would cost at most {found.short_by:.3g} less (of {found.short_by + found.bound:.3g})"
+                )
+        warnings = self._warnings(query, crowded) + tuple(bounded)
         for route in routes:
             if not route.feasible and route.weights != ECO and query.stop_rule is not StopRule.COUNTED:
                 warnings += (f"no route reaches the goal on this charge: {route.name!r} shows the least-energy way",)
@@ -230,58 +251,98 @@ class Planner:
 
     def _search(
         self, query: RouteQuery, weights: Weights, starts: tuple[LinkPosition, ...], goals: tuple[LinkPosition, ...]
-    ) -> tuple[FoundPath, SearchCounts, str]:
-        """The best path that keeps the charge limits, or the one of least energy, the work done and the method."""
+    ) -> _Found:
+        """The best path that keeps the charge limits, or the one of least energy."""
         space = self._space(query.vehicle, query.link_model, query.stop_rule, query.stop_settings, query.conditions)
         capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
         limits = _limits(query.soc_frac, query.reserve_soc_frac, capacity_j)
         energy_only = weights.time == 0.0 and weights.distance == 0.0
 
         def find(w: Weights, held: Limits, *, pareto: bool = False) -> tuple[FoundPath | None, SearchCounts]:
-            return find_path(space, self._pool, w, held, starts, goals, pareto=pareto, label_limit=self._label_limit)
+            most = min(self._label_limit, self._pareto_limit) if pareto else self._label_limit
+            return find_path(space, self._pool, w, held, starts, goals, pareto=pareto, label_limit=most)
 
-        pareto = False
-        fades = weights.energy > 0.0 and query.conditions.regen_limited
         if energy_only:
             path, counts = find(weights, limits)
-        elif fades:  # what recuperation yields depends on the charge, so that costs without limits are other costs
-            path, counts = find(weights, limits, pareto=True)
-            pareto = True
         else:
             # without limits costs add up, so that the search is simpler; most often its path keeps the limits anyway
-            path, counts = find(weights, Limits())
-            if path is not None and not self._keeps(query, path, limits, weights.energy):
+            free, counts = find(weights, Limits())
+            path = free
+            if free is not None and not self._keeps(query, free, limits, weights.energy):
                 path, counts = find(ECO, limits)
                 if path is not None:
-                    path, counts = find(weights, limits, pareto=True)
-                    pareto = True
+                    try:
+                        best, counts = find(weights, limits, pareto=True)
+                    except SearchLimitError:
+                        return self._nearly_best(query, weights, limits, free, path, counts)
+                    return _Found(path if best is None else best, counts, _method(counts, pareto=True))
         if path is not None:
-            return path, counts, _method(counts, pareto=pareto)
+            return _Found(path, counts, _method(counts, pareto=False))
         path, counts = find(ECO if not energy_only else weights, Limits())
         if path is None:
             raise NoPathError("no permitted way leads from start to goal")
-        return path, counts, _method(counts, pareto=False)
+        return _Found(path, counts, _method(counts, pareto=False))
 
-    def _keeps(self, query: RouteQuery, path: FoundPath, limits: Limits, energy_weight: float) -> bool:
-        """Whether a path never takes the charge below the reserve and costs what the search without limits says.
+    def _nearly_best(
+        self,
+        query: RouteQuery,
+        weights: Weights,
+        limits: Limits,
+        free: FoundPath,
+        least_energy: FoundPath,
+        counts: SearchCounts,
+    ) -> _Found:
+        """The better of two paths that keep the limits, and by how much a better one can be cheaper at most.
 
-        A battery that is overfilled on the way loses energy, which changes the cost only where energy is weighted.
+        No path costs less than the best one without limits, since a battery at its limits only ever adds cost.
         """
-        rule = StopRule.EXPECTED if query.stop_rule is StopRule.COUNTED else query.stop_rule
+        kept = [least_energy, *([free] if self._keeps(query, free, limits, 0.0) else [])]
+        costs = [self._cost(query, path, weights) for path in kept]
+        best = int(np.argmin(costs))
+        return _Found(
+            kept[best], counts, _method(counts, pareto=False) + "-bounded", max(costs[best] - free.cost, 0.0), free.cost
+        )
+
+    def _energies_j(
+        self, query: RouteQuery, path: FoundPath, soc_start_frac: float | None
+    ) -> tuple[NDArray[np.float64], float]:
+        """Battery energy of each link of a path as the search saw it, float64 (n,) [J], and its time [s]."""
         result = self.simulate(
             self._spans(path),
             query.vehicle,
             conditions=query.conditions,
             link_model=query.link_model,
-            stop_rule=rule,
+            stop_rule=StopRule.EXPECTED if query.stop_rule is StopRule.COUNTED else query.stop_rule,
             stop_settings=query.stop_settings,
-            soc_start_frac=query.soc_frac,
+            soc_start_frac=soc_start_frac,
         )
-        energy_j = np.array([link.energy_j for link in result.links])
+        return np.array([link.energy_j for link in result.links]), result.duration_s
+
+    def _cost(self, query: RouteQuery, path: FoundPath, weights: Weights) -> float:
+        """What a path costs with the battery's limits: recuperation that a full battery can't take is worth nothing."""
+        energy_j, time_s = self._energies_j(query, path, query.soc_frac)
+        soc, _ = soc_along(energy_j, query.soc_frac, query.vehicle.usable_capacity_wh)
+        used_kwh = (query.soc_frac - float(soc[-1])) * query.vehicle.usable_capacity_wh / 1000.0
+        rest = weights.time * time_s / SECOND_PER_HOUR + weights.distance * path.distance_m / METRE_PER_KM
+        return weights.energy * used_kwh + rest
+
+    def _keeps(self, query: RouteQuery, path: FoundPath, limits: Limits, energy_weight: float) -> bool:
+        """Whether a path never takes the charge below the reserve and costs what the search without limits says.
+
+        A battery that is overfilled on the way, or so full that it takes up less, loses energy, which changes the cost
+        only where energy is weighted.
+        """
+        energy_j, _ = self._energies_j(query, path, query.soc_frac)
         capacity_wh = query.vehicle.usable_capacity_wh
         soc, braked = soc_along(energy_j, query.soc_frac, capacity_wh)
         most_j = (query.soc_frac - soc) * capacity_wh * JOULE_PER_WH
-        return bool(most_j.max() <= limits.most_energy_j) and (energy_weight == 0.0 or not braked.any())
+        if not bool(most_j.max() <= limits.most_energy_j):
+            return False
+        if energy_weight == 0.0:
+            return True
+        # a cap on recuperation that fades with charge only ever takes energy from other paths, as overfilling does
+        fades = query.conditions.regen_limited and not np.array_equal(energy_j, self._energies_j(query, path, None)[0])
+        return not (braked.any() or fades)
 
     def _spans(self, path: FoundPath) -> tuple[LinkSpan, ...]:
         last = len(path.links) - 1

@@ -231,3 +231,35 @@ def test_reach_on_small_maps_equals_twin_at_every_node(graph, car, limits, rule)
     expected = twin.energy_to_nodes([(edges[0], start.offset_m)])
     for idx, node in enumerate(graph.node_id.tolist()):
         assert reached.node_energy_j[idx] == pytest.approx(expected.get(node, math.inf), rel=1e-9, abs=1e-3)
+
+
+def test_lead_in_energy_that_a_full_battery_takes_does_not_outweigh_the_time_it_cost():
+    # Two ways over the plain, a slow one that is a little cheaper in all and a fast one; then a descent that fills the
+    # battery either way, so that only the time is left to tell them apart.
+    links = [
+        (0, 1, 1000.0, SPEEDS[3], 0),
+        (1, 2, 2000.0, SPEEDS[3], 0),
+        (1, 2, 2000.0, SPEEDS[2], 0),
+        (2, 3, 5000.0, SPEEDS[2], 0),
+        (3, 0, 5000.0, SPEEDS[2], 0),
+    ]
+    graph = graph_of(links, [300.0, 300.0, 300.0, 0.0])
+    space = search_space(graph, vehicle(), LinkModel.INTEGRATED, StopRule.NONE, StopSettings())
+    start, goal = LinkPosition(0, 0.0), LinkPosition(3, 5000.0)
+    ways = {tuple(w): space.arrays.speed_limit_mps[w[1]] for w in ([0, k, 3] for k in (1, 2))}
+    fast, slow = sorted(ways, key=lambda way: -ways[way])
+
+    def found(weights, limits):
+        path, _ = find_path(
+            space, WorkspacePool(graph.link_count), weights, limits, [start], [goal], pareto=limits.held
+        )
+        assert path is not None
+        return path
+
+    plain, hasty = found(Weights(1.0, 0.0, 0.0), Limits()), found(Weights(0.0, 1.0, 0.0), Limits())
+    assert (plain.links, hasty.links) == (slow, fast)
+    # an hour's worth at which the slow way is 1 % cheaper than the fast one, as long as all energy counts
+    even = (hasty.energy_j - plain.energy_j) / JOULE_PER_KWH / ((plain.time_s - hasty.time_s) / 3600.0)
+    weights = Weights(1.0, 0.99 * even, 0.0)
+    assert found(weights, Limits()).links == slow
+    assert found(weights, Limits(-100.0, math.inf)).links == fast

@@ -15,6 +15,7 @@ import pytest
 
 from energy.battery import JOULE_PER_WH
 from energy.chain import LinkModel, StopRule
+from energy.conditions import Conditions, RoadSurface
 from energy.effects import drive_of
 from energy.kernels import link_energy
 from energy.kernels_force import road_at
@@ -341,6 +342,85 @@ def test_weightings_under_a_binding_reserve_search_pareto_and_keep_it(andorra, p
             assert cost_of(mine, mine.weights) <= cost_of(other, mine.weights) + 1e-9
         bound += 1
     assert bound >= 3
+
+
+def test_search_that_would_need_too_many_labels_answers_with_a_bound_that_holds(andorra, planner, vehicles):
+    hasty, car, bounded = Planner(andorra), vehicles[KONA], 0
+    hasty._pareto_limit = 100
+    for start, goal in node_pairs(andorra, 25, seed=7):
+        free = planner.route(RouteQuery(start, goal, 0.6, car, 0.0, NAMED[:2])).routes
+        least, most = (-(r.soc_min_frac - 0.6) for r in free)
+        if most - least < 2e-4:
+            continue
+        query = RouteQuery(start, goal, 0.5 * (least + most), car, 0.0, NAMED[1:2])
+        (exact,), answer = planner.route(query).routes, hasty.route(query)
+        (near,) = answer.routes
+        assert answer.stats[0].method == "label-setting-bounded"
+        assert near.feasible
+        (short_by,) = (float(w.split("at most ")[1].split(" ")[0]) for w in answer.warnings if "not proven best" in w)
+        assert exact.duration_s - 1e-6 <= near.duration_s <= exact.duration_s + short_by * 3600.0 * 1.01
+        bounded += 1
+    assert bounded >= 3
+
+
+SKIES = {
+    "cold, snow, limited recuperation": Conditions(ambient_k=265.0, road=RoadSurface.SNOW, regen_limited=True),
+    "storm": Conditions(wind_speed_mps=25.0, wind_from_rad=2.0),
+    "hot, loaded": Conditions(ambient_k=308.0, payload_kg=350.0, drag_factor=1.3, altitude_density=True),
+}
+
+
+@pytest.mark.parametrize("sky", SKIES)
+@pytest.mark.parametrize("car", [KONA, PETROL, "lossless", "example-tomtom-table", "example-here-table"])
+def test_reduced_costs_in_any_weather_are_never_negative_on_real_terrain(andorra, vehicles, car, sky):
+    conditions = SKIES[sky] if not car.endswith("table") else Conditions(ambient_k=SKIES[sky].ambient_k)
+    space = search_space(andorra, vehicles[car], LinkModel.INTEGRATED, StopRule.EXPECTED, StopSettings(), conditions)
+    pool = WorkspacePool(andorra.link_count)
+    for link in np.random.default_rng(1).choice(andorra.link_count, 3, replace=False).tolist():
+        for limits in (Limits(), Limits(-5e6, math.inf)):
+            reached = reach(space, pool, limits, [middle_of(andorra, link)], andorra.head, andorra.node_count)
+            assert reached.counts.reduced_below_zero == 0
+            assert np.isfinite(reached.node_energy_j).all()
+
+
+@pytest.mark.parametrize("sky", SKIES)
+def test_route_in_any_weather_takes_what_driving_its_links_takes(andorra, planner, vehicles, sky):
+    conditions = SKIES[sky]
+    for start, goal in node_pairs(andorra, 8, seed=11):
+        query = RouteQuery(start, goal, 0.97, vehicles[KONA], 0.0, NAMED[:2], conditions=conditions)
+        for route in planner.route(query).routes:
+            spans = tuple(LinkSpan(link.link_idx, link.from_m, link.to_m) for link in route.links)
+            driven = planner.simulate(spans, vehicles[KONA], conditions=conditions, soc_start_frac=0.97)
+            assert driven.energy_j == pytest.approx(route.energy_j, rel=1e-9)
+            assert driven.parts.total_j() == pytest.approx(driven.energy_j, rel=1e-9)
+        eco, fastest = planner.route(query).routes
+        assert cost_of(eco, ECO) <= cost_of(fastest, ECO) + 1e-9
+
+
+@pytest.mark.parametrize("sky", SKIES)
+def test_node_energies_in_weather_on_a_real_cut_out_equal_the_twin(andorra, vehicles, sky):
+    graph = cut_out(andorra, 42.5063, 1.5218, 250)
+    conditions, car = SKIES[sky], vehicles[KONA]
+    space = search_space(graph, car, LinkModel.INTEGRATED, StopRule.EXPECTED, StopSettings(), conditions)
+    start = middle_of(graph, graph.link_count // 2)
+    reached = reach(space, WorkspacePool(graph.link_count), Limits(), [start], graph.head, graph.node_count)
+    nx_graph = to_networkx(graph)
+    edge = next((u, v, k) for u, v, k, d in nx_graph.edges(keys=True, data=True) if d["idx"] == start.link_idx)
+    p = space.physics
+    lead_j = 2.0 * p.drive_factor * space.half_inertia_kg * float(graph.speed_limit_mps.max()) ** 2
+    lead_j += 120.0 * (p.aux_move_w + p.cabin_w) + p.cabin_start_w * (120.0 + p.cabin_time_s)
+    twin = EnergySearch(
+        nx_graph,
+        drive_of(car, conditions),
+        StopSettings(),
+        ECO,
+        Limits(),
+        lambda a, b: a.energy_j + lead_j <= b.energy_j,
+    )
+    expected = twin.energy_to_nodes([(edge, start.offset_m)])
+    assert len(expected) > 20
+    for idx, node in enumerate(graph.node_id.tolist()):
+        assert reached.node_energy_j[idx] == pytest.approx(expected.get(node, math.inf), rel=1e-9, abs=1e-3)
 
 
 @contextmanager
