@@ -5,9 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from app.conversions.conditions import conditions_from, vehicle_with_effects
 from app.schemas.simulation import DEFAULT_STOPS, SimulationModel
-from energy.chain import LinkModel, StopRule, simulate_chain
+from energy.chain import Chain, LinkModel, StopRule, simulate_chain
 from energy.consumption_table import ConsumptionTableVehicle
 from energy.profile import chain_profile
 from energy.timestep import simulate_timestep
@@ -16,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.schemas.simulation import SimulateRequest
-    from energy.chain import Chain, ChainResult
+    from energy.chain import ChainResult
     from energy.conditions import Conditions
     from energy.profile import SpeedProfile
     from energy.timestep import DriveResult
@@ -91,6 +93,14 @@ def profiles(course: Course, sent: SimulateRequest) -> dict[SimulationModel, Spe
         assert stepped is not None, "asked for"
         drawn[SimulationModel.TIMESTEP] = stepped
     return drawn
+
+
+def warm_up(vehicle: AnyVehicle) -> None:
+    """Compile the time-step model before the first request asks for it; routing.planner does so for the fast one."""
+    if not isinstance(vehicle, ConsumptionTableVehicle):
+        nothing = np.zeros(1)
+        link = Chain(np.array([10.0]), nothing, np.array([10.0]), nothing, nothing, np.zeros(1, np.int8))
+        simulate_timestep(vehicle, link)
 
 
 def _timestep(course: Course, sent: SimulateRequest, rule: StopRule, *, profile: bool) -> DriveResult:

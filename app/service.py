@@ -11,7 +11,7 @@ from app.conversions.range import range_features, range_query
 from app.conversions.route import route_features, route_query, route_response
 from app.conversions.simulation import chain_from_numbers, simulation_answer, spans_from_links
 from app.conversions.vehicle_check import vehicle_check
-from app.driving import course_of, drive, profiles
+from app.driving import course_of, drive, profiles, warm_up
 from app.fleet import Fleet
 from app.schemas.graph import GraphDetail, GraphList
 from app.schemas.range import RangeFeatureCollection, RangeRequest
@@ -67,7 +67,9 @@ class Service:
             self.database.open()
         except DatabaseUnavailableError as error:
             LOG.warning("%s", error)
-        self.atlas.load_all(self.known_vehicle(self.settings.default_vehicle))
+        default = self.known_vehicle(self.settings.default_vehicle)
+        self.atlas.load_all(default)
+        warm_up(default)
 
     def close(self) -> None:
         """Close what is open of the database."""

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from app.schemas.vehicle_check import VehicleChecks
 
 SHOWN_LINKS = 40
+SOURCE_PARTS = 8  # causes that the model always has
+SHOWN_KWH = 0.0005
 
 
 def routes_table(answer: RouteResponse) -> Table:
@@ -38,11 +40,13 @@ def routes_table(answer: RouteResponse) -> Table:
 
 
 def parts_table(parts: list[tuple[str, EnergyPartsKwh]]) -> Table:
-    """Energy by cause, one line a route."""
+    """Energy by cause, one line a cause; what effects add only where it is not 0."""
     names = tuple(type(parts[0][1]).model_fields)
-    table = _table("kWh", *(name.replace("_", " ") for name in names))
-    for label, kwh in parts:
-        table.add_row(label, *(f"{getattr(kwh, name):.3f}" for name in names))
+    table = _table("kWh", *(label for label, _ in parts))
+    for k, name in enumerate(names):
+        values = [getattr(kwh, name) for _, kwh in parts]
+        if k < SOURCE_PARTS or any(abs(value) >= SHOWN_KWH for value in values):
+            table.add_row(name.replace("_", " "), *(f"{value:.3f}" for value in values))
     return table
 
 

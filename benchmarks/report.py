@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from benchmarks.graphs import Loaded, Made
     from benchmarks.machine import Machine
+    from benchmarks.models import ModelFigures
     from benchmarks.queries import QueryFigures
     from benchmarks.searches import SearchFigures, Spread
 
@@ -40,6 +41,7 @@ class GraphFigures:
     loaded: Loaded
     searches: list[SearchFigures]
     queries: list[QueryFigures]
+    models: ModelFigures | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +78,7 @@ def print_report(report: Report, console: Console) -> None:
     )
     for note in report.notes:
         console.print(f"note: {note}", style="yellow", markup=False)
-    for table in (_searches(report), _making(report), _loading(report), _queries(report)):
+    for table in (_searches(report), _making(report), _loading(report), _queries(report), _models(report)):
         console.print()
         console.print(table)
     console.print()
@@ -175,6 +177,42 @@ def _queries(report: Report) -> Table:
         for q in graph.queries:
             times = (_milliseconds(x) for x in (q.median_s, q.p95_s, q.search_median_s))
             table.add_row(graph.made.name, q.kind, str(q.count), str(q.refused), *times)
+    return table
+
+
+def _models(report: Report) -> Table:
+    numbers = (
+        "routes",
+        "km",
+        "links",
+        "steps/km",
+        "fast us/km",
+        "steps us/km",
+        "fast us/link",
+        "steps us/link",
+        "steps / fast",
+        "compiled alone",
+        "energy",
+    )
+    title = "Time-step model over fast model, stops at crossings: medians, of times also least..most over routes"
+    table = _table(title, ("graph",), numbers)
+    for graph in report.graphs:
+        if graph.models is not None:
+            m = graph.models
+            table.add_row(
+                graph.made.name,
+                str(m.routes),
+                f"{m.km:.0f}",
+                str(m.links),
+                f"{m.steps_per_km:.0f}",
+                f"{m.fast_us_per_km:.1f}",
+                f"{m.steps_us_per_km:.1f}",
+                f"{m.fast_us_per_link:.2f}",
+                f"{m.steps_us_per_link:.2f}",
+                _ratio(m.ratio),
+                _ratio(m.kernel_ratio),
+                f"{m.energy_ratio:.3f}",
+            )
     return table
 
 

@@ -18,6 +18,7 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
 from benchmarks.graphs import ROOT, Made, import_in_process, load_in_process, synthesize_in_process
 from benchmarks.machine import this_machine
+from benchmarks.models import measure_models
 from benchmarks.queries import measure_queries
 from benchmarks.report import GraphFigures, Report, Settings, print_report, report_json
 from benchmarks.searches import draw_sources, measure_searches
@@ -152,7 +153,16 @@ def _measure(made: Made, folder: Path, asked: argparse.Namespace, progress: Prog
         np.random.default_rng(asked.seed),
         lambda done: progress.update(bar, completed=done),
     )
-    return GraphFigures(made, loaded, searches, queries)
+    bar = progress.add_task(f"drive {made.name}", total=1.0)
+    models = measure_models(
+        graph,
+        vehicle,
+        asked.pairs,
+        asked.repeat,
+        np.random.default_rng(asked.seed),
+        lambda done: progress.update(bar, completed=done),
+    )
+    return GraphFigures(made, loaded, searches, queries, models)
 
 
 def _progress(console: Console) -> Progress:

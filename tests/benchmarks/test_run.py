@@ -51,13 +51,26 @@ def test_run_without_maps_measures_the_synthetic_region_alone(tmp_path, capsys) 
         "route, balanced",
         "range, 4 bands",
     ]
+    models = graph["models"]
+    assert 0 < models["routes"] <= 3
+    assert models["links"] > 0
+    assert models["steps_per_km"] > 100  # at 130 km/h it is 277
+    assert 0.5 < models["energy_ratio"] < 1.5
+    for name in ("ratio", "kernel_ratio"):
+        assert 0.0 < models[name]["least"] <= models[name]["median"] <= models[name]["most"]
     assert all(q["count"] + q["refused"] == (1 if "range" in q["kind"] else 3) for q in graph["queries"])
 
 
 def test_run_prints_every_table_and_a_verdict(tmp_path, capsys) -> None:
     assert main(["--maps", str(tmp_path), *TINY]) == 0
     printed = capsys.readouterr().out
-    for title in ("One-to-all eco search", "Import or generation", "Loading memory-mapped", "Whole queries"):
+    for title in (
+        "One-to-all eco search",
+        "Import or generation",
+        "Loading memory-mapped",
+        "Whole queries",
+        "Time-step model",
+    ):
         assert title in printed
     assert printed.strip().endswith(("met", "missed"))
 
