@@ -8,14 +8,19 @@ from pathlib import Path
 
 import pytest
 
-from energy import chain, kernels
+from app.schemas.conditions import ConditionsSent
+from app.schemas.effects import EffectsSent
+from energy import chain, effects, kernels, kernels_force
 from energy.chain import Chain
+from energy.conditions import EffectCoefficients
+from energy.effects import PART_NAMES
 from energy.stops import StopSettings
 from energy.vehicle import Vehicle
 
 pytestmark = pytest.mark.nojit
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs" / "model.md").read_text(encoding="utf-8")
+EFFECTS = Path(__file__).resolve().parents[2] / "docs" / "effects.md"
 SECTIONS = {part.split("\n", 1)[0]: part for part in PAGE.split("\n## ")}
 
 
@@ -25,10 +30,24 @@ def test_docs_table_of_equations_has_each_of_them_once():
 
 
 def test_docs_name_functions_that_exist():
-    named = re.findall(r"`(kernels|chain)\.(\w+)`", PAGE)
+    modules = {"kernels": kernels, "kernels_force": kernels_force, "chain": chain, "effects": effects}
+    named = re.findall(r"`(kernels|kernels_force|chain|effects)\.(\w+)`", PAGE)
     assert len(named) > 40
     for module, function in named:
-        assert callable(getattr({"kernels": kernels, "chain": chain}[module], function))
+        assert callable(getattr(modules[module], function))
+        assert getattr(modules[module], function).__module__ == f"energy.{module}"
+
+
+def test_effects_page_has_each_condition_coefficient_and_part_with_its_default():
+    page = EFFECTS.read_text(encoding="utf-8")
+    shown = set(re.findall(r"`(\w+)`", page))
+    sent = set(ConditionsSent.model_fields) | set(EffectsSent.model_fields)
+    assert sent <= shown
+    assert set(PART_NAMES[7:-1]) <= shown
+    for name, default in re.findall(r"`(\w+_(?:w|k|coef|ohm|v|per_k|per_rad|cop|s))`[^`,|]*?([0-9.]+)", page):
+        if name in {f.name for f in dataclasses.fields(EffectCoefficients)}:
+            value = getattr(EffectCoefficients(), name)
+            assert value in (float(default), 1000.0 * float(default)), name
 
 
 def test_docs_nomenclature_has_every_physical_field():
