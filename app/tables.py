@@ -9,7 +9,7 @@ from rich.table import Table
 if TYPE_CHECKING:
     from app.schemas.graph import GraphDetail, GraphList, TerrainNote
     from app.schemas.range import RangeFeatureCollection
-    from app.schemas.route import EnergyPartsKwh, RouteResponse
+    from app.schemas.route import EnergyPartsKwh, RouteFound, RouteResponse
     from app.schemas.simulation import SimulateResponse, SpeedProfileAnswer
     from app.schemas.vehicle_answer import AnyVehicleDetail, VehicleList
     from app.schemas.vehicle_check import VehicleChecks
@@ -50,14 +50,44 @@ def parts_table(parts: list[tuple[str, EnergyPartsKwh]]) -> Table:
     return table
 
 
+def hot_table(routes: list[RouteFound]) -> Table:
+    """Where the energy of each route goes, one line a stretch."""
+    table = _table("route", "from km", "to km", "kWh", "kWh/100 km", "why", "road")
+    for route in routes:
+        for hot in route.hot_links:
+            table.add_row(
+                route.name,
+                f"{hot.from_m / 1000.0:.2f}",
+                f"{hot.to_m / 1000.0:.2f}",
+                f"{hot.energy_kwh:.3f}",
+                f"{hot.kwh_per_100km:.1f}",
+                hot.reason.value,
+                ", ".join(name for name in hot.names if name)[:60],
+            )
+    return table
+
+
+def spread_table(routes: list[RouteFound]) -> Table:
+    """What may come out, one line a route; P10 is exceeded with 90 % probability."""
+    table = _table("route", "kWh P10", "P50", "P90", "SoC at the end P10", "P50", "P90", "above reserve")
+    for route in routes:
+        if (spread := route.uncertainty) is not None:
+            energies = (spread.energy_kwh_p10, spread.energy_kwh_p50, spread.energy_kwh_p90)
+            charges = (spread.soc_end_p10, spread.soc_end_p50, spread.soc_end_p90)
+            shown = (f"{value:.3f}" for value in (*energies, *charges))
+            table.add_row(route.name, *shown, f"{spread.probability_above_reserve:.1%}")
+    return table
+
+
 def bands_table(answer: RangeFeatureCollection) -> Table:
     """One line a band."""
-    table = _table("SoC left", "km²", "nodes reached", "falsely in", "falsely out")
+    table = _table("SoC left", "probability", "km²", "nodes reached", "falsely in", "falsely out")
     for feature in answer.features:
         band = feature.properties
         if band.kind == "band":
             table.add_row(
                 f"{band.soc_left:.3f}",
+                "–" if band.probability is None else f"{band.probability:.0%}",
                 f"{band.area_km2:.2f}",
                 str(band.node_count),
                 f"{band.false_in_share:.2%}",

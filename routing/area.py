@@ -46,25 +46,26 @@ class ReachableArea:
     false_out_frac: float
 
 
-def reachable_areas(
-    graph: RoadGraph, reached: Reach, budgets_j: Sequence[float], origin: Point
-) -> tuple[ReachableArea, ...]:
-    """For each budget of battery energy [J], the area in which one can drive to and stop.
+def reachable_areas(graph: RoadGraph, cases: Sequence[tuple[Reach, float]], origin: Point) -> tuple[ReachableArea, ...]:
+    """For each reach and budget of battery energy [J], the area in which one can drive to and stop.
 
     The boundary runs half-way between reachable and unreachable roads, and at most OFF_ROAD_M off a road. Polygons
-    are valid, right-handed (RFC 7946), contain the origin and nest where budgets fall. More charge covers what less
-    does, but for a cell at the boundary where the grid becomes coarser. Lon/lat [deg].
+    are valid, right-handed (RFC 7946), contain the origin and nest where the roads in reach do, since all are drawn on
+    one grid. More charge covers what less does, but for a cell at the boundary where the grid becomes coarser.
+    Lon/lat [deg].
     """
-    lonlat, energy_j = _road_samples(graph, reached)
-    frame = _Frame.around(origin, lonlat[energy_j <= max(budgets_j)])
+    samples = {id(reached): _road_samples(graph, reached) for reached, _ in cases}
+    lonlat = next(iter(samples.values()))[0]
+    inside = [samples[id(reached)][1] <= budget for reached, budget in cases]
+    frame = _Frame.around(origin, lonlat[np.logical_or.reduce(inside)])
     cell, offset = frame.cells_of(lonlat)
     seen = np.all((cell >= 0) & (cell < frame.shape), axis=1)
-    cell, energy_j, offset = cell[seen], energy_j[seen], offset[seen]
+    cell, offset = cell[seen], offset[seen]
     node_lonlat = np.column_stack((graph.node_lon_deg, graph.node_lat_deg))
     areas: list[ReachableArea] = []
     spot = frame.spot(origin)  # in every band, so that they stay nested
-    for budget in budgets_j:
-        shape = _rounded(frame.polygons(_field(frame, cell, offset, energy_j <= budget)).union(spot))
+    for (reached, budget), within in zip(cases, inside, strict=True):
+        shape = _rounded(frame.polygons(_field(frame, cell, offset, within[seen])).union(spot))
         reachable = reached.node_energy_j <= budget
         shapely.prepare(shape)
         covered = shapely.contains_xy(shape, node_lonlat[:, 0], node_lonlat[:, 1])
@@ -112,11 +113,16 @@ def _energy_along(
 ) -> NDArray[np.float64]:
     """Least energy to stop at a share of a link's length [J], inf beyond where it can be driven."""
     tail, head = reached.node_energy_j[graph.tail[link]], reached.node_energy_j[graph.head[link]]
-    whole = np.isfinite(head)
-    with np.errstate(invalid="ignore"):
-        energy = np.where(whole, tail + share * (head - tail), tail)
-    energy = np.where(np.isfinite(tail), energy, head)
-    return np.where(share * graph.length_m[link] <= reached.link_reach_m[link], energy, np.inf)
+    driven_m, length_m = reached.link_reach_m[link], graph.length_m[link]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        # a link that can't be driven to its end takes all that is left up to where it can
+        energy = np.where(
+            driven_m < length_m,
+            tail + share * length_m / driven_m * (reached.most_energy_j - tail),
+            tail + share * (head - tail),
+        )
+    energy = np.where(np.isfinite(tail) & np.isfinite(energy), energy, np.where(np.isfinite(tail), tail, head))
+    return np.where(share * length_m <= driven_m, energy, np.inf)
 
 
 @dataclass(frozen=True, slots=True)

@@ -15,6 +15,7 @@ from energy.conditions import STILL, Conditions
 from energy.consumption_table import ConsumptionTableVehicle
 from energy.errors import LinkError
 from energy.stops import StopSettings
+from energy.uncertainty import FACTOR_RANGE, SEED, chain_distribution, dissipation_sd_frac, pessimistic
 from energy.vehicle import Powertrain
 from routing.area import reachable_areas
 from routing.errors import NoPathError, QueryError, SearchLimitError
@@ -22,6 +23,7 @@ from routing.graph import Terrain
 from routing.hot_links import RouteLinks, hot_stretches
 from routing.query import (
     ECO,
+    RANGE_PROBABILITIES,
     LinkSpan,
     Point,
     RangeAnswer,
@@ -38,6 +40,7 @@ from routing.search import (
     FoundPath,
     Limits,
     LinkPosition,
+    Reach,
     SearchCounts,
     SearchSpace,
     WorkspacePool,
@@ -52,13 +55,16 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from energy.chain import ChainResult
+    from energy.uncertainty import EnergyDistribution
     from energy.vehicle_files import AnyVehicle
     from routing.graph import RoadGraph
     from routing.hot_links import HotStretch
     from routing.query import RangeQuery, RouteQuery, SnappedPoint, Weights
 
 SAME_PLACE_M: Final = 0.5
-SPACES_KEPT: Final = 8
+SPACES_KEPT: Final = 12
+SAMPLE_LINKS: Final = 300  # on which the spread of what driving dissipates is taken
+LEAST_FACTOR: Final = FACTOR_RANGE[0]
 LABELS_PER_LINK: Final = 20
 PARETO_LABELS_PER_LINK: Final = 8  # beyond it an answer with a bound beats a proof that takes many seconds
 
@@ -144,28 +150,51 @@ class Planner:
             if not query.reserve_soc_frac <= band <= query.soc_frac:
                 raise QueryError("bands", band, f"{query.reserve_soc_frac:g} (reserve_soc)..{query.soc_frac:g} (soc)")
         origin, starts = self._roads.snap("origin", query.origin, self._snap_limit_m)
-        space = self._space(query.vehicle, query.link_model, query.stop_rule, query.stop_settings, query.conditions)
+        vehicles: dict[float | None, AnyVehicle] = {None: query.vehicle}
+        if query.uncertainty:
+            sd_frac = self._dissipation_sd_frac(query)
+            vehicles = {
+                probability: pessimistic(query.vehicle, max(1.0 + z * sd_frac, LEAST_FACTOR))
+                for probability, z in RANGE_PROBABILITIES.items()
+            }
         capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
-        limits = _limits(query.soc_frac, query.reserve_soc_frac, capacity_j)
-        reached = reach(
-            space,
+        searched = {probability: self._reach(query, vehicle, starts) for probability, vehicle in vehicles.items()}
+        wanted = [
+            (left, probability)
+            for left in sorted({query.reserve_soc_frac, *query.bands_soc_frac})
+            for probability in searched
+        ]
+        cases = [(searched[probability], (query.soc_frac - left) * capacity_j) for left, probability in wanted]
+        areas = reachable_areas(self.graph, cases, origin.on_road)
+        bands = tuple(
+            RangeBand(left, a.area, a.area_m2, a.node_count, a.false_in_frac, a.false_out_frac, probability)
+            for (left, probability), a in zip(wanted, areas, strict=True)
+        )
+        counts = max((reached.counts for reached in searched.values()), key=lambda made: made.labels_made)
+        stats = SearchStats(counts.labels_made, counts.labels_settled, counts.seconds, _method(counts, pareto=False))
+        return RangeAnswer(origin, bands, stats, self._warnings(query, counts.crowded > 0))
+
+    def _reach(self, query: RangeQuery, vehicle: AnyVehicle, starts: tuple[LinkPosition, ...]) -> Reach:
+        """What one vehicle reaches down to the reserve."""
+        return reach(
+            self._space(vehicle, query.link_model, query.stop_rule, query.stop_settings, query.conditions),
             self._pool,
-            limits,
+            _limits(query.soc_frac, query.reserve_soc_frac, vehicle.usable_capacity_wh * JOULE_PER_WH),
             starts,
             self.graph.head,
             self.graph.node_count,
             label_limit=self._label_limit,
         )
-        thresholds = tuple(sorted({query.reserve_soc_frac, *query.bands_soc_frac}))
-        budgets_j = [(query.soc_frac - left) * capacity_j for left in thresholds]
-        areas = reachable_areas(self.graph, reached, budgets_j, origin.on_road)
-        bands = tuple(
-            RangeBand(left, a.area, a.area_m2, a.node_count, a.false_in_frac, a.false_out_frac)
-            for left, a in zip(thresholds, areas, strict=True)
+
+    def _dissipation_sd_frac(self, query: RangeQuery) -> float:
+        """Relative standard deviation of what driving dissipates, on a sample of the graph's links."""
+        graph = self.graph
+        rng = np.random.default_rng(SEED)
+        idx = rng.choice(graph.link_count, SAMPLE_LINKS, p=graph.length_m / graph.length_m.sum())
+        chain = self._chain_of(idx, graph.length_m[idx], query.stop_settings)
+        return dissipation_sd_frac(
+            query.vehicle, chain, conditions=query.conditions, link_model=query.link_model, stop_rule=query.stop_rule
         )
-        counts = reached.counts
-        stats = SearchStats(counts.labels_made, counts.labels_settled, counts.seconds, _method(counts, pareto=False))
-        return RangeAnswer(origin, bands, stats, self._warnings(query, counts.crowded > 0))
 
     def simulate(
         self,
@@ -215,11 +244,16 @@ class Planner:
                 if span.from_m > slack:
                     raise LinkError("from_m", k, span.from_m, "0: no gap after the link before")
         idx = np.array([s.link_idx for s in spans], np.int64)
-        probability, wait = link_stops(graph, settings or StopSettings())
+        return self._chain_of(idx, np.array([s.to_m - s.from_m for s in spans]), settings or StopSettings())
+
+    def _chain_of(self, idx: NDArray[np.int64], length_m: NDArray[np.float64], settings: StopSettings) -> Chain:
+        """Links of the graph one after the other, each driven over a length."""
+        graph = self.graph
+        probability, wait = link_stops(graph, settings)
         stop_class = 4 * graph.urban[idx].astype(np.int8) + graph.cross[idx]
         climb = graph.node_height_m[graph.head[idx]] - graph.node_height_m[graph.tail[idx]]
         return Chain(
-            length_m=np.array([s.to_m - s.from_m for s in spans]),
+            length_m=length_m,
             grade_frac=climb / graph.length_m[idx],
             speed_limit_mps=graph.speed_limit_mps[idx],
             stop_probability_frac=probability[idx],
@@ -410,6 +444,7 @@ class Planner:
             geometry=np.concatenate(lines),
             links=tuple(links),
             hot_links=_hot_links(chain, result, [link.road_name for link in links]),
+            uncertainty=self._distribution(query, chain) if query.uncertainty else None,
         )
         if feasible:
             return route
@@ -422,6 +457,17 @@ class Planner:
                 _start_charge_needed(energy_j / (capacity_wh * JOULE_PER_WH), query.reserve_soc_frac),
                 missing * capacity_wh,
             ),
+        )
+
+    def _distribution(self, query: RouteQuery, chain: Chain) -> EnergyDistribution:
+        return chain_distribution(
+            query.vehicle,
+            chain,
+            soc_start_frac=query.soc_frac,
+            reserve_soc_frac=query.reserve_soc_frac,
+            conditions=query.conditions,
+            link_model=query.link_model,
+            stop_rule=query.stop_rule,
         )
 
     def _furthest(self, route: Route, reserve_frac: float) -> Point:

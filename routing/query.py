@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from shapely import MultiPolygon
 
     from energy.chain import EnergyParts, LinkResult
+    from energy.uncertainty import EnergyDistribution
     from energy.vehicle_files import AnyVehicle
     from routing.hot_links import HotStretch
 
@@ -40,6 +41,8 @@ ECO = Weights(1.0, 0.0, 0.0)
 FASTEST = Weights(0.0, 1.0, 0.0)
 # one kWh for six minutes: about what a compact car uses in that time in town
 BALANCED = Weights(1.0, 10.0, 0.0)
+# of reaching the edge of an area, and the quantile of the standard normal distribution that belongs to it
+RANGE_PROBABILITIES = {0.1: -1.2815515655446004, 0.5: 0.0, 0.9: 1.2815515655446004}
 NAMED_WEIGHTS = {"eco": ECO, "fastest": FASTEST, "balanced": BALANCED}
 
 
@@ -60,11 +63,12 @@ class RouteQuery:
     stop_rule: StopRule = StopRule.EXPECTED
     stop_settings: StopSettings = field(default_factory=StopSettings)
     conditions: Conditions = STILL
+    uncertainty: bool = False
 
 
 @dataclass(frozen=True, slots=True)
 class RangeQuery:
-    """One range request.
+    """One range request; with uncertainty, each band comes once for each probability of RANGE_PROBABILITIES.
 
     bands_soc_frac: for each band, the charge that must be left on arrival, 0..1, each ≥ reserve and ≤ soc.
     The reserve itself is always the outermost band.
@@ -79,6 +83,7 @@ class RangeQuery:
     stop_rule: StopRule = StopRule.EXPECTED
     stop_settings: StopSettings = field(default_factory=StopSettings)
     conditions: Conditions = STILL
+    uncertainty: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -153,6 +158,7 @@ class Route:
     furthest: Point | None = None
     remedy: Remedy | None = None
     hot_links: tuple[HotStretch, ...] = ()
+    uncertainty: EnergyDistribution | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -178,7 +184,10 @@ class RouteAnswer:
 
 @dataclass(frozen=True, slots=True)
 class RangeBand:
-    """The area that can be reached with at least soc_left_frac left on arrival."""
+    """The area that can be reached with at least soc_left_frac left on arrival.
+
+    probability_frac: that a place at its edge is reached so; None where uncertainty was not asked for.
+    """
 
     soc_left_frac: float
     area: MultiPolygon
@@ -186,6 +195,7 @@ class RangeBand:
     node_count: int
     false_in_frac: float  # share of the covered nodes that can't be reached
     false_out_frac: float  # share of reachable nodes that it leaves out
+    probability_frac: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

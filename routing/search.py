@@ -101,10 +101,12 @@ class Reach:
 
     node_energy_j: float64 (N,) least energy to stop at each node, inf where unreachable.
     link_reach_m: float64 (M,) how far along each link one can drive and stop, -1 where it can't be entered.
+    most_energy_j: battery energy that might be used [J].
     """
 
     node_energy_j: NDArray[np.float64]
     link_reach_m: NDArray[np.float64]
+    most_energy_j: float
     counts: SearchCounts
 
 
@@ -468,4 +470,4 @@ def reach(
         kernels.arrivals(space.arrays, space.physics, rules, ws, head, node_energy, node_label, link_reach)
     finally:
         pool.give_back(ws, epoch)
-    return Reach(node_energy, link_reach, counts)
+    return Reach(node_energy, link_reach, limits.most_energy_j, counts)

@@ -24,6 +24,7 @@ SocOption = Annotated[float, typer.Option("--soc", help="state of charge at depa
 ReserveOption = Annotated[float, typer.Option("--reserve-soc", help="charge that must be kept, 0..1")]
 LinkModelOption = Annotated[str, typer.Option("--link-model", metavar="integrated|printed")]
 StopsOption = Annotated[str, typer.Option("--stops", metavar="expected|counted|none|crossings")]
+UncertaintyOption = Annotated[bool, typer.Option("--uncertainty", help="with quantiles of what may come out")]
 ConditionOption = Annotated[
     list[str] | None,
     typer.Option(
@@ -46,6 +47,7 @@ def route(
     link_model: LinkModelOption = "integrated",
     stops: StopsOption = "expected",
     condition: ConditionOption = None,
+    uncertainty: UncertaintyOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Routes from one place to another."""
@@ -65,6 +67,7 @@ def route(
             "link_model": link_model,
             "stops": stops,
             "conditions": _conditions(condition),
+            "uncertainty": uncertainty,
         }
     )
     answer = service.route(sent)
@@ -74,6 +77,9 @@ def route(
     console = Console()
     console.print(tables.routes_table(answer))
     console.print(tables.parts_table([(found.name, found.energy_parts_kwh) for found in answer.routes]))
+    console.print(tables.hot_table(answer.routes))
+    if uncertainty:
+        console.print(tables.spread_table(answer.routes))
     print_notes(console, answer.terrain, answer.warnings)
 
 
@@ -89,6 +95,7 @@ def reachable(
     link_model: LinkModelOption = "integrated",
     stops: StopsOption = "expected",
     condition: ConditionOption = None,
+    uncertainty: UncertaintyOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """The area that can be reached."""
@@ -108,6 +115,7 @@ def reachable(
             "link_model": link_model,
             "stops": stops,
             **(_conditions(condition) or {}),
+            "uncertainty": uncertainty,
         }
     )
     answer = service.range(request_from_parameters(sent))

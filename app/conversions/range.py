@@ -42,6 +42,7 @@ def request_from_parameters(sent: RangeParameters) -> RangeRequest:
         link_model=sent.link_model,
         stops=sent.stops,
         conditions=ConditionsSent(**given) if given else None,
+        uncertainty=sent.uncertainty,
     )
 
 
@@ -61,6 +62,7 @@ def range_query(sent: RangeRequest, vehicle: AnyVehicle) -> RangeQuery:
         link_model=sent.link_model,
         stop_rule=sent.stops,
         conditions=conditions_from(sent.conditions),
+        uncertainty=sent.uncertainty,
     )
 
 
@@ -80,6 +82,7 @@ def _band(band: RangeBand) -> BandFeature:
         geometry=_multi_polygon(band.area),
         properties=BandProperties(
             soc_left=band.soc_left_frac,
+            probability=band.probability_frac,
             area_km2=band.area_m2 / 1e6,
             node_count=band.node_count,
             false_in_share=band.false_in_frac,

@@ -21,6 +21,7 @@ from app.schemas.route import (
     RouteResponse,
     SearchStatsAnswer,
     SnappedEnds,
+    UncertaintyAnswer,
     WeightsSent,
 )
 from energy.battery import JOULE_PER_WH
@@ -31,6 +32,7 @@ from routing.query import NAMED_WEIGHTS, RouteQuery, Weights
 if TYPE_CHECKING:
     from app.schemas.route import RouteRequest
     from energy.chain import EnergyParts
+    from energy.uncertainty import EnergyDistribution
     from energy.vehicle_files import AnyVehicle
     from routing.graph import RoadGraph
     from routing.hot_links import HotStretch
@@ -53,6 +55,7 @@ def route_query(sent: RouteRequest, vehicle: AnyVehicle) -> RouteQuery:
         link_model=sent.link_model,
         stop_rule=sent.stops,
         conditions=conditions_from(sent.conditions),
+        uncertainty=sent.uncertainty,
     )
 
 
@@ -145,8 +148,25 @@ def _properties(route: Route, *, with_links: bool) -> RouteProperties:
         else RemedyAnswer(
             soc_start_needed=remedy.soc_start_needed_frac, charge_needed_kwh=remedy.charge_needed_wh / 1000.0
         ),
+        uncertainty=None if route.uncertainty is None else _uncertainty(route.uncertainty),
         hot_links=[_hot_links(stretch) for stretch in route.hot_links],
         links=[_link(link) for link in route.links] if with_links else None,
+    )
+
+
+def _uncertainty(spread: EnergyDistribution) -> UncertaintyAnswer:
+    return UncertaintyAnswer(
+        soc_end_p10=spread.arrival_soc_p10_frac,
+        soc_end_p50=spread.arrival_soc_p50_frac,
+        soc_end_p90=spread.arrival_soc_p90_frac,
+        energy_kwh_p10=spread.energy_p10_j / JOULE_PER_KWH,
+        energy_kwh_p50=spread.energy_p50_j / JOULE_PER_KWH,
+        energy_kwh_p90=spread.energy_p90_j / JOULE_PER_KWH,
+        probability_above_reserve=spread.above_reserve_frac,
+        parameter_sd_share=spread.parameter_sd_frac,
+        residual_sd_share=spread.residual_sd_frac,
+        samples=spread.samples,
+        seed=spread.seed,
     )
 
 

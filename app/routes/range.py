@@ -19,6 +19,7 @@ router = APIRouter(tags=["range"], default_response_class=GeoJSONResponse)
 
 SHARED = (
     ErrorCode.INVALID_REQUEST,
+    ErrorCode.INVALID_CONDITIONS,
     ErrorCode.ENERGY_GAIN,
     ErrorCode.UNKNOWN_VEHICLE,
     ErrorCode.VEHICLE_DAMAGED,

@@ -34,6 +34,7 @@ router = APIRouter(tags=["route"])
             ErrorCode.INVALID_REQUEST,
             ErrorCode.MALFORMED_JSON,
             ErrorCode.INVALID_VEHICLE,
+            ErrorCode.INVALID_CONDITIONS,
             ErrorCode.ENERGY_GAIN,
             ErrorCode.UNKNOWN_VEHICLE,
             ErrorCode.VEHICLE_DAMAGED,

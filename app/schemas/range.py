@@ -7,7 +7,7 @@ from typing import Annotated, Literal
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from app.schemas.base import Answered, Count, Fraction, Sent, refusal
+from app.schemas.base import Answered, Count, Flag, Fraction, Sent, refusal
 from app.schemas.conditions import ConditionsSent, condition_field
 from app.schemas.effects import EffectsSent
 from app.schemas.graph import TerrainNote
@@ -66,6 +66,9 @@ class RangeRequest(Sent):
     )
     effects: EffectsSent | None = Field(
         default=None, description="how strong effects are, instead of the vehicle's own coefficients"
+    )
+    uncertainty: Flag = Field(
+        default=False, description="true gives each band three times: reached with a probability of 0.1, 0.5 and 0.9"
     )
 
     @model_validator(mode="after")
@@ -126,6 +129,10 @@ class RangeParameters(ConditionsParameters):
         default=StopRule.EXPECTED, description="stops by expectation, by the source's counters, or none"
     )
 
+    uncertainty: bool = Field(
+        default=False, description="true gives each band three times: reached with a probability of 0.1, 0.5 and 0.9"
+    )
+
     @field_validator("bands")
     @classmethod
     def _readable(cls, value: str) -> str:
@@ -148,6 +155,9 @@ class BandProperties(Answered):
 
     kind: Literal["band"] = "band"
     soc_left: float = Field(description="charge left on arrival, at least")
+    probability: float | None = Field(
+        description="that a place at its edge is reached with that charge; null unless uncertainty was asked for"
+    )
     area_km2: float
     node_count: int = Field(description="nodes of the graph that are reached")
     false_in_share: float = Field(description="share of the nodes in the drawn area that can't be reached")
@@ -163,7 +173,7 @@ class BandFeature(Answered):
 
 
 class RangeFeatureCollection(Answered):
-    """Bands, the outermost first, then the snapped origin."""
+    """Bands by charge left, the outermost first (with uncertainty: and by probability), then the snapped origin."""
 
     type: Literal["FeatureCollection"] = "FeatureCollection"
     features: list[BandFeature | PlaceFeature]

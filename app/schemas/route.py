@@ -59,6 +59,7 @@ class RouteRequest(Sent):
     effects: EffectsSent | None = Field(
         default=None, description="how strong effects are, instead of the vehicle's own coefficients"
     )
+    uncertainty: Flag = Field(default=False, description="true adds quantiles of energy and arrival charge")
     links: Flag = Field(default=True, description="false leaves the list of links out of the answer")
 
     @model_validator(mode="after")
@@ -136,6 +137,22 @@ class HotLinks(Answered):
     names: list[str] = Field(description="roads, each once, in order")
 
 
+class UncertaintyAnswer(Answered):
+    """How far a route's energy may be off: vehicle parameters within their sd, and the model's own residual."""
+
+    soc_end_p10: float = Field(description="charge on arrival that is exceeded with 90 % probability: the cautious one")
+    soc_end_p50: float = Field(description="charge on arrival that is exceeded with 50 % probability")
+    soc_end_p90: float = Field(description="charge on arrival that is exceeded with 10 % probability")
+    energy_kwh_p10: float = Field(description="not exceeded with 10 % probability")
+    energy_kwh_p50: float = Field(description="not exceeded with 50 % probability")
+    energy_kwh_p90: float = Field(description="not exceeded with 90 % probability")
+    probability_above_reserve: float = Field(description="of never falling below reserve_soc, arrival included")
+    parameter_sd_share: float = Field(description="sd of the dissipated energy from the vehicle's parameters")
+    residual_sd_share: float = Field(description="sd of the dissipated energy from what the model leaves out")
+    samples: int
+    seed: int
+
+
 class RemedyAnswer(Answered):
     """What would make an infeasible route feasible."""
 
@@ -162,6 +179,7 @@ class RouteProperties(Answered):
     deficit_kwh: float = Field(description="energy missing to stay above the reserve [kWh], 0 if feasible")
     furthest: LatLon | None = Field(description="where the charge falls below the reserve")
     remedy: RemedyAnswer | None
+    uncertainty: UncertaintyAnswer | None = Field(description="null unless asked for")
     hot_links: list[HotLinks] = Field(description="where the energy goes: the most energy-intensive stretches")
     links: list[RouteLinkAnswer] | None = Field(description="in driving order; null if not asked for")
 

@@ -86,3 +86,43 @@ def test_range_with_no_charge_answers_the_origin(client: TestClient) -> None:
 
 def test_range_answer_names_the_terrain_it_rests_on(client: TestClient) -> None:
     assert ask(client, f"{ORIGIN}&soc=0.01&graph=level")["terrain"]["terrain"] == "absent"
+
+
+def test_range_in_cold_and_head_wind_is_smaller_and_the_same_by_address_and_body(client: TestClient) -> None:
+    mild = ask(client, f"{ORIGIN}&soc=0.006")
+    cold = ask(client, f"{ORIGIN}&soc=0.006&ambient_c=-10&wind_speed_mps=8&wind_from_deg=45&road=snow")
+    assert bands_of(cold)[0]["properties"]["area_km2"] < bands_of(mild)[0]["properties"]["area_km2"]
+    assert cold["request"]["conditions"]["ambient_c"] == -10
+    posted = client.post("/range", json=cold["request"]).json()
+    posted["stats"].pop("seconds")
+    assert posted == cold
+    assert mild["request"]["conditions"] is None
+
+
+def test_range_with_uncertainty_answers_each_band_for_three_probabilities(client: TestClient) -> None:
+    answer = ask(client, f"{ORIGIN}&soc=0.006&bands=2&uncertainty=true")
+    properties = [band["properties"] for band in bands_of(answer)]
+    assert [p["probability"] for p in properties] == [0.1, 0.5, 0.9] * 2
+    for k in (0, 3):
+        sizes = [p["area_km2"] for p in properties[k : k + 3]]
+        assert sizes == sorted(sizes, reverse=True)
+        assert sizes[0] > sizes[2]
+    plain = bands_of(ask(client, f"{ORIGIN}&soc=0.006&bands=2"))
+    assert [p["properties"]["probability"] for p in plain] == [None, None]
+    assert plain[0]["properties"]["node_count"] == properties[1]["node_count"]
+
+
+@pytest.mark.parametrize(
+    ("parameters", "field"),
+    [
+        ("ambient_c=200", "ambient_c"),
+        ("wind_speed_mps=-1", "wind_speed_mps"),
+        ("road=ice", "road"),
+        ("sun_w=100", "sun_w"),
+        ("payload_kg=NaN", "payload_kg"),
+    ],
+)
+def test_range_with_a_bad_condition_names_the_parameter(client: TestClient, parameters: str, field: str) -> None:
+    response = client.get(f"/range?{ORIGIN}&soc=0.006&{parameters}")
+    assert response.status_code == 422
+    assert response.json()["errors"][0]["field"] == field

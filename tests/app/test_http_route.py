@@ -170,3 +170,93 @@ def test_allowed_origin_may_read_answers_and_problems(client: TestClient) -> Non
         assert response.headers["access-control-allow-origin"] == "https://map.example"
     other = client.post("/route", json=ROUTE, headers={"Origin": "https://elsewhere.example"})
     assert "access-control-allow-origin" not in other.headers
+
+
+WEATHER = {"ambient_c": -8, "road": "snow", "payload_kg": 150, "wind_speed_mps": 6, "wind_from_deg": 200}
+
+
+def test_route_in_weather_takes_more_and_says_for_what(client: TestClient) -> None:
+    (plain,), (cold,) = (ask(client, **change)["routes"] for change in ({}, {"conditions": WEATHER}))
+    parts = cold["energy_parts_kwh"]
+    assert cold["energy_kwh"] > 1.3 * plain["energy_kwh"]
+    assert cold["energy_kwh"] == pytest.approx(sum(parts.values()), rel=1e-9)
+    on = {"tyre_temperature", "road_surface", "payload", "air_density", "drag", "wind", "battery_resistance", "cabin"}
+    effects = on | {"regen_limit", "load_loss", "consumption_table"}
+    assert {name for name in effects if parts[name] != 0.0} == on
+    assert all(plain["energy_parts_kwh"][name] == 0.0 for name in effects)
+
+
+def test_route_with_empty_conditions_is_that_without(client: TestClient) -> None:
+    without, empty = ask(client), ask(client, conditions={}, effects={})
+    assert without["routes"] == empty["routes"]
+
+
+def test_route_in_weather_sent_to_simulate_takes_the_same_energy(client: TestClient) -> None:
+    answer = ask(client, conditions=WEATHER, effects={"heating_cop": 2.0})
+    (route,) = answer["routes"]
+    body = {
+        "links": [{name: link[name] for name in ("id", "from_m", "to_m")} for link in route["links"]],
+        **{
+            name: answer["request"][name]
+            for name in ("graph", "vehicle", "conditions", "effects", "link_model", "stops")
+        },
+    }
+    driven = client.post("/simulate", json=body).json()
+    assert driven["energy_kwh"] == pytest.approx(route["energy_kwh"], rel=1e-12)
+
+
+def test_route_with_a_better_heat_pump_takes_less(client: TestClient) -> None:
+    poor, good = (
+        ask(client, conditions=WEATHER, effects={"heating_cop": cop})["routes"][0]["energy_parts_kwh"]["cabin"]
+        for cop in (1.0, 3.0)
+    )
+    assert good < 0.5 * poor
+
+
+def test_route_names_the_stretches_that_take_the_most(client: TestClient) -> None:
+    (route,) = ask(client)["routes"]
+    ends = [(hot["first"], hot["last"]) for hot in route["hot_links"]]
+    assert ends
+    for hot in route["hot_links"]:
+        links = route["links"][hot["first"] : hot["last"] + 1]
+        assert hot["energy_kwh"] == pytest.approx(sum(link["energy_wh"] for link in links) / 1000)
+        assert hot["times_mean"] > 1.0
+        assert hot["to_m"] - hot["from_m"] == pytest.approx(sum(link["length_m"] for link in links))
+        assert hot["kwh_per_100km"] == pytest.approx(1e5 * hot["energy_kwh"] / (hot["to_m"] - hot["from_m"]))
+    # disjoint, and the steepest way up to the middle of the grid is among them
+    assert len({k for first, last in ends for k in range(first, last + 1)}) == sum(b - a + 1 for a, b in ends)
+    assert {"climb"} <= {hot["reason"] for hot in route["hot_links"]}
+
+
+def test_route_with_uncertainty_gives_quantiles_around_its_energy(client: TestClient) -> None:
+    (plain,), (route,) = (ask(client, **change)["routes"] for change in ({}, {"uncertainty": True}))
+    assert plain["uncertainty"] is None
+    spread = route.pop("uncertainty")
+    plain.pop("uncertainty")
+    assert route == plain
+    assert spread["energy_kwh_p10"] < route["energy_kwh"] < spread["energy_kwh_p90"]
+    assert spread["soc_end_p10"] < route["soc_end"] < spread["soc_end_p90"]
+    assert spread["probability_above_reserve"] == 1.0
+    (tight,) = ask(client, uncertainty=True, soc=0.5, reserve_soc=route["soc_min"])["routes"]
+    assert 0.2 < tight["uncertainty"]["probability_above_reserve"] < 0.8
+
+
+def test_route_of_a_consumption_table_refuses_wind_and_takes_cold(client: TestClient) -> None:
+    vehicle = {
+        "kind": "consumption_table",
+        "name": "van",
+        "consumption": {"speed_kmh": [30, 90], "kwh_per_100km": [13, 21]},
+        "ascent_wh_per_m": 7.5,
+        "descent_wh_per_m": 4.9,
+        "aux_power_w": 600,
+        "usable_capacity_kwh": 60,
+    }
+    warm, cold = (
+        ask(client, vehicle=vehicle, conditions=c)["routes"][0]["energy_parts_kwh"] for c in ({}, {"ambient_c": -5})
+    )
+    assert cold["cabin"] > warm["cabin"] == 0.0
+    assert warm["consumption_table"] > 0.0
+    refused = client.post("/route", json=ROUTE | {"vehicle": vehicle, "conditions": {"wind_speed_mps": 3}})
+    assert refused.status_code == 422
+    assert refused.json()["code"] == "invalid_conditions"
+    assert refused.json()["errors"][0]["field"] == "conditions.wind_speed_mps"

@@ -27,7 +27,7 @@ from routing.graph import LooseLinks, LooseNodes, RoadGraph, assemble_graph
 from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
 from routing.networkx_graph import to_networkx
 from routing.planner import Planner
-from routing.query import BALANCED, ECO, FASTEST, LinkSpan, Point, Route, RouteQuery, Weights
+from routing.query import BALANCED, ECO, FASTEST, LinkSpan, Point, RangeQuery, Route, RouteQuery, Weights
 from routing.reference import EnergySearch
 from routing.search import (
     JOULE_PER_KWH,
@@ -463,3 +463,37 @@ def test_import_of_an_empty_file_is_refused(tmp_path: Path) -> None:
     empty.write_bytes(b"")
     with pytest.raises(ImportFailedError):
         import_region(empty, [], "empty", smoothing_m=DEFAULT_SMOOTHING_M)
+
+
+def test_uncertainty_of_a_route_brackets_its_energy_and_grows_with_distance(andorra, planner, vehicles):
+    spreads = []
+    for start, goal in node_pairs(andorra, 10, seed=21):
+        (route,) = planner.route(RouteQuery(start, goal, 0.3, vehicles[KONA], 0.05, uncertainty=True)).routes
+        (plain,) = planner.route(RouteQuery(start, goal, 0.3, vehicles[KONA], 0.05)).routes
+        assert plain.uncertainty is None
+        assert plain.energy_j == route.energy_j
+        spread = route.uncertainty
+        assert spread.energy_p10_j < spread.energy_p50_j < spread.energy_p90_j
+        assert spread.arrival_soc_p10_frac <= spread.arrival_soc_p50_frac <= spread.arrival_soc_p90_frac
+        assert spread.energy_p10_j < route.energy_j < spread.energy_p90_j
+        assert 0.0 <= spread.above_reserve_frac <= 1.0
+        spreads.append((route.distance_m, spread.energy_p90_j - spread.energy_p10_j))
+    distance, width = np.array(spreads).T
+    assert np.corrcoef(distance, width)[0, 1] > 0.8
+
+
+def test_uncertain_range_shrinks_with_the_probability_asked_for(andorra, planner, vehicles):
+    origin = node_point(andorra, 900)
+    query = RangeQuery(origin, 0.12, vehicles[KONA], 0.02, (0.06,))
+    plain = planner.range(query).bands
+    bands = planner.range(replace(query, uncertainty=True)).bands
+    assert [(b.soc_left_frac, b.probability_frac) for b in bands] == [
+        (left, chance) for left in (0.02, 0.06) for chance in (0.1, 0.5, 0.9)
+    ]
+    for k, sure in ((0, plain[0]), (3, plain[1])):
+        likely, middle, cautious = bands[k : k + 3]
+        assert likely.node_count >= middle.node_count >= cautious.node_count
+        assert likely.node_count > cautious.node_count
+        assert middle.node_count == sure.node_count  # half of the drives come further than the model says
+        for inner, outer in ((cautious, middle), (middle, likely)):
+            assert inner.area.difference(outer.area).area <= 1e-6 * outer.area.area
