@@ -31,6 +31,7 @@ STANDING_S: Final = 10.0
 PUSH_W_PER_KG: Final = 5.0  # v·a from which a car certainly accelerates, and below the negative of which it brakes
 PUSH_SAMPLES: Final = 30
 CHARGE_FRAC: Final = 0.05  # least fall of the charge that tells a capacity
+MOST_S: Final = 1e6  # longer than any drive without charging
 J_PER_KWH: Final = 3.6e6
 
 
@@ -150,6 +151,9 @@ def _check_clock(recording: Recording, path: str) -> None:
     step_s = float(np.median(np.diff(recording.time_s)))
     if step_s > 60.0:
         raise RecordingError(path, 2, "time", f"{step_s:g} later a row, as a rule", "seconds, a row at least a minute")
+    lasts_s = float(recording.time_s[-1] - recording.time_s[0])
+    if lasts_s > MOST_S:
+        raise RecordingError(path, 2, "time", f"{lasts_s:g} later at the end", f"seconds, at most {MOST_S:g} in all")
 
 
 def _check_sign(recording: Recording, path: str) -> None:
@@ -188,7 +192,7 @@ def _gaps(recording: Recording) -> Iterator[Note]:
     long = step_s > max(GAP_S, GAP_STEPS * float(np.median(step_s)))
     if long.any():
         at = int(np.argmax(step_s))
-        text = f"{np.count_nonzero(long)} gaps, the longest {step_s[at]:.1f} s after {recording.time_s[at]:.1f} s"
+        text = f"gaps: {np.count_nonzero(long)}, the longest {step_s[at]:.1f} s after {recording.time_s[at]:.1f} s"
         yield Note(NoteKind.GAP, "time_s", text)
 
 
@@ -212,7 +216,9 @@ def _jumps(recording: Recording) -> Iterator[Note]:
         jumps = rise > np.where(step_s > GAP_S, np.inf, limit)
         if jumps.any():
             at = int(np.argmax(np.where(jumps, rise, 0.0)))
-            text = f"{np.count_nonzero(jumps)} jumps, the largest {rise[at]:.2f} {unit} at {recording.time_s[at]:.1f} s"
+            text = (
+                f"jumps: {np.count_nonzero(jumps)}, the largest {rise[at]:.2f} {unit} at {recording.time_s[at]:.1f} s"
+            )
             yield Note(NoteKind.JUMP, name, text)
 
 

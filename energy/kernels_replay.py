@@ -1,0 +1,78 @@
+"""Compiled: battery energy along a recorded speed and height, a step from each sample to the next.
+
+Units: m, s, m/s, kg, N, W, J. Within a step acceleration and grade are constant, so a step is a phase of
+energy.kernels_force: the route model's law of force and battery, integrated exactly.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from energy.kernels_force import (
+    AUXILIARY,
+    CABIN,
+    GRADE,
+    INERTIA,
+    RESISTANCE_LOSS,
+    TABLE,
+    LinkPhysics,
+    cabin_energy_j,
+    cruise_terms,
+    idle_energy,
+    ramp_terms,
+    regen_cap_w,
+    road_at,
+    total_j,
+)
+
+
+@njit(nogil=True, cache=True)
+def drive_profile(
+    p: LinkPhysics,
+    roads: NDArray[np.float64],
+    time: NDArray[np.float64],
+    speed: NDArray[np.float64],
+    first: int,
+    beyond: int,
+    full_j: float,
+    used: float,
+    energy: NDArray[np.float64],
+    terms: NDArray[np.float64],
+) -> float:
+    """Fill energy (n,) and terms (n, 14) of the steps first ≤ k < beyond; battery energy used up to there [J].
+
+    time, speed: (n+1,) samples, time rising. roads: (n, 8), columns of energy.kernels_force, one row a step.
+    full_j: battery energy that would fill the battery at departure, negative, −inf where the charge is not known.
+    """
+    for k in range(first, beyond):
+        dt = time[k + 1] - time[k]
+        v_a, v_b = speed[k], speed[k + 1]
+        ds = 0.5 * (v_a + v_b) * dt
+        r = road_at(roads, k, regen_cap_w(p, used, full_j))
+        if ds <= 0.0:
+            terms[k, AUXILIARY] = p.aux_idle_w * dt
+            terms[k, RESISTANCE_LOSS] = p.loss_per_w * p.aux_idle_w * p.aux_idle_w * dt
+            taken = idle_energy(p, dt)
+        elif p.table:
+            climb = r.grade * ds
+            gain = 0.5 * (v_b - v_a) * (v_b + v_a)
+            terms[k, AUXILIARY] = p.aux_move_w * dt
+            terms[k, TABLE] = r.rolling_n * ds
+            terms[k, GRADE] = climb * (p.climb_up_j_per_m if climb > 0.0 else p.climb_down_j_per_m)
+            terms[k, INERTIA] = gain * (p.kinetic_up_kg if gain > 0.0 else p.kinetic_down_kg)
+            taken = terms[k, AUXILIARY] + terms[k, TABLE] + terms[k, GRADE] + terms[k, INERTIA]
+        else:
+            if v_a == v_b:
+                work = cruise_terms(p, r, ds, v_a)
+            else:
+                work, _ = ramp_terms(p, r, ds, v_a, v_b)
+            for part in range(len(work)):
+                terms[k, part] = work[part]
+            taken = total_j(work)
+        heat = cabin_energy_j(p, time[k] - time[0], time[k + 1] - time[0])
+        terms[k, CABIN] = heat
+        energy[k] = taken + heat
+        used = max(used + energy[k], full_j)
+    return used
