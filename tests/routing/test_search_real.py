@@ -346,7 +346,7 @@ def test_weightings_under_a_binding_reserve_search_pareto_and_keep_it(andorra, p
 
 def test_search_that_would_need_too_many_labels_answers_with_a_bound_that_holds(andorra, planner, vehicles):
     hasty, car, bounded = Planner(andorra), vehicles[KONA], 0
-    hasty._pareto_limit = 100
+    hasty._search.pareto_limit = 100
     for start, goal in node_pairs(andorra, 25, seed=7):
         free = planner.route(RouteQuery(start, goal, 0.6, car, 0.0, NAMED[:2])).routes
         least, most = (-(r.soc_min_frac - 0.6) for r in free)

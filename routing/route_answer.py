@@ -1,0 +1,160 @@
+"""A path as a route: energy, charge and time link by link, what is missing on the way, where the energy goes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from energy.battery import JOULE_PER_WH, soc_along
+from energy.chain import EnergyParts, simulate_chain
+from energy.uncertainty import chain_distribution
+from routing.hot_links import RouteLinks, hot_stretches
+from routing.query import Point, Remedy, Route, RouteLink
+from routing.snap import part_of_line
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from energy.chain import Chain, ChainResult
+    from energy.uncertainty import EnergyDistribution
+    from routing.graph import RoadGraph
+    from routing.hot_links import HotStretch
+    from routing.query import LinkSpan, RouteQuery, SnappedPoint, Weights
+    from routing.spans import ChainMaker
+
+
+def route_of(chains: ChainMaker, name: str, weights: Weights, query: RouteQuery, spans: tuple[LinkSpan, ...]) -> Route:
+    """The route along stretches of links, as a query's vehicle drives them."""
+    graph = chains.graph
+    chain = chains.chain(spans, query.stop_settings)
+    result = simulate_chain(
+        query.vehicle,
+        chain,
+        conditions=query.conditions,
+        link_model=query.link_model,
+        stop_rule=query.stop_rule,
+        soc_start_frac=query.soc_frac,
+    )
+    capacity_wh = query.vehicle.usable_capacity_wh
+    energy_j = np.array([link.energy_j for link in result.links])
+    soc, braked = soc_along(energy_j, query.soc_frac, capacity_wh)
+    links, lines = [], []
+    for k, span in enumerate(spans):
+        length_m = float(graph.length_m[span.link_idx])
+        line = part_of_line(graph.geometry(span.link_idx), span.from_m / length_m, span.to_m / length_m)
+        lines.append(line if k == 0 else line[1:])
+        links.append(
+            RouteLink(
+                link_idx=span.link_idx,
+                from_m=span.from_m,
+                to_m=span.to_m,
+                grade_frac=float(chain.grade_frac[k]),
+                speed_limit_mps=float(chain.speed_limit_mps[k]),
+                stop_probability_frac=result.links[k].stop_probability_frac,
+                road_name=graph.names[int(graph.name_idx[span.link_idx])],
+                result=result.links[k],
+                soc_end_frac=float(soc[k]),
+                braked_away_j=float(braked[k]),
+            )
+        )
+    climb = chain.grade_frac * chain.length_m
+    soc_min = float(min(soc.min(), query.soc_frac))
+    # the figures decide, not the search: it rounds differently, and `counted` stops are not those it saw
+    feasible = soc_min >= query.reserve_soc_frac - 1e-9
+    route = Route(
+        name=name,
+        weights=weights,
+        feasible=feasible,
+        distance_m=result.distance_m,
+        duration_s=result.duration_s,
+        energy_j=result.energy_j,
+        parts=result.parts,
+        braked_away_j=float(braked.sum()),
+        soc_start_frac=query.soc_frac,
+        soc_end_frac=float(soc[-1]),
+        soc_min_frac=soc_min,
+        climb_m=float(climb[climb > 0.0].sum()),
+        descent_m=float(-climb[climb < 0.0].sum()),
+        geometry=np.concatenate(lines),
+        links=tuple(links),
+        hot_links=_hot_links(chain, result, [link.road_name for link in links]),
+        uncertainty=_distribution(query, chain) if query.uncertainty else None,
+    )
+    if feasible:
+        return route
+    missing = max(query.reserve_soc_frac - soc_min, 0.0)
+    return replace(
+        route,
+        deficit_j=missing * capacity_wh * JOULE_PER_WH,
+        furthest=_furthest(graph, route, query.reserve_soc_frac),
+        remedy=Remedy(
+            _start_charge_needed(energy_j / (capacity_wh * JOULE_PER_WH), query.reserve_soc_frac),
+            missing * capacity_wh,
+        ),
+    )
+
+
+def _distribution(query: RouteQuery, chain: Chain) -> EnergyDistribution:
+    return chain_distribution(
+        query.vehicle,
+        chain,
+        soc_start_frac=query.soc_frac,
+        reserve_soc_frac=query.reserve_soc_frac,
+        conditions=query.conditions,
+        link_model=query.link_model,
+        stop_rule=query.stop_rule,
+    )
+
+
+def _furthest(graph: RoadGraph, route: Route, reserve_frac: float) -> Point:
+    """Where along a route the charge reaches the reserve, taking it as linear within a link."""
+    before = route.soc_start_frac
+    for link in route.links:
+        if link.soc_end_frac < reserve_frac:
+            share = (before - reserve_frac) / (before - link.soc_end_frac)
+            at_m = link.from_m + share * (link.to_m - link.from_m)
+            part = at_m / float(graph.length_m[link.link_idx])
+            lon, lat = part_of_line(graph.geometry(link.link_idx), 0.0, max(part, 1e-9))[-1]
+            return Point(float(lat), float(lon))
+        before = link.soc_end_frac
+    lon, lat = route.geometry[-1]
+    return Point(float(lat), float(lon))
+
+
+def _hot_links(chain: Chain, result: ChainResult, names: list[str]) -> tuple[HotStretch, ...]:
+    """Where a route's energy goes; standing still counts to the link that it follows."""
+    links = result.links
+    return hot_stretches(
+        RouteLinks(
+            length_m=chain.length_m,
+            energy_j=np.array([link.energy_j for link in links]),
+            grade_frac=chain.grade_frac,
+            speed_limit_mps=chain.speed_limit_mps,
+            stop_probability_frac=np.array([link.stop_probability_frac for link in links]),
+            duration_s=np.array([link.duration_s for link in links]),
+            standstill_s=np.array([link.standstill_s for link in links]),
+            parts_j=np.array([link.parts_j for link in links]),
+            road_names=names,
+        )
+    )
+
+
+def _start_charge_needed(used_frac: NDArray[np.float64], reserve_frac: float) -> float:
+    """Charge at departure that keeps the reserve on the way; above 1 where a full battery would not do.
+
+    A battery that fills up on the way starts from 1 again there, whatever it had at departure.
+    used_frac: float64 (n,) battery energy of each link over the capacity.
+    """
+    used = np.concatenate(([0.0], np.cumsum(used_frac)))
+    longest_fall = float((used - np.minimum.accumulate(used)).max())
+    needed = reserve_frac + float(used.max())
+    return max(needed, reserve_frac + longest_fall) if reserve_frac + longest_fall > 1.0 else needed
+
+
+def no_route(name: str, weights: Weights, query: RouteQuery, start: SnappedPoint) -> Route:
+    """The route from a place to itself."""
+    here = np.array([[start.on_road.lon_deg, start.on_road.lat_deg]] * 2)
+    soc = query.soc_frac
+    return Route(name, weights, True, 0.0, 0.0, 0.0, EnergyParts(), 0.0, soc, soc, soc, 0.0, 0.0, here, ())

@@ -1,0 +1,241 @@
+"""The best path for a weighting under the battery's limits: which searches to run, and what their answer proves."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from energy.battery import JOULE_PER_WH, soc_along
+from energy.chain import LinkModel, StopRule, simulate_chain
+from energy.conditions import STILL, Conditions
+from energy.consumption_table import ConsumptionTableVehicle
+from routing.errors import NoPathError, SearchLimitError
+from routing.query import ECO, LinkSpan
+from routing.search import (
+    METRE_PER_KM,
+    SECOND_PER_HOUR,
+    FoundPath,
+    Limits,
+    LinkPosition,
+    SearchCounts,
+    SearchSpace,
+    WorkspacePool,
+    find_path,
+    search_space,
+)
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from energy.stops import StopSettings
+    from energy.vehicle_files import AnyVehicle
+    from routing.graph import RoadGraph
+    from routing.query import RangeQuery, RouteQuery, Weights
+    from routing.spans import ChainMaker
+
+SPACES_KEPT: Final = 12
+LABELS_PER_LINK: Final = 20
+PARETO_LABELS_PER_LINK: Final = 8  # beyond it an answer with a bound beats a proof that takes many seconds
+
+
+@dataclass(frozen=True, slots=True)
+class BestPath:
+    """A path, the work that its search did, and by how much at most (short_by) it costs more than the least (bound)."""
+
+    path: FoundPath
+    counts: SearchCounts
+    method: str
+    short_by: float = 0.0
+    bound: float = 0.0
+
+
+class RouteSearch:
+    """Searches on one graph; keeps search spaces and workspaces between queries, safe between threads."""
+
+    def __init__(self, graph: RoadGraph, chains: ChainMaker, label_limit: int | None = None) -> None:
+        self.graph = graph
+        self.pool = WorkspacePool(graph.link_count)
+        self.label_limit = label_limit or max(LABELS_PER_LINK * graph.link_count, 1_000_000)
+        self.pareto_limit = max(PARETO_LABELS_PER_LINK * graph.link_count, 200_000)
+        self._chains = chains
+        self._spaces: dict[tuple[object, ...], SearchSpace] = {}
+        self._lock = threading.Lock()
+
+    def space_of(self, query: RouteQuery | RangeQuery, vehicle: AnyVehicle) -> SearchSpace:
+        """The graph as a vehicle sees it under a query's conditions."""
+        return self.space(vehicle, query.link_model, query.stop_rule, query.stop_settings, query.conditions)
+
+    def space(
+        self,
+        vehicle: AnyVehicle,
+        model: LinkModel,
+        rule: StopRule,
+        settings: StopSettings,
+        conditions: Conditions = STILL,
+    ) -> SearchSpace:
+        """The graph as a vehicle sees it, from the ones kept or computed; raises ConditionsError."""
+        stops = (rule, settings.probability_frac.tobytes(), settings.time_s.tobytes())
+        key = (_vehicle_key(vehicle), model, *stops, conditions)
+        with self._lock:
+            space = self._spaces.pop(key, None)
+        if space is None:
+            space = search_space(self.graph, vehicle, model, rule, settings, conditions)
+        with self._lock:
+            self._spaces[key] = space  # last used is last; the first is dropped
+            while len(self._spaces) > SPACES_KEPT:
+                self._spaces.pop(next(iter(self._spaces)))
+        return space
+
+    def best_path(
+        self, query: RouteQuery, weights: Weights, starts: tuple[LinkPosition, ...], goals: tuple[LinkPosition, ...]
+    ) -> BestPath:
+        """The best path that keeps the charge limits, or the one of least energy."""
+        space = self.space_of(query, query.vehicle)
+        capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
+        limits = charge_limits(query.soc_frac, query.reserve_soc_frac, capacity_j)
+        energy_only = weights.time == 0.0 and weights.distance == 0.0
+
+        def find(w: Weights, held: Limits, *, pareto: bool = False) -> tuple[FoundPath | None, SearchCounts]:
+            most = min(self.label_limit, self.pareto_limit) if pareto else self.label_limit
+            return find_path(space, self.pool, w, held, starts, goals, pareto=pareto, label_limit=most)
+
+        if energy_only:
+            path, counts = find(weights, limits)
+        else:
+            # without limits costs add up, so that the search is simpler; most often its path keeps the limits anyway
+            free, counts = find(weights, Limits())
+            path = free
+            if free is not None and not self._keeps(query, free, limits, weights.energy):
+                path, counts = find(ECO, limits)
+                if path is not None:
+                    try:
+                        best, counts = find(weights, limits, pareto=True)
+                    except SearchLimitError:
+                        return self._nearly_best(query, weights, limits, free, path, counts)
+                    return BestPath(path if best is None else best, counts, method_name(counts, pareto=True))
+        if path is not None:
+            return BestPath(path, counts, method_name(counts, pareto=False))
+        path, counts = find(ECO if not energy_only else weights, Limits())
+        if path is None:
+            raise NoPathError("no permitted way leads from start to goal")
+        return BestPath(path, counts, method_name(counts, pareto=False))
+
+    def _nearly_best(
+        self,
+        query: RouteQuery,
+        weights: Weights,
+        limits: Limits,
+        free: FoundPath,
+        least_energy: FoundPath,
+        counts: SearchCounts,
+    ) -> BestPath:
+        """The better of two paths that keep the limits, and by how much a better one can be cheaper at most.
+
+        No path costs less than the best one without limits, since a battery at its limits only ever adds cost.
+        """
+        kept = [least_energy, *([free] if self._keeps(query, free, limits, 0.0) else [])]
+        costs = [self._cost(query, path, weights) for path in kept]
+        best = int(np.argmin(costs))
+        return BestPath(
+            kept[best],
+            counts,
+            method_name(counts, pareto=False) + "-bounded",
+            max(costs[best] - free.cost, 0.0),
+            free.cost,
+        )
+
+    def _energies_j(
+        self, query: RouteQuery, path: FoundPath, soc_start_frac: float | None
+    ) -> tuple[NDArray[np.float64], float]:
+        """Battery energy of each link of a path as the search saw it, float64 (n,) [J], and its time [s]."""
+        result = simulate_chain(
+            query.vehicle,
+            self._chains.chain(self.spans(path), query.stop_settings),
+            conditions=query.conditions,
+            link_model=query.link_model,
+            stop_rule=StopRule.EXPECTED if query.stop_rule is StopRule.COUNTED else query.stop_rule,
+            soc_start_frac=soc_start_frac,
+        )
+        return np.array([link.energy_j for link in result.links]), result.duration_s
+
+    def _cost(self, query: RouteQuery, path: FoundPath, weights: Weights) -> float:
+        """What a path costs with the battery's limits: recuperation that a full battery can't take is worth nothing."""
+        energy_j, time_s = self._energies_j(query, path, query.soc_frac)
+        soc, _ = soc_along(energy_j, query.soc_frac, query.vehicle.usable_capacity_wh)
+        used_kwh = (query.soc_frac - float(soc[-1])) * query.vehicle.usable_capacity_wh / 1000.0
+        rest = weights.time * time_s / SECOND_PER_HOUR + weights.distance * path.distance_m / METRE_PER_KM
+        return weights.energy * used_kwh + rest
+
+    def _keeps(self, query: RouteQuery, path: FoundPath, limits: Limits, energy_weight: float) -> bool:
+        """Whether a path never takes the charge below the reserve and costs what the search without limits says.
+
+        A battery that is overfilled on the way, or so full that it takes up less, loses energy, which changes the cost
+        only where energy is weighted.
+        """
+        energy_j, _ = self._energies_j(query, path, query.soc_frac)
+        capacity_wh = query.vehicle.usable_capacity_wh
+        soc, braked = soc_along(energy_j, query.soc_frac, capacity_wh)
+        most_j = (query.soc_frac - soc) * capacity_wh * JOULE_PER_WH
+        if not bool(most_j.max() <= limits.most_energy_j):
+            return False
+        if energy_weight == 0.0:
+            return True
+        # a cap on recuperation that fades with charge only ever takes energy from other paths, as overfilling does
+        fades = query.conditions.regen_limited and not np.array_equal(energy_j, self._energies_j(query, path, None)[0])
+        return not (braked.any() or fades)
+
+    def spans(self, path: FoundPath) -> tuple[LinkSpan, ...]:
+        """The stretches of links that a path drives."""
+        last = len(path.links) - 1
+        return tuple(
+            LinkSpan(
+                link,
+                path.start.offset_m if k == 0 else 0.0,
+                path.goal.offset_m if k == last else float(self.graph.length_m[link]),
+            )
+            for k, link in enumerate(path.links)
+        )
+
+
+def _vehicle_key(vehicle: AnyVehicle) -> tuple[object, ...]:
+    """Everything of a vehicle that a search reads."""
+    if isinstance(vehicle, ConsumptionTableVehicle):
+        return (
+            vehicle.speed_mps.tobytes(),
+            vehicle.consumption_j_per_m.tobytes(),
+            vehicle.ascent_j_per_m,
+            vehicle.descent_j_per_m,
+            vehicle.kinetic_up_kg,
+            vehicle.kinetic_down_kg,
+            vehicle.aux_power_w,
+        )
+    return (
+        vehicle.mass_kg,
+        vehicle.road_load_a_n,
+        vehicle.road_load_b_n_per_mps,
+        vehicle.road_load_c_n_per_mps2,
+        vehicle.drive_eff,
+        vehicle.recuperation_eff,
+        vehicle.aux_power_w,
+        vehicle.aux_move_eff,
+        vehicle.aux_idle_eff,
+        vehicle.rotating_mass_coef,
+        vehicle.usable_capacity_wh,
+        vehicle.accel_speed_mps.tobytes(),
+        vehicle.accel_mps2.tobytes(),
+        vehicle.decel_mps2.tobytes(),
+        vehicle.effects,
+    )
+
+
+def charge_limits(soc_frac: float, reserve_frac: float, capacity_j: float) -> Limits:
+    """Battery energy from departure on that fills the battery, and that reaches the reserve."""
+    return Limits(-(1.0 - soc_frac) * capacity_j, (soc_frac - reserve_frac) * capacity_j)
+
+
+def method_name(counts: SearchCounts, *, pareto: bool) -> str:
+    """What an answer calls the search."""
+    return ("label-correcting" if counts.label_correcting else "label-setting") + ("-pareto" if pareto else "")

@@ -1,0 +1,70 @@
+"""Stretches of a graph's links as the chain that the link models drive."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from energy.chain import Chain
+from energy.errors import LinkError
+from energy.stops import StopSettings
+from routing.search import link_stops
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from routing.graph import RoadGraph
+    from routing.query import LinkSpan
+
+
+class ChainMaker:
+    """Makes chains of one graph's links; keeps what is the same for all of them."""
+
+    def __init__(self, graph: RoadGraph) -> None:
+        self.graph = graph
+        self._altitude_m, self._heading = graph.altitude_m(), graph.heading()
+
+    def chain(self, spans: tuple[LinkSpan, ...], settings: StopSettings | None = None) -> Chain:
+        """The chain of links that stretches of links make, with altitude and heading.
+
+        Raises LinkError where a link does not exist, may not follow the one before, or a stretch leaves it.
+        """
+        graph = self.graph
+        for k, span in enumerate(spans):
+            if not 0 <= span.link_idx < graph.link_count:
+                raise LinkError("id", k, span.link_idx, f"0..{graph.link_count - 1}")
+            length_m = float(graph.length_m[span.link_idx])
+            slack = 1e-6 * length_m
+            if not -slack <= span.from_m < length_m:
+                raise LinkError("from_m", k, span.from_m, f"0..{length_m} (length of the link)")
+            if not span.from_m < span.to_m <= length_m + slack:
+                raise LinkError("to_m", k, span.to_m, f"above {span.from_m} (from_m), at most {length_m} (length)")
+            if k > 0:
+                before = spans[k - 1]
+                if span.link_idx not in graph.successors(before.link_idx):
+                    raise LinkError("id", k, span.link_idx, f"a link that may follow link {before.link_idx}")
+                before_m = float(graph.length_m[before.link_idx])
+                if before.to_m < before_m * (1.0 - 1e-6):
+                    raise LinkError("to_m", k - 1, before.to_m, f"{before_m}: no gap before the next link")
+                if span.from_m > slack:
+                    raise LinkError("from_m", k, span.from_m, "0: no gap after the link before")
+        idx = np.array([s.link_idx for s in spans], np.int64)
+        return self.of_links(idx, np.array([s.to_m - s.from_m for s in spans]), settings or StopSettings())
+
+    def of_links(self, idx: NDArray[np.int64], length_m: NDArray[np.float64], settings: StopSettings) -> Chain:
+        """Links of the graph one after the other, each driven over a length."""
+        graph = self.graph
+        probability, wait = link_stops(graph, settings)
+        stop_class = 4 * graph.urban[idx].astype(np.int8) + graph.cross[idx]
+        climb = graph.node_height_m[graph.head[idx]] - graph.node_height_m[graph.tail[idx]]
+        return Chain(
+            length_m=length_m,
+            grade_frac=climb / graph.length_m[idx],
+            speed_limit_mps=graph.speed_limit_mps[idx],
+            stop_probability_frac=probability[idx],
+            stop_time_s=wait[idx],
+            stop_class=stop_class.astype(np.int8),
+            altitude_m=self._altitude_m[idx],
+            heading=self._heading[idx],
+        )
