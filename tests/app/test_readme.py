@@ -124,12 +124,12 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         yield address
 
 
-def test_readme_has_three_curl_commands_with_their_output() -> None:
-    assert len(EXAMPLES) == 3
+def test_readme_has_four_curl_commands_with_their_output() -> None:
+    assert len(EXAMPLES) == 4
     assert README.count("\ncurl ") == 3
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=["route", "range", "simulate"])
+@pytest.mark.parametrize("example", EXAMPLES, ids=["route", "range", "winter", "simulate"])
 def test_curl_command_prints_what_the_readme_shows(example: tuple[str, str], server: str) -> None:
     command, shown = example
     printed = printed_by(command, server)
