@@ -126,7 +126,7 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
 
 def test_readme_has_four_curl_commands_with_their_output() -> None:
     assert len(EXAMPLES) == 4
-    assert README.count("\ncurl ") == 3
+    assert README.count("\ncurl ") == 4
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=["route", "range", "winter", "simulate"])
