@@ -44,6 +44,7 @@ class ReportingGroup(TyperGroup):
             message = f"not valid JSON: {error}"
         except OSError as error:
             message = f"{error.strerror or error}{f': {error.filename}' if error.filename else ''}"
+        message = message.encode("utf-8", "replace").decode("utf-8")  # a lone surrogate can't be printed
         Console(stderr=True, soft_wrap=True).print(message, style="red", markup=False, highlight=False)
         raise typer.Exit(2)
 

@@ -12,6 +12,7 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import JsonValue, ValidationError
 from starlette.exceptions import HTTPException
 
+from app.conversions.simulation import ChainLinkError
 from app.schemas.problem import ErrorCode, FieldProblem, Problem
 from app.schemas.vehicle import ID_BRANCH, PHYSICAL_BRANCH, TABLE_BRANCH
 from app.store.errors import DatabaseUnavailableError, VehicleDamagedError, VehicleIsBundledError
@@ -125,6 +126,10 @@ def _link_fields(error: LinkError) -> list[FieldProblem]:
     return [_field(f"links[{error.position}].{error.field}", error.value, error.allowed)]
 
 
+def _chain_link_fields(error: ChainLinkError) -> list[FieldProblem]:
+    return [_field(f"chain[{error.position}].{error.field}", error.value, error.allowed)]
+
+
 def _unknown_graph_fields(error: GraphNotFoundError) -> list[FieldProblem]:
     return [_field("graph", error.name, "one of " + ", ".join(error.known))]
 
@@ -171,6 +176,7 @@ TABLE: Final[Mapping[type[Exception], tuple[ErrorCode, Callable[[Any], list[Fiel
     VehicleDamagedError: (ErrorCode.VEHICLE_DAMAGED, _damaged_fields),
     DatabaseUnavailableError: (ErrorCode.DATABASE_UNAVAILABLE, _no_fields),
     ConditionsError: (ErrorCode.INVALID_CONDITIONS, _conditions_fields),
+    ChainLinkError: (ErrorCode.INVALID_LINK, _chain_link_fields),
     LinkError: (ErrorCode.INVALID_LINK, _link_fields),
     GraphNotFoundError: (ErrorCode.UNKNOWN_GRAPH, _unknown_graph_fields),
     PointOutsideMapError: (ErrorCode.POINT_OUTSIDE_MAP, _outside_fields),

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import logging
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, TypeVar
 
 from app.atlas import Atlas, graph_folders
 from app.conversions.graph import graph_detail, graph_summary
 from app.conversions.range import range_features, range_query
 from app.conversions.route import route_features, route_query, route_response
-from app.conversions.simulation import chain_from_numbers, simulation_answer, spans_from_links
+from app.conversions.simulation import chain_from_numbers, chain_link_error, simulation_answer, spans_from_links
 from app.conversions.vehicle_check import vehicle_check
 from app.driving import course_of, drive, profiles, warm_up
 from app.fleet import Fleet
@@ -21,12 +22,13 @@ from app.schemas.vehicle_check import VehicleChecks
 from app.store.database import Database
 from app.store.errors import DatabaseUnavailableError
 from app.store.vehicles import VehicleStore
+from energy.errors import LinkError
 from energy.stops import StopSettings
 from energy.vehicle_files import load_published, load_vehicles
 from routing.errors import GraphNotFoundError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
     from app.driving import Course
@@ -101,12 +103,15 @@ class Service:
     def simulate(self, sent: SimulateRequest) -> SimulateResponse:
         """What driving given links takes."""
         course, understood = self._course(sent)
-        return simulation_answer(drive(course, understood), course, understood)
+        with _links_as_sent(sent):
+            driven = drive(course, understood)
+        return simulation_answer(driven, course, understood)
 
     def speed_drawing(self, sent: SimulateRequest) -> tuple[Course, dict[SimulationModel, SpeedProfile]]:
         """The course of a simulation, and the speed along it by both models as far as they can drive it."""
         course, understood = self._course(sent)
-        return course, profiles(course, understood)
+        with _links_as_sent(sent):
+            return course, profiles(course, understood)
 
     def _course(self, sent: SimulateRequest) -> tuple[Course, SimulateRequest]:
         """What is to be driven, and the request with its defaults filled in."""
@@ -166,3 +171,14 @@ class Service:
             return self.fleet.from_sent(choice)
         vehicle_id = choice if choice is not None else self.settings.default_vehicle
         return self.known_vehicle(vehicle_id), vehicle_id
+
+
+@contextmanager
+def _links_as_sent(sent: SimulateRequest) -> Iterator[None]:
+    """Within it, an error of a link of a chain by numbers names what was sent."""
+    try:
+        yield
+    except LinkError as error:
+        if sent.chain is None:
+            raise
+        raise chain_link_error(error, sent.chain) from error

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 import math
 import os
+import sys
+import unicodedata
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -70,6 +73,8 @@ class _Column:
         return (self.low < value if self.above_low else self.low <= value) and value <= self.high
 
 
+SMALLEST: Final = 1e-6  # magnitude in a table's unit, assumed: below anything measured, and no ratio of two overflows
+_UNPRINTABLE: Final = ("Cc", "Cs", "Zl", "Zp")  # Unicode: control, surrogate, line and paragraph separator
 _TEXTS: Final = ("trip", "type", "series")
 _DISTANCE: Final = _Column("distance_km", M_PER_KM, 0.0, 1e5, above_low=True)
 _DURATION: Final = _Column("duration_s", 1.0, 0.0, 1e8, above_low=True)
@@ -150,7 +155,7 @@ def _text(path: Path) -> str:
 
 
 def _read_csv(path: Path) -> list[tuple[_Place, TripRecord]]:
-    reader = csv.reader(_text(path).splitlines(keepends=True), strict=True)
+    reader = csv.reader(io.StringIO(_text(path), newline=""), strict=True)
     header: list[str] | None = None
     found: list[tuple[_Place, TripRecord]] = []
     while True:
@@ -181,10 +186,17 @@ def _read_csv(path: Path) -> list[tuple[_Place, TripRecord]]:
 
 
 def _read_json(path: Path) -> list[tuple[_Place, TripRecord]]:
+    text = _text(path)
     try:
-        entries = json.loads(_text(path))
+        entries = json.loads(text)
     except json.JSONDecodeError as error:
         raise _Place(str(path), error.lineno).error("the file", f"not JSON ({error.msg})", "a list of trips") from error
+    except RecursionError as error:
+        raise _Place(str(path), 1).error("the file", "nested too deeply", "a list of trips") from error
+    except ValueError as error:  # what json raises on a long whole number
+        digits = sys.get_int_max_str_digits()
+        value = f"one with a whole number of more than {digits} digits"
+        raise _Place(str(path), 1).error("the file", value, "a list of trips") from error
     if not isinstance(entries, list) or not entries:
         raise _Place(str(path), 1).error("the file", "not a list of trips", "a list of at least one object")
     found: list[tuple[_Place, TripRecord]] = []
@@ -225,6 +237,8 @@ def _label(place: _Place, name: str, value: object) -> str:
     text = str(value) if isinstance(value, int) and not isinstance(value, bool) else value
     if not isinstance(text, str) or not text.strip():
         raise place.error(name, _shown(value), "a text that is not empty")
+    if any(unicodedata.category(character) in _UNPRINTABLE for character in text.strip()):
+        raise place.error(name, _shown(value), "a text without line breaks, control characters and lone surrogates")
     return text.strip()
 
 
@@ -237,6 +251,9 @@ def _number(place: _Place, column: _Column, value: object) -> float:
             number = math.nan
     if not column.holds(number):
         raise place.error(column.name, _shown(value), column.allowed())
+    if 0.0 < abs(number) < SMALLEST:
+        allowed = f"at least {SMALLEST:g}" if column.above_low else f"0, or at least {SMALLEST:g} in magnitude"
+        raise place.error(column.name, _shown(value), allowed)
     return number * column.to_si
 
 

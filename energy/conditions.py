@@ -40,8 +40,9 @@ class EffectCoefficients:
     battery_resistance_ohm: at the reference temperature [Ω]; battery_voltage_v: nominal [V].
     resistance_doubling_k: cooling that doubles the resistance [K].
     drive_loss_w_per_n2: loss that grows with the square of the force at the wheels [W/N²]; 0 is the source's model.
-    regen_cap_w: most power that recuperation charges with [W]; regen_fade_soc_frac: charge from which it falls,
-    to 0 at 1 [-]; regen_cold_full_k, regen_cold_none_k: temperatures with all and none of it [K].
+    regen_cap_w: most power that recuperation charges with [W]. regen_fade_soc_frac: charge from which the battery
+    accepts a falling share of it, none at 1 [-]. regen_cold_full_k, regen_cold_none_k: temperatures with all and none
+    of the cap [K].
     """
 
     rolling_temp_per_k: float = 0.008

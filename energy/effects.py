@@ -30,7 +30,10 @@ SEA_LEVEL_K: Final = 288.15
 LAPSE_K_PER_M: Final = 0.0065
 BAROMETRIC_EXPONENT: Final = 5.25588
 RESISTANCE_REFERENCE_K: Final = 296.15  # middle of the source's 13 to 32 °C, in which its efficiencies were measured
+FAN_FULL_W: Final = 1000.0  # thermal power from which the fan runs at full speed (assumed)
 YAW_SPEED_MPS: Final = 1.0  # air slower than this has no direction that matters
+
+ROAD_LOAD_COLUMNS: Final = (force.ROAD_ROLLING, force.ROAD_LINEAR, force.ROAD_AERO)
 
 PART_NAMES: Final = (
     "rolling",
@@ -101,11 +104,9 @@ class Drive:
         base, density, drag = _aero_n_per_mps2(self.vehicle, self.conditions, links)
         aero = base + density + drag
         table[:, force.ROAD_AERO] = aero
-        if self.conditions.ambient_k is not None and self.vehicle.road_load_b_n_per_mps < 0.0:
-            # warm tyres, thin air and a falling linear part together must not make a negative road load
-            b = table[:, force.ROAD_LINEAR]
-            dip = np.divide(b * b, 4.0 * aero, out=np.zeros_like(aero), where=(aero > 0.0) & (b < 0.0))
-            table[:, force.ROAD_ROLLING] = np.maximum(table[:, force.ROAD_ROLLING], dip)
+        if self.conditions != STILL:
+            lift = -np.minimum(_least_load_n(*(table[:, k] for k in ROAD_LOAD_COLUMNS)), 0.0)
+            table[:, force.ROAD_ROLLING] += lift
         if self.conditions.wind_speed_mps > 0.0:
             table[:, force.ROAD_WIND] = _wind_mps(self.conditions, links)[0]
         return table
@@ -148,6 +149,10 @@ def drive_of(
     Raises ConditionsError where a consumption table, which holds no forces, is to feel an effect on forces.
     """
     if isinstance(vehicle, ConsumptionTableVehicle):
+        if printed:
+            raise ConditionsError(
+                "link_model", "printed", f"integrated for vehicle {vehicle.id!r}, a consumption table"
+            )
         return Drive(vehicle, conditions, _table_physics(vehicle, conditions))
     strength = vehicle.effects
     mass_kg = vehicle.mass_kg + conditions.payload_kg
@@ -212,22 +217,23 @@ def air_density_factor(conditions: Conditions, altitude_m: NDArray[np.float64] |
 def cabin_power_w(conditions: Conditions, strength: EffectCoefficients) -> tuple[float, float]:
     """Electric power of heating or cooling [W]: what stays, and what decays from departure on with cabin_time_s.
 
-    Thermal: UA·|T − T_set| + soak·|T_cabin − T_set|·exp(−t/τ), the sun counted in; over the COP; with the fan; at most
-    the climate's limit.
+    Thermal: |UA·(T − T_set) + sun| to stay, soak·|T_cabin − T_set|·exp(−t/τ) at the start, each over the COP of heating
+    or cooling, whichever it is; the fan, in proportion up to FAN_FULL_W of thermal power; at most the climate's limit.
+    Where the two pull in opposite directions they are not set off against each other.
     """
     if conditions.ambient_k is None or not conditions.climate:
         return 0.0, 0.0
     target = strength.cabin_target_k
-    outside_w = strength.cabin_ua_w_per_k * (conditions.ambient_k - target) + conditions.sun_w
+    stays_w = strength.cabin_ua_w_per_k * (conditions.ambient_k - target) + conditions.sun_w
     begin_k = conditions.ambient_k if conditions.cabin_start_k is None else conditions.cabin_start_k
-    soak_w = strength.cabin_soak_w_per_k * (begin_k - target)
-    cop = strength.cooling_cop if outside_w > 0.0 else strength.heating_cop
-    steady_w = abs(outside_w) / cop
-    # a cabin on the other side of its target spares work at first; that is not booked
-    start_w = abs(soak_w) / cop if (soak_w > 0.0) == (outside_w > 0.0) else 0.0
-    fan_w = strength.climate_fan_w if steady_w + start_w > 0.0 else 0.0
-    steady_w = min(steady_w + fan_w, strength.climate_limit_w)
-    return steady_w, min(start_w, strength.climate_limit_w - steady_w)
+    starts_w = strength.cabin_soak_w_per_k * (begin_k - target)
+    fan_w = strength.climate_fan_w * min(abs(stays_w) / FAN_FULL_W, 1.0)
+    steady_w = min(_electric_w(stays_w, strength) + fan_w, strength.climate_limit_w)
+    return steady_w, min(_electric_w(starts_w, strength), strength.climate_limit_w - steady_w)
+
+
+def _electric_w(thermal_w: float, strength: EffectCoefficients) -> float:
+    return abs(thermal_w) / (strength.cooling_cop if thermal_w > 0.0 else strength.heating_cop)
 
 
 def resistance_rise_ohm(conditions: Conditions, strength: EffectCoefficients) -> float:
@@ -239,7 +245,7 @@ def resistance_rise_ohm(conditions: Conditions, strength: EffectCoefficients) ->
 
 
 def regen_limit(conditions: Conditions, strength: EffectCoefficients, capacity_wh: float) -> tuple[float, float]:
-    """Cap on recuperation [W], inf for none, and the charge below full over which it falls to nothing [J]."""
+    """Cap on recuperation [W], inf for none, and the charge below full over which less and less is accepted [J]."""
     if not conditions.regen_limited:
         return math.inf, 0.0
     cap_w = strength.regen_cap_w
@@ -293,6 +299,14 @@ def _wind_mps(conditions: Conditions, links: LinkSetting) -> tuple[NDArray[np.fl
     ahead = conditions.wind_speed_mps * (east * links.heading[:, 0] + north * links.heading[:, 1])
     across = conditions.wind_speed_mps * np.abs(north * links.heading[:, 0] - east * links.heading[:, 1])
     return ahead, across
+
+
+def _least_load_n(a: NDArray[np.float64], b: NDArray[np.float64], c: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Least of a + b·v + c·v² over 0..200 km/h, float64 (n,) [N]: warm tyres and thin air may take it below 0."""
+    top = np.full_like(a, CHECKED_SPEED_MPS)
+    vertex = np.divide(-b, 2.0 * c, out=np.zeros_like(a), where=c > 0.0)
+    at = np.stack((np.zeros_like(a), top, np.clip(vertex, 0.0, CHECKED_SPEED_MPS)))
+    return np.asarray((a + (b + c * at) * at).min(axis=0), np.float64)
 
 
 def _share(part: float, whole: float) -> float:

@@ -19,18 +19,19 @@ from energy.kernels_force import (
     GRADE,
     INERTIA,
     PART_COUNT,
+    REGEN_LIMIT,
     RESISTANCE_LOSS,
     ROAD_WAIT,
     TABLE,
     LinkPhysics,
     Road,
+    accepted_j,
     cabin_energy_j,
     cruise_energy,
     cruise_terms,
     idle_energy,
     ramp_energy,
     ramp_terms,
-    regen_cap_w,
     road_at,
 )
 
@@ -332,12 +333,13 @@ def drive_chain(
         if k + 1 == n and arrive_stopped:
             p_stop = 1.0
             wait = 0.0
-        r = road_at(roads, k, regen_cap_w(p, used, full_j))
+        r = road_at(roads, k)
         e, time[k], v_end[k] = link_energy(p, r, length[k], v, p_entry, v_max[k], v_next, p_stop, wait)
         add_link_parts(p, r, length[k], v, p_entry, v_max[k], v_next, p_stop, wait, parts[k])
         heat = cabin_energy_j(p, clock, clock + time[k])
-        energy[k] = e + heat
+        energy[k] = accepted_j(p, used, e + heat, full_j)
         parts[k, CABIN] += heat
+        parts[k, REGEN_LIMIT] += energy[k] - (e + heat)
         standstill[k] = p_stop * wait
         p_end[k] = p_stop
         v = v_end[k]

@@ -50,9 +50,9 @@ class LinkPhysics(NamedTuple):
     aux_move_w, aux_idle_w: P_aux/η_aux.
     speed_bound_mps: (n+1,) interval boundaries. accel_sum, decel_sum: (n+1,) running sums of |a| over intervals.
     printed: evaluate dynamic phases as equations (13), (15), (36) are printed instead of integrating exactly.
-    regen_cap_w: most battery power that recuperation charges with, inf for none; it falls to 0 over the last
-    fade_width_j of charge [J], 0 for no fading. loss_per_n2: loss for force squared [W/N²]. loss_per_w: loss for
-    battery power squared [1/W]. lossy: any of these is on.
+    regen_cap_w: most battery power that recuperation charges with, inf for none. fade_width_j: charge below full over
+    which the battery accepts less and less of it [J], 0 for no fading. loss_per_n2: loss for force squared [W/N²].
+    loss_per_w: loss for battery power squared [1/W]. lossy: a cap or one of these losses is on.
     cabin_w, cabin_start_w, cabin_time_s: climate power at t since departure is
     cabin_w + cabin_start_w·exp(−t/cabin_time_s).
     table: a consumption table instead of forces; climb_up_j_per_m, climb_down_j_per_m, kinetic_up_kg and
@@ -90,7 +90,7 @@ class Road(NamedTuple):
         rolling_n + linear·v + aero·(v + wind)·|v + wind|, but at least 0 with wind from behind.
 
     grade: sin θ. rolling_n: A·cos θ, with what lies on the road. wind_mps: against the direction of travel, negative
-    from behind. cap_w: most power that recuperation charges with at this charge.
+    from behind.
     """
 
     grade: float
@@ -98,11 +98,10 @@ class Road(NamedTuple):
     linear_n_per_mps: float
     aero_n_per_mps2: float
     wind_mps: float
-    cap_w: float
 
 
 @njit(nogil=True, cache=True)
-def road_at(roads: NDArray[np.float64], link: int, cap_w: float) -> Road:
+def road_at(roads: NDArray[np.float64], link: int) -> Road:
     """The road of a link, from the table of roads (n, 8)."""
     return Road(
         roads[link, ROAD_GRADE],
@@ -110,16 +109,24 @@ def road_at(roads: NDArray[np.float64], link: int, cap_w: float) -> Road:
         roads[link, ROAD_LINEAR],
         roads[link, ROAD_AERO],
         roads[link, ROAD_WIND],
-        cap_w,
     )
 
 
 @njit(nogil=True, cache=True)
-def regen_cap_w(p: LinkPhysics, used_j: float, full_j: float) -> float:
-    """Most power that recuperation may charge with after used_j [J] since departure, when full_j fills the battery."""
-    if p.fade_width_j <= 0.0:
-        return p.regen_cap_w
-    return p.regen_cap_w * min(max((used_j - full_j) / p.fade_width_j, 0.0), 1.0)
+def accepted_j(p: LinkPhysics, used_j: float, energy_j: float, full_j: float) -> float:
+    """Energy that the battery accepts of what a link gives back (energy_j < 0), after used_j [J] since departure.
+
+    full_j fills the battery. Over the last fade_width_j the share that is accepted falls linearly with the room that
+    is left, d(room) = −room/width · d(offered): an exponential, so that more charge before stays more charge after.
+    """
+    if energy_j >= 0.0 or p.fade_width_j <= 0.0 or full_j == -math.inf:
+        return energy_j
+    room = max(used_j - full_j, 0.0)
+    free = max(room - p.fade_width_j, 0.0)
+    if -energy_j <= free:
+        return energy_j
+    fading = room - free
+    return fading * math.expm1((energy_j + free) / p.fade_width_j) - free
 
 
 @njit(nogil=True, cache=True)
@@ -255,7 +262,7 @@ def battery_power(p: LinkPhysics, r: Road, v: float, accel: float) -> float:
     force = road_load_n(r, v) + p.weight_n * r.grade + p.inertia_kg * accel
     traction = battery_work_j(p, force * v)
     if p.lossy:
-        traction = max(traction, -r.cap_w)
+        traction = max(traction, -p.regen_cap_w)
     power = traction + p.aux_move_w
     return power + p.loss_per_n2 * force * force + p.loss_per_w * power * power
 
@@ -323,9 +330,9 @@ def closed_terms(
     else:
         recuperation = work * (p.recuperation_factor - 1.0)
         battery = work * p.recuperation_factor
-        if battery < -r.cap_w * dt:
-            limited = -r.cap_w * dt - battery
-            battery = -r.cap_w * dt
+        if battery < -p.regen_cap_w * dt:
+            limited = -p.regen_cap_w * dt - battery
+            battery = -p.regen_cap_w * dt
     power = battery / dt + p.aux_move_w
     return (
         works[0],
@@ -401,7 +408,7 @@ def signed_terms(
 ) -> Terms:
     """Terms of a piece of a ramp in which the force keeps its sign; cut where the cap on recuperation begins to act."""
     work = stretch_work_j(f0, b, c, per_v2 * (high * high - low * low), low, high)
-    if work >= 0.0 or math.isinf(r.cap_w):
+    if work >= 0.0 or math.isinf(p.regen_cap_w):
         return piece_terms(p, r, accel, per_v2, f0, b, c, low, high, False)
     eta = p.recuperation_factor
     terms = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
@@ -414,16 +421,16 @@ def signed_terms(
             end = t1 if k == 0 else t2
         if end <= begin:
             continue
-        cut = cap_speed(r.cap_w, eta * f0, eta * b, eta * c, begin, end)
+        cut = cap_speed(p.regen_cap_w, eta * f0, eta * b, eta * c, begin, end)
         if begin < cut < end:
             for part in range(2):
                 v_low, v_high = (begin, cut) if part == 0 else (cut, end)
                 middle = 0.5 * (v_low + v_high)
-                capped = eta * middle * (f0 + (b + c * middle) * middle) < -r.cap_w
+                capped = eta * middle * (f0 + (b + c * middle) * middle) < -p.regen_cap_w
                 terms = plus(terms, piece_terms(p, r, accel, per_v2, f0, b, c, v_low, v_high, capped))
         else:
             middle = 0.5 * (begin + end)
-            capped = eta * middle * (f0 + (b + c * middle) * middle) < -r.cap_w
+            capped = eta * middle * (f0 + (b + c * middle) * middle) < -p.regen_cap_w
             terms = plus(terms, piece_terms(p, r, accel, per_v2, f0, b, c, begin, end, capped))
         begin = end
     return terms
@@ -478,7 +485,7 @@ def piece_terms(
         factor = p.recuperation_factor
         recuperation = work * (factor - 1.0)
         if capped:
-            limited = -r.cap_w * dt - work * factor
+            limited = -p.regen_cap_w * dt - work * factor
     load = resistance = 0.0
     if p.loss_per_n2 > 0.0 or p.loss_per_w > 0.0:
         half, middle = 0.5 * (high - low), 0.5 * (high + low)
@@ -486,7 +493,7 @@ def piece_terms(
             node = GAUSS_NODE[k >> 1]
             v = middle + half * (node if k & 1 else -node)
             force = f0 + (b + c * v) * v
-            power = p.aux_move_w + (-r.cap_w if capped else factor * force * v)
+            power = p.aux_move_w + (-p.regen_cap_w if capped else factor * force * v)
             share = 0.5 * GAUSS_WEIGHT[k >> 1] * dt
             load += share * p.loss_per_n2 * force * force
             resistance += share * p.loss_per_w * power * power

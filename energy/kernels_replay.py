@@ -15,14 +15,15 @@ from energy.kernels_force import (
     CABIN,
     GRADE,
     INERTIA,
+    REGEN_LIMIT,
     RESISTANCE_LOSS,
     TABLE,
     LinkPhysics,
+    accepted_j,
     cabin_energy_j,
     cruise_terms,
     idle_energy,
     ramp_terms,
-    regen_cap_w,
     road_at,
     total_j,
 )
@@ -50,7 +51,7 @@ def drive_profile(
         dt = time[k + 1] - time[k]
         v_a, v_b = speed[k], speed[k + 1]
         ds = 0.5 * (v_a + v_b) * dt
-        r = road_at(roads, k, regen_cap_w(p, used, full_j))
+        r = road_at(roads, k)
         if ds <= 0.0:
             terms[k, AUXILIARY] = p.aux_idle_w * dt
             terms[k, RESISTANCE_LOSS] = p.loss_per_w * p.aux_idle_w * p.aux_idle_w * dt
@@ -73,6 +74,7 @@ def drive_profile(
             taken = total_j(work)
         heat = cabin_energy_j(p, time[k] - time[0], time[k + 1] - time[0])
         terms[k, CABIN] = heat
-        energy[k] = taken + heat
+        energy[k] = accepted_j(p, used, taken + heat, full_j)
+        terms[k, REGEN_LIMIT] += energy[k] - (taken + heat)
         used = max(used + energy[k], full_j)
     return used

@@ -21,14 +21,15 @@ from energy.kernels import TOUCH_MPS, stop_at
 from energy.kernels_force import (
     AUXILIARY,
     CABIN,
+    REGEN_LIMIT,
     RESISTANCE_LOSS,
     ROAD_WAIT,
     LinkPhysics,
+    accepted_j,
     cabin_energy_j,
     cruise_terms,
     idle_energy,
     ramp_terms,
-    regen_cap_w,
     road_at,
     total_j,
 )
@@ -205,7 +206,7 @@ def drive_steps(
         energy[k] = 0.0
         begin_s = clock
         left = length[k]
-        r = road_at(roads, k, regen_cap_w(p, used, full_j))
+        r = road_at(roads, k)
         while left > 0.0:
             if count == step_limit:
                 return STEP_LIMIT_REACHED
@@ -226,8 +227,6 @@ def drive_steps(
                     hard = harder > v_new
                     v_new = max(v_new, harder)
                 ds = 0.5 * (v + v_new) * dt
-            if p.fade_width_j > 0.0:
-                r = road_at(roads, k, regen_cap_w(p, used, full_j))
             if v_new == v:
                 terms = cruise_terms(p, r, ds, v)
             else:
@@ -236,7 +235,9 @@ def drive_steps(
                 parts[k, part] += terms[part]
             heat = cabin_energy_j(p, clock, clock + dt)
             parts[k, CABIN] += heat
-            taken = total_j(terms) + heat
+            offered = total_j(terms) + heat
+            taken = accepted_j(p, used, offered, full_j)
+            parts[k, REGEN_LIMIT] += taken - offered
             energy[k] += taken
             used = max(used + taken, full_j)
             left -= ds

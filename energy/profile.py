@@ -79,7 +79,7 @@ def chain_profile(
             pen.jump(0.0 if stopping else v)
         else:
             wanted = 0.0 if stopping else target
-            v = _draw_link(pen, drive.physics, road_at(roads, k, math.inf), float(chain.length_m[k]), v, limit, wanted)
+            v = _draw_link(pen, drive.physics, road_at(roads, k), float(chain.length_m[k]), v, limit, wanted)
         if stopping:
             v = 0.0
             if not (last and arrive_stopped):

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 STEP_S: Final = 0.1  # the source's
 STEP_RANGE_S: Final = (0.001, 1.0)
 STEP_LIMIT: Final = 10_000_000  # 277 h in steps of 0.1 s
+PROFILE_STEP_LIMIT: Final = 2_000_000  # 55 h; every step of a profile is held in memory before it is thinned
 CERTAIN_RULES: Final = (StopRule.CROSSINGS, StopRule.COUNTED, StopRule.NONE)
 
 
@@ -65,7 +66,7 @@ def simulate_timestep(
 
     Raises ConditionsError for a consumption table, which knows no accelerations, for the rule `expected`, since one
     drive either stops or does not, and for a step out of range; LinkError as simulate_chain does, and where the drive
-    would take more than STEP_LIMIT steps.
+    would take more than STEP_LIMIT steps, or with a profile more than PROFILE_STEP_LIMIT.
     """
     if isinstance(vehicle, ConsumptionTableVehicle):
         raise ConditionsError("model", "timestep", f"fast for vehicle {vehicle.id!r}, a table without accelerations")
@@ -79,14 +80,15 @@ def simulate_timestep(
     driven_mps = drive.driven_mps(chain.speed_limit_mps)
     setting = LinkSetting(chain.grade_frac, driven_mps, chain.altitude_m, chain.heading)
     roads = drive.roads(setting, chain.stop_time_s)
+    step_limit = PROFILE_STEP_LIMIT if profile else STEP_LIMIT
     slowest_s = chain.length_m / driven_mps
     too_long = LinkError(
         "speed_limit_mps",
         int(np.argmax(slowest_s)),
         float(chain.speed_limit_mps[np.argmax(slowest_s)]),
-        f"at most {STEP_LIMIT} steps of {step_s:g} s for the whole drive",
+        f"at most {step_limit} steps of {step_s:g} s for the whole drive{' with a profile' if profile else ''}",
     )
-    if not float(slowest_s.sum()) <= STEP_LIMIT * step_s:
+    if not float(slowest_s.sum()) <= step_limit * step_s:
         raise too_long
     n = chain.length_m.size
     energy, time, standstill, v_end, stopped = (np.empty(n) for _ in range(5))
@@ -106,7 +108,7 @@ def simulate_timestep(
             arrive_stopped,
             filling_energy_j(soc_start_frac, vehicle.usable_capacity_wh),
             step_s,
-            STEP_LIMIT,
+            step_limit,
             energy,
             time,
             standstill,

@@ -13,14 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from energy.kernels import link_energy
-from energy.kernels_force import (
-    ROAD_GRADE,
-    ROAD_WAIT,
-    LinkPhysics,
-    cabin_energy_j,
-    regen_cap_w,
-    road_at,
-)
+from energy.kernels_force import ROAD_GRADE, ROAD_WAIT, LinkPhysics, accepted_j, cabin_energy_j, road_at
 from routing.kernels_gap import (
     COST,
     CRUISE_J,
@@ -181,6 +174,7 @@ def run(
     row, settling_m, top_class = g.row, g.settling_m, g.top_class
     roads = g.roads
     climate = p.cabin_w > 0.0 or p.cabin_start_w > 0.0
+    fades = p.fade_width_j > 0.0
     successor_first, successors = g.successor_first, g.successor
     links = row.shape[0]
     capacity = index.shape[0]
@@ -217,13 +211,13 @@ def run(
         v, stopped = number[top, SPEED], number[top, STOPPED]
         here = row[link]
         v_max = here[LIMIT]
-        cap_w = regen_cap_w(p, energy0, r.least_energy_j)
         for k in range(goal_link.size):
             if goal_link[k] == link and goal_offset[k] > offset:
                 ds = goal_offset[k] - offset
-                e, t, _ = link_energy(p, road_at(roads, link, cap_w), ds, v, stopped, v_max, v_max, 1.0, 0.0)
+                e, t, _ = link_energy(p, road_at(roads, link), ds, v, stopped, v_max, v_max, 1.0, 0.0)
                 if climate:
                     e += cabin_energy_j(p, time0, time0 + t)
+                e = accepted_j(p, energy0, e, r.least_energy_j)
                 e = max(e, r.least_energy_j - energy0)
                 if energy0 + e <= r.most_energy_j:
                     cost = cost0 + r.energy_weight * e + r.time_weight * t + r.distance_weight * ds
@@ -237,7 +231,6 @@ def run(
                     made += 1
         ds = here[LENGTH] - offset
         p_stop = here[STOP]
-        known = offset == 0.0 and cap_w == p.regen_cap_w
         known_target = -1.0
         e = 0.0
         t = 0.0
@@ -247,16 +240,18 @@ def run(
             there = row[successor]
             target = min(v_max, there[LIMIT])
             if target != known_target:
-                if v == v_max and target == v_max and known and (stopped == 0.0 or here[REST_S] >= 0.0):
+                if v == v_max and target == v_max and offset == 0.0 and (stopped == 0.0 or here[REST_S] >= 0.0):
                     e, t, v_end = here[CRUISE_J], here[CRUISE_S], v_max
                     if stopped > 0.0:
                         e += stopped * (here[REST_J] - e)
                         t += stopped * (here[REST_S] - t)
                 else:
-                    road = road_at(roads, link, cap_w)
+                    road = road_at(roads, link)
                     e, t, v_end = link_energy(p, road, ds, v, stopped, v_max, target, p_stop, roads[link, ROAD_WAIT])
                 if climate:
                     e += cabin_energy_j(p, time0, time0 + t)
+                if fades:
+                    e = accepted_j(p, energy0, e, r.least_energy_j)
                 known_target = target
             used = max(energy0 + e, r.least_energy_j)  # a full battery: the rest is braked away
             if used > r.most_energy_j:
@@ -354,7 +349,7 @@ def fill_cruise(p: LinkPhysics, row: NDArray[np.float64], roads: NDArray[np.floa
     """Energy and time of each link entered at its limit or from rest, left at the limit or stopped, into its row."""
     for k in range(row.shape[0]):
         v, length, stop = row[k, LIMIT], row[k, LENGTH], row[k, STOP]
-        r = road_at(roads, k, p.regen_cap_w)
+        r = road_at(roads, k)
         wait = roads[k, ROAD_WAIT]
         row[k, CRUISE_J], row[k, CRUISE_S], _ = link_energy(p, r, length, v, 0.0, v, v, stop, wait)
         row[k, REST_J], row[k, REST_S], end = link_energy(p, r, length, 0.0, 0.0, v, v, stop, wait)
@@ -414,9 +409,9 @@ def arrivals(
         time0 = ws.number[label, TIME]
         v_max = g.speed_limit_mps[link]
         length = g.length_m[link]
-        road = road_at(g.roads, link, regen_cap_w(p, energy0, r.least_energy_j))
+        road = road_at(g.roads, link)
         e, t, _ = link_energy(p, road, length - offset, v, stopped, v_max, v_max, 1.0, 0.0)
-        e += cabin_energy_j(p, time0, time0 + t)
+        e = accepted_j(p, energy0, e + cabin_energy_j(p, time0, time0 + t), r.least_energy_j)
         used = max(energy0 + e, r.least_energy_j)
         if used <= r.most_energy_j:
             link_reach_m[link] = length

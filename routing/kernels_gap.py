@@ -202,7 +202,7 @@ def phase_gap(
     p_b: float,
 ) -> tuple[float, float]:
     """The exact difference of energy and time of two entries of a link in which all phases fit whatever follows."""
-    r = road_at(roads, link, p.regen_cap_w)
+    r = road_at(roads, link)
     e_a, t_a, _ = link_energy(p, r, length, v_a, p_a, v_max, v_max, 0.0, 0.0)
     e_b, t_b, _ = link_energy(p, r, length, v_b, p_b, v_max, v_max, 0.0, 0.0)
     return e_a - e_b, t_a - t_b

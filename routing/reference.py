@@ -18,8 +18,9 @@ import numpy as np
 
 from energy.effects import LinkSetting
 from energy.kernels import link_energy
-from energy.kernels_force import cabin_energy_j, regen_cap_w, road_at
+from energy.kernels_force import accepted_j, cabin_energy_j, road_at
 from energy.stops import FunctionalClass, StopSettings
+from routing.errors import SearchLimitError
 from routing.graph import EARTH_RADIUS_M
 from routing.search import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_HOUR, Limits
 
@@ -77,7 +78,8 @@ Dominance: TypeAlias = "Callable[[Label, Label], bool]"
 class EnergySearch:
     """Searches on one graph for one vehicle under given conditions; graph edges as to_networkx makes them.
 
-    dominance(a, b), if given, says that a makes b superfluous though their states differ.
+    dominance(a, b), if given, says that a makes b superfluous though their states differ. Without it labels may grow
+    without end; beyond label_limit of them, if given, a search raises SearchLimitError.
     """
 
     graph: NetworkxGraph
@@ -86,6 +88,7 @@ class EnergySearch:
     weights: Weights
     limits: Limits = field(default_factory=Limits)
     dominance: Dominance | None = None
+    label_limit: int | None = None
     _roads: dict[Edge, NDArray[np.float64]] = field(default_factory=dict, repr=False)
     _driven_mps: dict[Edge, float] = field(default_factory=dict, repr=False)
 
@@ -127,17 +130,17 @@ class EnergySearch:
         """Energy [J], time [s], distance [m], end speed [m/s] and stop probability of driving a state's edge.
 
         With to_m the drive ends there with a stop, else at the edge's head. used_j, clock_s: since departure, on which
-        the cap on recuperation and the climate depend.
+        climate and acceptance depend.
         """
         edge = self.graph.edges[state.edge]
         limit = self._driven_mps[state.edge]
-        road = road_at(self._roads[state.edge], 0, regen_cap_w(self.physics, used_j, self.limits.least_energy_j))
+        road = road_at(self._roads[state.edge], 0)
         if to_m is not None:
             ds = to_m - state.offset_m
             energy, time, end = link_energy(
                 self.physics, road, ds, state.speed_mps, state.stopped_frac, limit, limit, 1.0, 0.0
             )
-            return energy + cabin_energy_j(self.physics, clock_s, clock_s + time), time, ds, 0.0, 1.0
+            return self._taken_j(energy, time, used_j, clock_s), time, ds, 0.0, 1.0
         ds = edge["length"] - state.offset_m
         probability, wait = self._stop(edge)
         energy, time, end = link_energy(
@@ -151,7 +154,12 @@ class EnergySearch:
             probability,
             wait,
         )
-        return energy + cabin_energy_j(self.physics, clock_s, clock_s + time), time, ds, end, probability
+        return self._taken_j(energy, time, used_j, clock_s), time, ds, end, probability
+
+    def _taken_j(self, energy_j: float, time_s: float, used_j: float, clock_s: float) -> float:
+        """Battery energy of a drive with the climate, as far as the battery accepts what is given back."""
+        offered = energy_j + cabin_energy_j(self.physics, clock_s, clock_s + time_s)
+        return accepted_j(self.physics, used_j, offered, self.limits.least_energy_j)
 
     def route(self, starts: Sequence[tuple[Edge, float]], goals: Sequence[tuple[Edge, float]]) -> Label | None:
         """The cheapest way from rest at a start to rest at a goal (each an edge and an offset [m]), or None."""
@@ -179,6 +187,7 @@ class EnergySearch:
         bags: dict[Edge, list[Label]] = {}
         ties = itertools.count()
         heap: list[tuple[float, int, Label]] = []
+        count = 0
         for edge, offset in starts:
             label = Label(State(edge, 0.0, 0.0, offset), 0.0, 0.0, 0.0, 0.0, None)
             heapq.heappush(heap, (self._key(label, self._height(edge, offset)), next(ties), label))
@@ -209,6 +218,9 @@ class EnergySearch:
                     continue
                 bag[:] = [other for other in bag if not self._dominates(made, other)]
                 bag.append(made)
+                count += 1
+                if self.label_limit is not None and count > self.label_limit:
+                    raise SearchLimitError(count, self.label_limit)
                 heapq.heappush(heap, (self._key(made, self._height(following, 0.0)), next(ties), made))
 
     def _extended(

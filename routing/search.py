@@ -189,8 +189,12 @@ def gap_rules(physics: LinkPhysics, roads: NDArray[np.float64], driven_mps: NDAr
     """The vehicle as dominance sees it: bounds on what a difference of states can cost that hold on every link."""
     linear, aero = roads[:, force.ROAD_LINEAR], roads[:, force.ROAD_AERO]
     wind = roads[:, force.ROAD_WIND]
-    falling = np.where((linear < 0.0) & (aero > 0.0), linear, 0.0)
-    sag = falling * falling / np.where(aero > 0.0, (2.0 if bool((wind < 0.0).any()) else 4.0) * aero, 1.0)
+    # most that the road load falls between two speeds: down to its vertex, or to the driven speed
+    vertex = np.divide(-linear, 2.0 * aero, out=np.full_like(aero, np.inf), where=aero > 0.0)
+    lowest = np.clip(vertex, 0.0, driven_mps)
+    sag = np.maximum(-(linear + aero * lowest) * lowest, 0.0)
+    if bool((wind < 0.0).any()):
+        sag = 2.0 * sag  # where the air comes from behind the drag falls as fast again
     drive, loss_w = physics.drive_factor, 0.0
     if physics.loss_per_n2 > 0.0 or physics.loss_per_w > 0.0:
         accel = np.diff(physics.accel_sum)

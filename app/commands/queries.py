@@ -6,7 +6,6 @@ What takes long to import is imported by the command that needs it.
 from __future__ import annotations
 
 import json
-import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -14,6 +13,7 @@ import typer
 from rich.console import Console
 
 from app import tables
+from app.commands.json_files import json_in
 from app.commands.output import GraphOption, JsonOption, print_json, print_notes, service_for
 from routing.errors import QueryError
 
@@ -99,26 +99,24 @@ def reachable(
     as_json: JsonOption = False,
 ) -> None:
     """The area that can be reached."""
-    from app.conversions.range import request_from_parameters
-    from app.schemas.range import RangeParameters
+    from app.schemas.range import RangeRequest
 
     service = service_for(graph)
-    place = _lat_lon("origin", origin)
-    sent = RangeParameters.model_validate(
+    sent = RangeRequest.model_validate(
         {
-            **place,
+            "origin": _lat_lon("origin", origin),
             "soc": soc,
             "vehicle": vehicle,
             "graph": service.settings.default_graph,
             "reserve_soc": reserve_soc,
-            "bands": bands,
+            "bands": _bands(bands),
             "link_model": link_model,
             "stops": stops,
-            **(_conditions(condition) or {}),
+            "conditions": _conditions(condition),
             "uncertainty": uncertainty,
         }
     )
-    answer = service.range(request_from_parameters(sent))
+    answer = service.range(sent)
     if as_json:
         print_json(answer)
         return
@@ -149,8 +147,9 @@ def simulate(
     """Energy and time of driving given links."""
     from app.schemas.simulation import SimulateRequest
 
-    text = sys.stdin.read() if str(source) == "-" else source.read_text(encoding="utf-8")
-    body = json.loads(text)
+    if plot is not None and plot.suffix.lower() != ".png":
+        raise QueryError("plot", repr(str(plot)), "a file name that ends in .png")
+    body = json_in(source)
     asked = {"model": model, "stops": stops, "profile": profile or None}
     if isinstance(body, dict):
         body |= {name: value for name, value in asked.items() if value is not None}
@@ -189,6 +188,18 @@ def _weights(text: str) -> dict[str, float]:
     return {"energy": energy, "time": time, "distance": distance}
 
 
+def _bands(text: str) -> int | list[float]:
+    """Bands as in the address of GET /range."""
+    from pydantic_core import PydanticCustomError
+
+    from app.schemas.range import bands_from_text
+
+    try:
+        return bands_from_text(text)
+    except PydanticCustomError as error:
+        raise QueryError("bands", repr(text), error.message()) from error
+
+
 def _conditions(given: list[str] | None) -> dict[str, object] | None:
     """Conditions out of NAME=VALUE pairs; numbers and true or false as in JSON, all else is text."""
     if not given:
@@ -200,6 +211,6 @@ def _conditions(given: list[str] | None) -> dict[str, object] | None:
             raise QueryError("condition", pair, "NAME=VALUE, such as ambient_c=-5")
         try:
             found[name] = json.loads(value)
-        except json.JSONDecodeError:
+        except (ValueError, RecursionError):
             found[name] = value
     return found

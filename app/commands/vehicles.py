@@ -13,6 +13,7 @@ import typer
 from rich.console import Console
 
 from app import tables
+from app.commands.json_files import json_in
 from app.commands.output import CommandError, JsonOption, print_json, service_for, show
 
 if TYPE_CHECKING:
@@ -85,15 +86,21 @@ def _vehicle_in(path: Path) -> tuple[str, SentVehicle]:
 
     from app.conversions.vehicle import vehicle_detail
     from app.schemas.vehicle import VehicleBody
+    from energy.errors import EnergyError
     from energy.vehicle_files import load_vehicle
 
     if path.suffix == ".toml":
-        content: object = vehicle_detail(load_vehicle(path)).model_dump(mode="json")
-    else:
         try:
-            content = json.loads(path.read_bytes())
-        except UnicodeDecodeError as error:
-            raise CommandError(f"{path} is not UTF-8 at byte {error.start}") from error
+            vehicle = load_vehicle(path)
+        except EnergyError:
+            raise
+        except RecursionError as error:
+            raise CommandError(f"{path} is nested too deeply") from error
+        except ValueError as error:  # what tomllib raises on a long whole number
+            raise CommandError(f"{path}: {error}") from error
+        content: object = vehicle_detail(vehicle).model_dump(mode="json")
+    else:
+        content = json_in(path)
     if not isinstance(content, dict):
         raise CommandError(f"{path} holds no JSON object, allowed: a vehicle as `vehicles show --json` prints it")
     vehicle_id = content.pop("id", path.stem)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from enum import Enum
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -22,17 +23,35 @@ from app.schemas.simulation import (
 )
 from energy.battery import JOULE_PER_WH, soc_along
 from energy.chain import Chain
+from energy.errors import LinkError
 from energy.stops import Cross, StopSettings
 from energy.vehicle import KMH_PER_MPS
 from routing.query import LinkSpan
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from app.driving import Course, Driven
     from app.schemas.vehicle import VehicleChoice
     from energy.profile import SpeedProfile
     from routing.graph import RoadGraph
+
+
+# names inside, on the left, are those of a chain in SI units; on the right, those of links that are sent
+SENT_FIELDS: Final[Mapping[str, str]] = {
+    "length_m": "length_m",
+    "grade_frac": "grade",
+    "speed_limit_mps": "speed_limit_kmh",
+    "stop_probability_frac": "stop_probability",
+    "stop_time_s": "stop_time_s",
+    "stop_class": "cross",
+    "altitude_m": "altitude_m",
+    "heading": "heading_deg",
+}
+
+
+class ChainLinkError(LinkError):
+    """A link given by its numbers that cannot be driven: field and value are those that were sent."""
 
 
 def spans_from_links(sent: Sequence[GraphLinkSent], graph: RoadGraph) -> tuple[LinkSpan, ...]:
@@ -67,6 +86,15 @@ def chain_from_numbers(sent: Sequence[ChainLinkSent], settings: StopSettings) ->
         altitude_m=np.array(altitude_m, np.float64) if altitude_m else None,
         heading=np.column_stack((np.sin(heading_rad), np.cos(heading_rad))) if heading_rad.size else None,
     )
+
+
+def chain_link_error(error: LinkError, sent: Sequence[ChainLinkSent]) -> ChainLinkError:
+    """An error of a chain by numbers in the names and units of the request."""
+    field = SENT_FIELDS.get(error.field, error.field)
+    value = getattr(sent[error.position], field, None)
+    if value is None:  # not sent
+        value = error.value
+    return ChainLinkError(field, error.position, value.value if isinstance(value, Enum) else value, error.allowed)
 
 
 def simulation_answer(driven: Driven, course: Course, sent: SimulateRequest) -> SimulateResponse:

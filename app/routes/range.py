@@ -14,6 +14,7 @@ from app.examples.problems import problems
 from app.routes.access import GEOJSON, GeoJSONResponse, RunningService, SearchPool, answer
 from app.schemas.problem import ErrorCode
 from app.schemas.range import RangeFeatureCollection, RangeParameters, RangeRequest
+from energy.errors import ConditionsError
 
 router = APIRouter(tags=["range"], default_response_class=GeoJSONResponse)
 
@@ -46,7 +47,10 @@ def find_range(sent: Annotated[RangeParameters, Query()], service: RunningServic
         long_form = request_from_parameters(sent)
     except ValidationError as error:
         raise RequestValidationError(error.errors()) from error
-    return answer(pool.run(lambda: service.range(long_form)), GEOJSON)
+    try:
+        return answer(pool.run(lambda: service.range(long_form)), GEOJSON)
+    except ConditionsError as error:  # names a field of the long form
+        raise ConditionsError(error.field.removeprefix("conditions."), error.value, error.allowed) from error
 
 
 @router.post(

@@ -63,7 +63,7 @@ class ChainLinkSent(Sent):
 
     length_m: Number = Field(ge=0.001, le=1e6, description="[m]")
     grade: Number = Field(default=0.0, ge=-1, le=1, description="rise over length, negative downhill")
-    speed_limit_kmh: Number = Field(ge=1, le=400, description="[km/h]")
+    speed_limit_kmh: Number = Field(ge=1, le=200, description="[km/h]")
     cross: CrossName = Field(default=CrossName.NONE, description="how probable a stop at its end is")
     urban: Flag = Field(default=False, description="inside a built-up area")
     functional_class: FunctionalClassName = FunctionalClassName.UNCLASSIFIED

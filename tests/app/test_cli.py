@@ -9,6 +9,7 @@ import pytest
 from typer.testing import CliRunner
 
 from app.cli import cli
+from tests.app.expected import VEHICLE
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -196,6 +197,11 @@ def test_graph_given_as_a_folder_is_the_one_that_answers(settings: Settings) -> 
         (("route", *PLACES, "--soc", "0.5", "--graph", "atlantis"), "graph 'atlantis' is unknown, known: grid, level"),
         (("route", "--start", "60,8", "--goal", "46.5,8", "--soc", "0.5"), "start (lat 60, lon 8) is outside the map"),
         (("range", "--origin", "46.5,8", "--soc", "0.5", "--bands", "0"), "bands is 0, allowed: at least 1"),
+        (
+            ("range", "--origin", "46.5,8", "--soc", "0.5", "--bands", "many"),
+            "bands is 'many', allowed: a whole number",
+        ),
+        (("range", "--origin", "95,8", "--soc", "0.5"), "origin.lat is 95.0, allowed: at most 90"),
         (("graphs", "show", "/nowhere/at/all"), "graph '/nowhere/at/all' is unknown"),
         (("vehicles", "show", "delorean"), "vehicle 'delorean' is unknown"),
         (("simulate", "/nowhere/links.json"), "No such file or directory"),
@@ -214,7 +220,86 @@ def test_error_of_a_command_is_one_line_on_stderr_and_exit_code_2(arguments: tup
 def test_simulate_of_text_that_is_not_json_ends_in_one_line() -> None:
     result = run("simulate", "-", text="{")
     assert result.exit_code == 2
-    assert result.stderr.startswith("not valid JSON")
+    assert result.stderr.startswith("the input is not valid JSON: ")
+
+
+NOT_JSON = [
+    pytest.param(b'{"chain": "\xff"}', "is not UTF-8 at byte 11", id="not UTF-8"),
+    pytest.param(b"[" * 100_000, "is nested too deeply", id="deep"),
+    pytest.param(b'{"soc": ' + 5000 * b"1" + b"}", "has a whole number of more than 4300 digits", id="long number"),
+    pytest.param(b'{"soc": }', "is not valid JSON: Expecting value", id="broken"),
+]
+
+
+@pytest.mark.parametrize(("content", "message"), NOT_JSON)
+@pytest.mark.parametrize("command", [("simulate",), ("vehicles", "add")])
+def test_file_that_is_not_json_ends_in_one_line(
+    tmp_path: Path, command: tuple[str, ...], content: bytes, message: str
+) -> None:
+    path = tmp_path / "sent.json"
+    path.write_bytes(content)
+    result = run(*command, str(path))
+    assert (result.exit_code, result.stdout) == (2, ""), result.output
+    assert f"{path} {message}" in result.stderr
+    assert result.stderr.strip().count("\n") == 0
+
+
+@pytest.mark.parametrize(("content", "message"), NOT_JSON)
+def test_input_that_is_not_json_ends_in_one_line(content: bytes, message: str) -> None:
+    result = CliRunner().invoke(cli, ("simulate", "-"), input=content)
+    assert (result.exit_code, result.stdout) == (2, ""), result.output
+    assert f"the input {message}" in result.stderr
+
+
+def test_file_with_a_byte_order_mark_is_read(tmp_path: Path) -> None:
+    (tmp_path / "chain.json").write_text(json.dumps(CHAIN), encoding="utf-8-sig")
+    assert run_json("simulate", str(tmp_path / "chain.json")) == run_json("simulate", "-", text=json.dumps(CHAIN))
+
+
+@pytest.mark.parametrize("body", [{"id": "\ud800"}, {"id": "my-car", "\ud800": 1}, {"id": "my-car", "name": "\ud800"}])
+def test_lone_surrogate_in_a_vehicle_ends_in_one_line(tmp_path: Path, body: dict[str, object]) -> None:
+    (tmp_path / "car.json").write_text(json.dumps(VEHICLE | body), encoding="ascii")
+    result = run("vehicles", "add", str(tmp_path / "car.json"))
+    assert (result.exit_code, result.stdout) == (2, ""), result.output
+    assert result.stderr.strip().count("\n") == 0
+
+
+@pytest.mark.parametrize("name", ["speed.svg", "speed", "speed.png.pdf"])
+def test_simulate_with_a_plot_of_another_format_is_refused_before_driving(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.setattr("app.service.Service.simulate", lambda *_: pytest.fail("driven"))
+    result = run("simulate", "-", "--plot", str(tmp_path / name), text=json.dumps(CHAIN))
+    assert result.exit_code == 2, result.output
+    assert f"plot is '{tmp_path / name}', allowed: a file name that ends in .png" in result.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+CONDITIONS = ("--condition", "ambient_c=-5", "--condition", "road=wet", "--condition", "climate=false")
+
+
+def test_range_under_conditions_as_json_equals_http(client: TestClient) -> None:
+    from_cli = run_json("range", "--origin", "46.5,8.003", "--soc", "0.01", "--bands", "0.002,0.005", *CONDITIONS)
+    query = "lat=46.5&lon=8.003&soc=0.01&bands=0.002,0.005&ambient_c=-5&road=wet&climate=false"
+    assert from_cli == timeless(client.get(f"/range?{query}").json())
+    assert from_cli["request"]["conditions"]["road"] == "wet"
+
+
+@pytest.mark.parametrize("name", ["soc", "reserve_soc", "bands", "vehicle", "graph", "lat", "uncertainty"])
+@pytest.mark.parametrize("command", ["route", "range"])
+def test_condition_of_another_name_is_refused(command: str, name: str) -> None:
+    places = PLACES if command == "route" else PLACES[:2]
+    result = run(command, *places, "--soc", "0.5", "--condition", f"{name}=0.9")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert f"conditions.{name} is 0.9, allowed: no field of this name" in result.stderr
+
+
+@pytest.mark.parametrize("value", ["[" * 100_000, "1" * 5000], ids=["deep", "long number"])
+def test_condition_that_json_cannot_read_is_a_text(value: str) -> None:
+    result = run("range", *PLACES[:2], "--soc", "0.5", "--condition", f"payload_kg={value}")
+    assert result.exit_code == 2, result.output
+    assert "conditions.payload_kg is" in result.stderr
+    assert result.stderr.strip().count("\n") == 0
 
 
 def test_exported_graph_imports_again(tmp_path: Path) -> None:

@@ -129,6 +129,16 @@ def test_add_of_a_file_that_is_not_utf_8_says_so(tmp_path: Path) -> None:
     assert "is not UTF-8 at byte 10" in result.stderr
 
 
+@pytest.mark.parametrize("value", ["[" * 100_000, "1" * 5000], ids=["deep", "long number"])
+def test_add_of_toml_that_cannot_be_read_is_one_line_on_stderr(tmp_path: Path, value: str) -> None:
+    path = tmp_path / "my-car.toml"
+    path.write_text(f"mass_kg = {value}", encoding="utf-8")
+    result = run("add", str(path))
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert result.stderr.startswith(str(path))
+    assert result.stderr.strip().count("\n") == 0
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

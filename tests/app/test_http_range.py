@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from shapely.geometry import Point, shape
 
+from tests.app.expected import TABLE, check_problem
+
 if TYPE_CHECKING:
     from starlette.testclient import TestClient
 
@@ -126,3 +128,19 @@ def test_range_with_a_bad_condition_names_the_parameter(client: TestClient, para
     response = client.get(f"/range?{ORIGIN}&soc=0.006&{parameters}")
     assert response.status_code == 422
     assert response.json()["errors"][0]["field"] == field
+
+
+def test_range_of_a_consumption_table_in_wind_names_the_parameter_by_address_and_the_field_in_a_body(
+    client: TestClient,
+) -> None:
+    client.put("/vehicles/my-van", json=TABLE)
+    try:
+        response = client.get(f"/range?{ORIGIN}&soc=0.006&vehicle=my-van&wind_speed_mps=5")
+    finally:
+        client.delete("/vehicles/my-van")
+    problem = check_problem(response, 422, "invalid_conditions")
+    assert [error["field"] for error in problem["errors"]] == ["wind_speed_mps"]
+    assert problem["detail"].startswith("wind_speed_mps is 5")
+    body = {"origin": {"lat": 46.5, "lon": 8.003}, "soc": 0.006, "vehicle": TABLE, "conditions": {"wind_speed_mps": 5}}
+    problem = check_problem(client.post("/range", json=body), 422, "invalid_conditions")
+    assert [error["field"] for error in problem["errors"]] == ["conditions.wind_speed_mps"]

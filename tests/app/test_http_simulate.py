@@ -228,7 +228,37 @@ def test_simulate_by_time_steps_of_a_crawl_is_refused(client: TestClient) -> Non
     chain = [{"length_m": 1e6, "speed_limit_kmh": 1}]
     problem = client.post("/simulate", json={"chain": chain, "model": "timestep"}).json()
     assert problem["code"] == "invalid_link"
-    assert problem["errors"][0]["field"] == "links[0].speed_limit_mps"
+    assert problem["errors"][0]["field"] == "chain[0].speed_limit_kmh"
+    assert problem["errors"][0]["value"] == 1
+    assert problem["detail"].startswith("speed_limit_kmh of link 0 is 1.0, allowed: at most 10000000 steps of 0.1 s")
+
+
+def test_simulate_by_time_steps_of_a_long_drive_is_refused_with_a_profile_only(client: TestClient) -> None:
+    # 1000 km at 4 km/h is 250 h, 9 million steps
+    body = {"chain": [TOWN[0], {"length_m": 1e6, "speed_limit_kmh": 4}], "model": "timestep"}
+    problem = client.post("/simulate", json=body | {"profile": True}).json()
+    (error,) = problem["errors"]
+    assert (problem["code"], error["field"], error["value"]) == ("invalid_link", "chain[1].speed_limit_kmh", 4)
+    assert error["allowed"] == "at most 2000000 steps of 0.1 s for the whole drive with a profile"
+    assert ask(client, body)["duration_s"] > 900_000
+
+
+def test_simulate_refuses_a_limit_above_200_kmh_by_the_name_that_was_sent(client: TestClient) -> None:
+    problem = client.post("/simulate", json={"chain": [{"length_m": 500, "speed_limit_kmh": 360}]}).json()
+    (error,) = problem["errors"]
+    assert (problem["code"], error["field"], error["value"]) == ("invalid_request", "chain[0].speed_limit_kmh", 360)
+    assert error["allowed"] == "at most 200"
+
+
+def test_simulate_at_200_kmh_is_driven(client: TestClient) -> None:
+    answer = ask(client, {"chain": [{"length_m": 50_000, "speed_limit_kmh": 200}]})
+    assert answer["links"][0]["speed_limit_kmh"] == pytest.approx(200)
+
+
+def test_simulate_of_a_graphs_links_keeps_their_name_in_an_error(client: TestClient) -> None:
+    problem = client.post("/simulate", json={"links": [{"id": 0}, {"id": 0}]}).json()
+    assert problem["code"] == "invalid_link"
+    assert problem["errors"][0]["field"] == "links[1].id"
 
 
 def test_simulate_of_a_consumption_table_by_time_steps_is_refused(client: TestClient) -> None:

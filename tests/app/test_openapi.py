@@ -60,6 +60,13 @@ def test_every_error_response_is_a_problem_with_examples_of_known_codes(app: Fas
                 assert example["status"] == int(status)
 
 
+@pytest.mark.parametrize("name", ["POST /route", "GET /range", "POST /range", "POST /simulate"])
+def test_operation_that_takes_conditions_documents_their_error(app: FastAPI, name: str) -> None:
+    (operation,) = (operation for known, operation in operations(app.openapi()) if known == name)
+    content = operation["responses"]["422"]["content"]["application/problem+json"]
+    assert "invalid_conditions" in {example["code"] for example in examples_of(content)}
+
+
 def test_every_example_is_valid_against_its_schema(app: FastAPI) -> None:
     document = app.openapi()
     checked = 0

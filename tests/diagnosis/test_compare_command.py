@@ -82,6 +82,23 @@ def test_errors_end_in_one_line_and_code_two(table: Path, tmp_path: Path, argume
     assert not out.exists()
 
 
+@pytest.mark.parametrize("content", ["[" * 100_000, f"[{'1' * 5000}]", '[{"trip": "\\ud800"}]'])
+def test_json_that_cannot_be_read_ends_in_one_line(tmp_path: Path, content: str) -> None:
+    (tmp_path / "trips.json").write_text(content, encoding="ascii")
+    result = run(tmp_path / "trips.json", "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert len(result.stderr.splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_smallest_and_largest_energies_are_compared(table: Path, tmp_path: Path) -> None:
+    text = TABLE.replace(",1.5\n", ",1e-6\n").replace(",1.4\n", ",1e-6\n").replace(",1.65\n", ",1e5\n")
+    table.write_text(text.replace(",1.26\n", ",-1e5\n"), encoding="utf-8")
+    result = run(table, "--out", tmp_path / "out", "--json")
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["series"][0]["energy_error_percent"]["max"] == pytest.approx(1e13)
+
+
 def test_bad_value_is_named_with_its_place(table: Path, tmp_path: Path) -> None:
     table.write_text(TABLE.replace("1800", "-1"), encoding="utf-8")
     result = run(table, "--out", tmp_path / "out")

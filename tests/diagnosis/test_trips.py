@@ -62,6 +62,12 @@ def test_json_is_read_as_csv_is(tmp_path: Path) -> None:
         ([HEADER, ROW.replace("1.5", "lots")], 2, "energy_kwh", "'lots'", "from -100000 to 100000"),
         ([HEADER, ROW.replace("1.5", "")], 2, "energy_kwh", "empty", "a number"),
         ([HEADER, ROW.replace("urban", " ")], 2, "type", "empty", "not empty"),
+        ([HEADER, ROW.replace("1.5", "-1e-307")], 2, "energy_kwh", "'-1e-307'", "0, or at least 1e-06 in magnitude"),
+        ([HEADER, ROW.replace("20.5", "1e-9")], 2, "stops", "'1e-9'", "0, or at least 1e-06 in magnitude"),
+        ([HEADER, ROW.replace("10,", "1e-300,", 1)], 2, "distance_km", "'1e-300'", "at least 1e-06"),
+        ([HEADER, ROW.replace("urban", '"ur\nban"')], 2, "type", "'ur\\nban'", "without line breaks"),
+        ([HEADER, "", ROW.replace("1,", "a\u2028b,", 1)], 3, "trip", "'a\\u2028b'", "without line breaks"),
+        ([HEADER, ROW.replace("measured", "a\x1bb")], 2, "series", "'a\\x1bb'", "control characters"),
         ([HEADER, ROW + ",9"], 2, "the row", "9 cells", "8 cells"),
         ([HEADER + ",mass_kg", ROW + ",-5"], 2, "mass_kg", "'-5'", "above 0"),
         ([HEADER + ",colour", ROW + ",red"], 1, "a column", "'colour'", "mass_kg"),
@@ -94,6 +100,8 @@ def test_csv_error_names_file_line_column_value_and_range(
         ("[]", 1, "not a list of trips"),
         ("[3]", 1, "entry 1: the entry is 3"),
         ('[{"trip": "1"}]', 1, "entry 1: column type is missing"),
+        ("[" * 100_000, 1, "the file is nested too deeply, allowed: a list of trips"),
+        (f"[{'1' * 5000}]", 1, "the file is one with a whole number of more than 4300 digits"),
     ],
 )
 def test_json_error_names_the_entry(tmp_path: Path, text: str, line: int, message: str) -> None:
@@ -106,6 +114,15 @@ def test_json_error_in_a_number_that_is_not_one(tmp_path: Path) -> None:
     good = dict(zip(HEADER.split(","), ["1", "urban", "measured", 10, 1800, 20, 300, 1.5], strict=True))
     error = refused(write(tmp_path / "trips.json", json.dumps([good, good | {"trip": "2", "stops": True}])))
     assert (error.line, error.column, error.value) == (2, "stops", "True")
+
+
+@pytest.mark.parametrize("label", ["\ud800", "a\nb", "a\tb", "a\x00b", "a\u2029b", "a\x85b"])
+@pytest.mark.parametrize("name", ["trip", "type", "series"])
+def test_label_that_no_table_can_show_is_refused(tmp_path: Path, name: str, label: str) -> None:
+    good = dict(zip(HEADER.split(","), ["1", "urban", "measured", 10, 1800, 20, 300, 1.5], strict=True))
+    error = refused(write(tmp_path / "trips.json", json.dumps([good, good | {"trip": "2"} | {name: label}])))
+    assert (error.line, error.column, error.value) == (2, name, repr(label))
+    str(error).encode("utf-8")
 
 
 def test_file_that_is_not_utf8_is_refused_with_its_line(tmp_path: Path) -> None:
@@ -122,11 +139,12 @@ def test_same_trip_in_two_files_is_refused(tmp_path: Path) -> None:
 
 NAMES = st.text(st.characters(codec="utf-8", exclude_categories=("C", "Z")), min_size=1, max_size=8)
 SIZES = st.floats(1e-3, 1e4)
+ENERGIES = st.floats(-1e9, 1e9).filter(lambda energy_j: energy_j == 0.0 or abs(energy_j) > 3.6)  # 1e-6 kWh
 
 
 @given(
     st.lists(
-        st.builds(TripRecord, NAMES, NAMES, NAMES, SIZES, SIZES, SIZES, st.just(0.0), SIZES, st.none() | SIZES),
+        st.builds(TripRecord, NAMES, NAMES, NAMES, SIZES, SIZES, SIZES, st.just(0.0), ENERGIES, st.none() | SIZES),
         min_size=1,
         max_size=5,
         unique_by=lambda record: (record.trip_id, record.series),

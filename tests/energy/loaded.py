@@ -28,9 +28,7 @@ class Loaded:
 
     def road(self, grade=0.0, flat=None):
         cos = math.sqrt(1.0 - grade * grade) if flat is None else flat
-        return Road(
-            grade, self.rolling_n * cos, self.linear_n_per_mps, self.aero_n_per_mps2, self.wind_mps, self.regen_cap_w
-        )
+        return Road(grade, self.rolling_n * cos, self.linear_n_per_mps, self.aero_n_per_mps2, self.wind_mps)
 
 
 def off():

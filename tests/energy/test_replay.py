@@ -93,7 +93,7 @@ def test_power_of_a_short_step_is_that_of_the_moment(kona):
     table = np.zeros((1, 8))
     flat = math.sqrt(1.0 - 0.01**2)
     table[0, :4] = 0.01, kona.road_load_a_n * flat, kona.road_load_b_n_per_mps, kona.road_load_c_n_per_mps2
-    moment = battery_power(drive.physics, road_at(table, 0, math.inf), speed, accel)
+    moment = battery_power(drive.physics, road_at(table, 0), speed, accel)
     assert driven.power_w[0] == pytest.approx(moment, rel=1e-4)
 
 

@@ -8,16 +8,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from energy.chain import LinkModel, StopRule
 from energy.conditions import STILL, Conditions, EffectCoefficients, RoadSurface
 from energy.effects import drive_of
 from energy.kernels import link_energy
-from energy.kernels_force import cabin_energy_j, regen_cap_w, road_at
+from energy.kernels_force import accepted_j, cabin_energy_j, road_at
 from energy.stops import StopSettings
 from energy.vehicle import Vehicle
+from routing.errors import SearchLimitError
 from routing.graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
 from routing.networkx_graph import to_networkx
 from routing.query import ECO, Weights
@@ -25,6 +26,7 @@ from routing.reference import EnergySearch
 from routing.search import JOULE_PER_KWH, Limits, LinkPosition, WorkspacePool, find_path, reach, search_space
 
 META = GraphMeta("drawn", "test", "none", "none", Terrain.SYNTHETIC, "drawn", 0.0, (0.0, 0.0, 0.0, 0.0))
+TWIN_LABELS = 4000
 SPEEDS = np.array([10.0, 30.0, 50.0, 90.0, 130.0]) / 3.6
 
 
@@ -84,7 +86,7 @@ def cheapest_by_enumeration(graph, space, weights, limits, start, goal, most_lin
 
     def drive(link, offset, v, stopped, energy, time, distance, depth):
         nonlocal best
-        road = road_at(g.roads, link, regen_cap_w(p, energy, limits.least_energy_j))
+        road = road_at(g.roads, link)
         limit = g.speed_limit_mps[link]
 
         def cost_of(e, t, d):
@@ -93,7 +95,7 @@ def cheapest_by_enumeration(graph, space, weights, limits, start, goal, most_lin
         if link == goal.link_idx and goal.offset_m > offset:
             ds = goal.offset_m - offset
             e, t, _ = link_energy(p, road, ds, v, stopped, limit, limit, 1.0, 0.0)
-            e += cabin_energy_j(p, time, time + t)
+            e = accepted_j(p, energy, e + cabin_energy_j(p, time, time + t), limits.least_energy_j)
             used = max(energy + e, limits.least_energy_j)
             if used <= limits.most_energy_j:
                 best = min(best, cost_of(used, time + t, distance + ds))
@@ -103,13 +105,24 @@ def cheapest_by_enumeration(graph, space, weights, limits, start, goal, most_lin
         p_stop, wait = g.stop_probability_frac[link], g.stop_time_s[link]
         for following in graph.successors(link).tolist():
             e, t, end = link_energy(p, road, ds, v, stopped, limit, g.speed_limit_mps[following], p_stop, wait)
-            e += cabin_energy_j(p, time, time + t)
+            e = accepted_j(p, energy, e + cabin_energy_j(p, time, time + t), limits.least_energy_j)
             used = max(energy + e, limits.least_energy_j)
             if used <= limits.most_energy_j:
                 drive(following, 0.0, end, p_stop, used, time + t, distance + ds, depth + 1)
 
     drive(start.link_idx, start.offset_m, 0.0, 0.0, 0.0, 0.0, 0.0, 1)
     return best
+
+
+def answered(search, *positions):
+    """What a twin's search answers; maps on which equal states never recur are too much for it and are set aside."""
+    answer, enough = None, True
+    try:
+        answer = search(*positions)
+    except SearchLimitError:
+        enough = False
+    assume(enough)
+    return answer
 
 
 def far_behind(space, weights):
@@ -199,8 +212,9 @@ def compare(graph, car, weights, limits, rule, sky, data):
         weights,
         limits,
         None if limits.held else far_behind(space, weights),
+        TWIN_LABELS,
     )
-    label = twin.route([(edges[start_link], start.offset_m)], [(edges[goal_link], goal.offset_m)])
+    label = answered(twin.route, [(edges[start_link], start.offset_m)], [(edges[goal_link], goal.offset_m)])
     assert found == pytest.approx(math.inf if label is None else label.cost, rel=1e-9, abs=1e-9)
 
     depth = 9 if graph.link_count <= 6 else 7
@@ -227,8 +241,9 @@ def test_reach_on_small_maps_equals_twin_at_every_node(graph, car, limits, rule)
         ECO,
         limits,
         None if limits.held else far_behind(space, ECO),
+        TWIN_LABELS,
     )
-    expected = twin.energy_to_nodes([(edges[0], start.offset_m)])
+    expected = answered(twin.energy_to_nodes, [(edges[0], start.offset_m)])
     for idx, node in enumerate(graph.node_id.tolist()):
         assert reached.node_energy_j[idx] == pytest.approx(expected.get(node, math.inf), rel=1e-9, abs=1e-3)
 

@@ -123,7 +123,7 @@ def test_link_energies_on_real_terrain_are_often_negative(andorra, vehicles):
     g, physics = space_of(andorra, vehicles[KONA]).arrays, drive_of(vehicles[KONA]).physics
     energy_j = np.array(
         [
-            link_energy(physics, road_at(g.roads, k, math.inf), length, limit, 0.0, limit, limit, 0.0, 0.0)[0]
+            link_energy(physics, road_at(g.roads, k), length, limit, 0.0, limit, limit, 0.0, 0.0)[0]
             for k, (length, limit) in enumerate(zip(andorra.length_m, andorra.speed_limit_mps, strict=True))
         ]
     )
