@@ -19,6 +19,7 @@ from energy.kernels_force import LinkPhysics
 from energy.stops import FunctionalClass, StopSettings
 from routing import kernels, kernels_gap
 from routing.errors import NegativeCycleError, SearchLimitError
+from routing.gaps import gap_bounds, gap_rules
 from routing.kernels import LinkArrays, Workspace
 from routing.kernels_gap import GapRules, SearchRules
 
@@ -35,7 +36,6 @@ if TYPE_CHECKING:
 JOULE_PER_KWH: Final = 3.6e6
 SECOND_PER_HOUR: Final = 3600.0
 METRE_PER_KM: Final = 1000.0
-SLOW_MPS: Final = 3.0  # below it a difference of drag is too small to matter to losses
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,46 +185,6 @@ def search_space(
     return SearchSpace(arrays, physics, gap, bounds, half_inertia)
 
 
-def gap_rules(physics: LinkPhysics, roads: NDArray[np.float64], driven_mps: NDArray[np.float64]) -> GapRules:
-    """The vehicle as dominance sees it: bounds on what a difference of states can cost that hold on every link."""
-    linear, aero = roads[:, force.ROAD_LINEAR], roads[:, force.ROAD_AERO]
-    wind = roads[:, force.ROAD_WIND]
-    # most that the road load falls between two speeds: down to its vertex, or to the driven speed
-    vertex = np.divide(-linear, 2.0 * aero, out=np.full_like(aero, np.inf), where=aero > 0.0)
-    lowest = np.clip(vertex, 0.0, driven_mps)
-    sag = np.maximum(-(linear + aero * lowest) * lowest, 0.0)
-    if bool((wind < 0.0).any()):
-        sag = 2.0 * sag  # where the air comes from behind the drag falls as fast again
-    drive, loss_w = physics.drive_factor, 0.0
-    if physics.loss_per_n2 > 0.0 or physics.loss_per_w > 0.0:
-        accel = np.diff(physics.accel_sum)
-        load = np.maximum(roads[:, force.ROAD_ROLLING] + linear * driven_mps, 0.0)
-        load += aero * (driven_mps + np.abs(wind)) ** 2 + physics.weight_n * np.abs(roads[:, force.ROAD_GRADE])
-        gaining = (accel * np.minimum(physics.speed_bound_mps[1:], driven_mps[:, None])).max(axis=1)
-        power_w = float((load * driven_mps + physics.inertia_kg * gaining).max()) * drive + physics.aux_move_w
-        force_n = float(load.max()) + physics.inertia_kg * float(accel.max())
-        loss_w = physics.loss_per_n2 * force_n**2 + physics.loss_per_w * power_w**2
-        drive = drive * (1.0 + 2.0 * physics.loss_per_w * power_w) + 2.0 * physics.loss_per_n2 * force_n / SLOW_MPS
-    capped = math.isfinite(physics.regen_cap_w)
-    return GapRules(
-        drive_factor=drive,
-        recuperation_factor=0.0 if capped else physics.recuperation_factor,
-        linear_n_per_mps=max(float((linear + 2.0 * aero * np.abs(wind)).max()), 0.0),
-        aero_n_per_mps2=max(float(aero.max()), 0.0),
-        sag_n=float(sag.max()),
-        power_w=physics.aux_move_w + physics.cabin_w + physics.cabin_start_w,
-        cap_w=physics.regen_cap_w if capped else 0.0,
-        loss_w=loss_w,
-        fade_width_j=physics.fade_width_j,
-        cabin_start_w=physics.cabin_start_w,
-        cabin_time_s=physics.cabin_time_s,
-        speed_bound_mps=physics.speed_bound_mps,
-        accel_sum=physics.accel_sum,
-        printed=physics.printed,
-        table=physics.table,
-    )
-
-
 def _run_up(
     physics: LinkPhysics, limit_mps: NDArray[np.float64]
 ) -> tuple[NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]]:
@@ -245,63 +205,6 @@ def _run_up(
             for v in entries.tolist()
         )
     return interval[inverse].astype(np.int8), run_up[inverse], settling[inverse]
-
-
-def gap_bounds(
-    physics: LinkPhysics,
-    gap: GapRules,
-    half_inertia_kg: float,
-    roads: NDArray[np.float64],
-    driven_mps: NDArray[np.float64],
-) -> NDArray[np.float64]:
-    """Bounds on differences between drives that have not met yet, for each speed interval (docs/search.md, lemma 6)."""
-    fastest_mps = float(driven_mps.max())
-    steepest_frac = float(np.abs(roads[:, force.ROAD_GRADE]).max())
-    bound, running = physics.speed_bound_mps, physics.accel_sum
-    n = bound.size - 1
-    mean = np.array(
-        [[(running[k + 1] - running[i]) / (k + 1 - i) if i <= k else np.inf for k in range(n)] for i in range(n)]
-    )
-    c, b = gap.aero_n_per_mps2, gap.linear_n_per_mps
-    least, distance, slack_j, slack_s, gain, drift = (np.empty(n) for _ in range(6))
-    for k in range(n):
-        top = fastest_mps if k == n - 1 else float(bound[k + 1])
-        least[k] = mean[: k + 1, : k + 1].min()
-        distance[k] = 2.0 * top**2 / (2.0 * least[k])
-        ratio, overshoot = _swing(mean, bound, k, top)
-        swing = 2.0 * ratio * top**2
-        slack_s[k] = 2.0 * kernels_gap.LOST_TIME_COEF * math.sqrt(overshoot) / least[k]
-        slack_j[k] = (gap.drive_factor - gap.recuperation_factor) * half_inertia_kg * swing
-        slack_j[k] += gap.drive_factor * distance[k] * (c * overshoot + b * math.sqrt(overshoot) + gap.sag_n)
-        gain[k] = physics.recuperation_factor * (
-            physics.weight_n * steepest_frac * distance[k] + half_inertia_kg * top**2
-        )
-        drift[k] = 2.0 * ratio * top / least[k]
-    return np.vstack((least, distance, slack_j, slack_s, gain, drift))
-
-
-def _swing(mean: NDArray[np.float64], bound: NDArray[np.float64], k: int, top: float) -> tuple[float, float]:
-    """How differing mean accelerations can push two drives past each other or apart, up to speed interval k.
-
-    Returns the largest relative difference of accelerations that does, and the largest difference of v² [m²/s²] that
-    one link can build up.
-    """
-    ratio, apart2 = 0.0, 0.0
-    for limit in range(k + 1):
-        limit2 = min(float(bound[limit + 1]), top) ** 2 if limit < k else top**2
-        for slow in range(limit + 1):
-            for fast in range(slow + 1, limit + 1):
-                a_slow, a_fast = mean[slow, limit], mean[fast, limit]
-                slow2, fast2 = float(bound[slow + 1]) ** 2, float(bound[fast]) ** 2
-                if a_slow < a_fast:  # the faster one accelerates harder: they drift apart, and back again
-                    ratio = max(ratio, 2.0 * (a_fast - a_slow) / a_slow)
-                    apart2 = top**2
-                    continue
-                overshoot = limit2 * (1.0 - a_fast / a_slow) - fast2 + slow2 * a_fast / a_slow
-                if overshoot > 0.0:
-                    ratio = max(ratio, (a_slow - a_fast) / a_fast)
-                    apart2 = max(apart2, overshoot)
-    return ratio, apart2
 
 
 def new_workspace(links: int, capacity: int) -> Workspace:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -128,3 +129,23 @@ def make_chain() -> Callable[..., Chain]:
 def altered() -> Callable[..., object]:
     """A copy of a frozen dataclass (vehicle, chain) with other values in some fields."""
     return dataclasses.replace
+
+
+@pytest.fixture(scope="session")
+def hilly(make_chain):
+    """Sixty links of every kind, with altitude and heading, up and down again to the same height."""
+    rng = np.random.default_rng(5)
+    length = rng.uniform(5.0, 900.0, 60)
+    grade = rng.uniform(-0.09, 0.09, 60)
+    grade -= np.sum(grade * length) / np.sum(length)
+    chain = make_chain(
+        length,
+        rng.choice([30.0, 50.0, 80.0, 130.0], 60) / 3.6,
+        grade,
+        rng.choice([0.0, 0.0, 0.1, 0.4, 1.0], 60),
+        12.0,
+        rng.integers(0, 8, 60),
+    )
+    bearing = rng.uniform(0.0, 2.0 * math.pi, 60)
+    heading = np.column_stack((np.sin(bearing), np.cos(bearing)))
+    return dataclasses.replace(chain, altitude_m=rng.uniform(0.0, 2400.0, 60), heading=heading)
