@@ -70,6 +70,25 @@ def fit_trips(
     Raises DiagnosisError with fewer than three trips, since no spread between trips can then be told, with windows of
     other columns, and for a prior that names no column or is not positive.
     """
+    grams, best, without, _ = _all_but_one(trips, columns, prior_sd)
+    n = len(trips)
+    sd = np.sqrt((n - 1) / n * np.square(without - without.mean(axis=0)).sum(axis=0))
+    names = tuple(column.name for column in columns)
+    return Fit(names, best, sd, math.sqrt(max(_left(_summed(grams), best) / n, 0.0)), n)
+
+
+def left_out_j(
+    trips: Sequence[TripWindows], columns: Sequence[Column], *, prior_sd: Mapping[str, float] | None = None
+) -> NDArray[np.float64]:
+    """Mean square of each trip's windows by the fit of the other trips, float64 (trips,) [J²]; raises as fit_trips."""
+    grams, _, without, _ = _all_but_one(trips, columns, prior_sd)
+    return np.array([max(_left(gram, beta), 0.0) for gram, beta in zip(grams, without, strict=True)])
+
+
+def _all_but_one(
+    trips: Sequence[TripWindows], columns: Sequence[Column], prior_sd: Mapping[str, float] | None
+) -> tuple[list[_Gram], NDArray[np.float64], NDArray[np.float64], float]:
+    """Each trip's normal equations, coefficients of all trips, those without each trip (trips, k), and the scatter."""
     if len(trips) < 3:
         raise DiagnosisError(f"{len(trips)} trips, at least 3 are needed to tell how trips differ")
     names = tuple(column.name for column in columns)
@@ -85,17 +104,15 @@ def fit_trips(
     everything = _summed(grams)
     # a first pass without prior tells how far windows scatter, which the prior is weighed against
     first = _solved(everything, lower, np.full(prior.size, math.inf), 1.0)
-    window_sd_j = math.sqrt(max(_left(everything, first) / len(trips), 1e-12))
-    best = _solved(everything, lower, prior, window_sd_j)
+    scatter_j = math.sqrt(max(_left(everything, first) / len(trips), 1e-12))
+    best = _solved(everything, lower, prior, scatter_j)
     without = np.array(
         [
-            _solved(_summed([gram for i, gram in enumerate(grams) if i != k]), lower, prior, window_sd_j)
+            _solved(_summed([gram for i, gram in enumerate(grams) if i != k]), lower, prior, scatter_j)
             for k in range(len(grams))
         ]
     )
-    n = len(trips)
-    sd = np.sqrt((n - 1) / n * np.square(without - without.mean(axis=0)).sum(axis=0))
-    return Fit(names, best, sd, math.sqrt(max(_left(everything, best) / n, 0.0)), n)
+    return grams, best, without, scatter_j
 
 
 def predicted_j(trip: TripWindows, fit: Fit) -> float:
