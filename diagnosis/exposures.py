@@ -193,15 +193,7 @@ def effect_columns(target_k: float, time_constants_s: Sequence[float]) -> tuple[
             found.append(
                 Column(f"{name}_{tau_s:g}s_w_per_k", "W/K", Family.THERMAL, _decaying(away, tau_s), True, True)
             )
-        found.append(
-            Column(
-                f"tyre_warm_up_{tau_s:g}s",
-                "1",
-                Family.ROLLING,
-                lambda d, tau=tau_s: _rolling_j(d) * np.exp(-d.since_start_s / tau),  # type: ignore[misc]
-                True,
-            )
-        )
+        found.append(Column(f"tyre_warm_up_{tau_s:g}s", "1", Family.ROLLING, _warming_tyres(tau_s), True))
     found.append(
         Column(
             "rolling_temp_per_k",
@@ -257,6 +249,15 @@ def _decaying(away: Callable[[Drive], float], tau_s: float) -> Callable[[Drive],
         begin_s = drive.since_start_s - 0.5 * drive.duration_s
         decayed = np.exp(-begin_s / tau_s) * -np.expm1(-drive.duration_s / tau_s)
         return np.asarray(away(drive) * tau_s * decayed, np.float64)
+
+    return energy_j
+
+
+def _warming_tyres(tau_s: float) -> Callable[[Drive], NDArray[np.float64]]:
+    """Rolling resistance that is higher at the start and decays, at the middle of each step."""
+
+    def energy_j(drive: Drive) -> NDArray[np.float64]:
+        return np.asarray(_rolling_j(drive) * np.exp(-drive.since_start_s / tau_s), np.float64)
 
     return energy_j
 
