@@ -27,3 +27,7 @@ class ComparisonError(DiagnosisError):
         self.value = value
         self.allowed = allowed
         super().__init__(f"{field} is {value}, allowed: {allowed}")
+
+
+class DiagnosisCancelled(DiagnosisError):  # noqa: N818 - it is no fault of the input
+    """A diagnosis that was stopped before its end because its caller asked for it."""
