@@ -2,138 +2,105 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
-from enum import StrEnum
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from diagnosis.errors import DiagnosisError
+from diagnosis.recording_channels import channels_of
+from diagnosis.recording_charging import J_PER_KWH, charging_at_standstill, without_charging
+from diagnosis.recording_lag import without_lag
+from diagnosis.recording_notes import Note, NoteKind, RecordingError
+from diagnosis.recording_plausibility import check_way, plausibility_notes
+from diagnosis.recording_repairs import (
+    JUMP_ELEVATION_M,
+    JUMP_MPS2,
+    is_frozen,
+    repaired,
+    same_runs,
+    without_empty,
+    without_impossible,
+)
+from diagnosis.recording_signs import push_powers_w
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
-    from diagnosis.recordings import Recording
+    from diagnosis.recording_channels import Recording
 
-REQUIRED: Final = ("time_s", "speed_mps", "power_w")
 GAP_STEPS: Final = 10.0  # a step so many times the median one is a gap, from GAP_S on
 GAP_S: Final = 2.0
-FROZEN_S: Final = 30.0  # speed and power, to the last digit, don't stay the same for so long and so many samples
-FROZEN_SAMPLES: Final = 100
-JUMP_MPS2: Final = 10.0  # more than tyres hold on a dry road
-JUMP_ELEVATION_M: Final = 10.0  # from one sample to the next
+SURE_GAP_S: Final = 60.0  # and one of this length is in any case
+HOUR_S: Final = 3600.0
 JUMP_SOC_FRAC: Final = 0.05
 FLAT_M: Final = 5000.0  # way over which a height that never changes is worth a note
-BEYOND_BATTERY_W: Final = 300.0  # a consumer draws more than the battery gives, beyond what delays explain
-STANDING_S: Final = 10.0
-PUSH_W_PER_KG: Final = 5.0  # v·a from which a car certainly accelerates, and below the negative of which it brakes
-PUSH_SAMPLES: Final = 30
+DRIFT_M: Final = 3.0  # heights that change by more than that at standstill are late or drift
+DISTINCT: Final = 20
+WHOLE_TIMES: Final = 5.0
 CHARGE_FRAC: Final = 0.05  # least fall of the charge that tells a capacity
 MOST_S: Final = 1e6  # longer than any drive without charging
-J_PER_KWH: Final = 3.6e6
-
-
-class NoteKind(StrEnum):
-    """What a note is about."""
-
-    GAP = "gap"
-    FROZEN = "frozen"
-    JUMP = "jump"
-    MISSING = "missing"
-    STUCK = "stuck"
-    REPAIRED = "repaired"
-    IGNORED = "ignored"
-    CHECKED = "checked"
-
-
-@dataclass(frozen=True, slots=True)
-class Note:
-    """One thing that was found in a recording; channel: a field of Recording, or "" for all of it."""
-
-    kind: NoteKind
-    channel: str
-    text: str
-
-
-class RecordingError(DiagnosisError):
-    """A recording that can't be read: names file, row (1 is the header), column, value and what is allowed."""
-
-    def __init__(self, path: str, row: int, column: str, value: str, allowed: str) -> None:
-        self.path = path
-        self.row = row
-        self.column = column
-        self.value = value
-        self.allowed = allowed
-        super().__init__(f"{path}, row {row}: {column} is {value}, allowed: {allowed}")
+MOST_STEP_S: Final = 60.0
+RANGE_MPS: Final = 10.0
+SLOWEST_MPS2: Final = 0.1  # a drive of so much change of speed never has less
+COARSE_S: Final = 5.0
 
 
 def checked(recording: Recording, path: str) -> Recording:
-    """The recording with notes on all that was found; a frozen end, empty and impossible channels are taken out.
+    """The recording with notes on all that was found; what is certainly not the drive is taken out or repaired.
 
-    Raises RecordingError where power has the wrong sign or the clock the wrong unit.
+    Raises RecordingError where power has the wrong sign, the clock or the speed the wrong unit.
     """
-    recording = _without_frozen_end(recording)
-    recording = _without_empty(recording)
     _check_clock(recording, path)
+    recording = without_charging(recording, charging_at_standstill(recording), "while standing", path)
+    recording = repaired(recording)
     _check_sign(recording, path)
-    recording = _without_impossible(recording)
-    notes = [note for check in (_gaps, _frozen, _jumps, _flat, _capacity) for note in check(recording)]
-    return replace(recording, notes=(*recording.notes, *notes))
+    recording = _with_gaps(recording)
+    check_way(recording, path)
+    recording = without_impossible(without_empty(without_lag(recording)))
+    checks = (_missing, _gaps, _frozen, _jumps, _flat, _late_height, _capacity, _twice, _coarse, plausibility_notes)
+    return replace(recording, notes=(*recording.notes, *(note for check in checks for note in check(recording))))
 
 
-def _channels(recording: Recording) -> dict[str, NDArray[np.float64]]:
-    found = {field.name: getattr(recording, field.name) for field in fields(recording)}
-    return {name: values for name, values in found.items() if isinstance(values, np.ndarray)}
+def _check_clock(recording: Recording, path: str) -> None:
+    step_s = float(np.median(np.diff(recording.time_s)))
+    if step_s > MOST_STEP_S:
+        found = f"{step_s:g} later a row, as a rule"
+        allowed = "seconds, a row at least a minute; divide milliseconds by 1000"
+        raise RecordingError(path, 2, "time", found, allowed)
+    lasts_s = float(recording.time_s[-1] - recording.time_s[0])
+    if lasts_s > MOST_S:
+        raise RecordingError(path, 2, "time", f"{lasts_s:g} later at the end", f"seconds, at most {MOST_S:g} in all")
+    fastest_mps2 = float((np.abs(np.diff(recording.speed_mps)) / np.diff(recording.time_s)).max())
+    if fastest_mps2 < SLOWEST_MPS2 and np.ptp(recording.speed_mps) > RANGE_MPS:
+        found = f"too slow: the speed changes by {np.ptp(recording.speed_mps):.0f} m/s, never faster than"
+        allowed = "seconds; divide milliseconds by 1000"
+        raise RecordingError(path, 2, "time", f"{found} {fastest_mps2:.2g} m/s²", allowed)
 
 
-def _noted(recording: Recording, kind: NoteKind, channel: str, text: str) -> Recording:
-    return replace(recording, notes=(*recording.notes, Note(kind, channel, text)))
+def _check_sign(recording: Recording, path: str) -> None:
+    """Power is higher while the car gains speed than while it loses it, or its sign is wrong."""
+    powers = push_powers_w(recording)
+    if powers is not None and powers[0] < powers[1]:
+        found = f"{powers[0]:.0f} W on average while accelerating and {powers[1]:.0f} W while braking"
+        allowed = "positive for discharge, so higher while accelerating; turn the sign of power, or else of current"
+        raise RecordingError(path, 2, "power", found, allowed)
 
 
-def _without(recording: Recording, channel: str) -> Recording:
-    absent: dict[str, Any] = {channel: None}
-    return replace(recording, **absent)
+def _with_gaps(recording: Recording) -> Recording:
+    step_s = np.diff(recording.time_s)
+    usual_s = float(np.median(step_s))
+    long = step_s > max(GAP_S, min(GAP_STEPS * usual_s, max(SURE_GAP_S, 3.0 * usual_s)))
+    found = zip(recording.time_s[:-1][long].tolist(), recording.time_s[1:][long].tolist(), strict=True)
+    return replace(recording, gaps=tuple(sorted({*recording.gaps, *found})))
 
 
-def _same_runs(recording: Recording) -> Iterator[tuple[int, int]]:
-    """First and last sample of each run in which neither speed nor power changes."""
-    changes = (np.diff(recording.speed_mps) != 0.0) | (np.diff(recording.power_w) != 0.0)
-    edges = np.concatenate(([0], np.flatnonzero(changes) + 1, [recording.time_s.size]))
-    for begin, end in zip(edges[:-1].tolist(), edges[1:].tolist(), strict=True):
-        yield begin, end - 1
-
-
-def _is_frozen(recording: Recording, first: int, last: int) -> bool:
-    """Whether a run of the same speed and power is more than a parked car, and less than the whole recording."""
-    lasts = float(recording.time_s[last] - recording.time_s[first])
-    alive = recording.speed_mps[last] != 0.0 or recording.power_w[last] != 0.0
-    return first > 0 and alive and lasts >= FROZEN_S and last - first >= FROZEN_SAMPLES
-
-
-def _without_frozen_end(recording: Recording) -> Recording:
-    first, last = max(_same_runs(recording), key=lambda run: run[1])
-    if not _is_frozen(recording, first, last):
-        return recording
-    time = recording.time_s
-    text = (
-        f"cut off at {time[first]:.1f} s: speed ({recording.speed_mps[last] * 3.6:.2f} km/h) and power"
-        f" ({recording.power_w[last]:.0f} W) stay the same to the last digit for the {time[last] - time[first]:.1f} s"
-        " up to the end"
-    )
-    kept: dict[str, Any] = {name: values[: first + 1] for name, values in _channels(recording).items()}
-    return _noted(replace(recording, **kept), NoteKind.REPAIRED, "", text)
-
-
-def _without_empty(recording: Recording) -> Recording:
-    for name, values in _channels(recording).items():
+def _missing(recording: Recording) -> Iterator[Note]:
+    for name, values in channels_of(recording).items():
         missing = np.isnan(values)
         count = int(np.count_nonzero(missing))
-        if count == 0 or name in REQUIRED:
-            continue
-        if count == values.size:
-            recording = _noted(_without(recording, name), NoteKind.MISSING, name, "no value at all")
+        if count == 0:
             continue
         last = int(np.flatnonzero(~missing)[-1])
         first = int(np.argmin(missing))
@@ -142,63 +109,24 @@ def _without_empty(recording: Recording) -> Recording:
             where = f", among them all after {recording.time_s[last]:.1f} s"
         elif first > 0:
             where = f", among them all before {recording.time_s[first]:.1f} s"
-        text = f"{count} of {values.size} samples missing{where}"
-        recording = _noted(recording, NoteKind.MISSING, name, text)
-    return recording
-
-
-def _check_clock(recording: Recording, path: str) -> None:
-    step_s = float(np.median(np.diff(recording.time_s)))
-    if step_s > 60.0:
-        raise RecordingError(path, 2, "time", f"{step_s:g} later a row, as a rule", "seconds, a row at least a minute")
-    lasts_s = float(recording.time_s[-1] - recording.time_s[0])
-    if lasts_s > MOST_S:
-        raise RecordingError(path, 2, "time", f"{lasts_s:g} later at the end", f"seconds, at most {MOST_S:g} in all")
-
-
-def _check_sign(recording: Recording, path: str) -> None:
-    """Power is higher while the car gains speed than while it loses it, or its sign is wrong."""
-    push = recording.speed_mps * np.gradient(recording.speed_mps, recording.time_s)
-    gains, loses = push > PUSH_W_PER_KG, push < -PUSH_W_PER_KG
-    if min(np.count_nonzero(gains), np.count_nonzero(loses)) < PUSH_SAMPLES:
-        return
-    gain_w, lose_w = float(recording.power_w[gains].mean()), float(recording.power_w[loses].mean())
-    if gain_w < lose_w:
-        found = f"{gain_w:.0f} W on average while accelerating and {lose_w:.0f} W while braking"
-        raise RecordingError(path, 2, "power", found, "positive for discharge, so higher while accelerating")
-
-
-def _without_impossible(recording: Recording) -> Recording:
-    """Take out a consumer that draws more than the whole battery gives while the car stands."""
-    step_s = np.diff(recording.time_s, append=recording.time_s[-1])
-    standing = recording.speed_mps == 0.0
-    stands_s = float(step_s[standing].sum())
-    for name in ("heater_w", "aircon_w"):
-        draw = getattr(recording, name)
-        if draw is None or stands_s < STANDING_S:
-            continue
-        beyond_s = float(step_s[standing & (draw > recording.power_w + BEYOND_BATTERY_W)].sum())
-        if beyond_s > 0.5 * stands_s:
-            text = (
-                f"taken out: at standstill above the battery's whole power for {beyond_s:.0f} of {stands_s:.0f} s, on"
-                f" average {np.nanmean(draw[standing]):.0f} W of {recording.power_w[standing].mean():.0f} W"
-            )
-            recording = _noted(_without(recording, name), NoteKind.STUCK, name, text)
-    return recording
+        yield Note(NoteKind.MISSING, name, f"{count} of {values.size} samples missing{where}")
 
 
 def _gaps(recording: Recording) -> Iterator[Note]:
-    step_s = np.diff(recording.time_s)
-    long = step_s > max(GAP_S, GAP_STEPS * float(np.median(step_s)))
-    if long.any():
-        at = int(np.argmax(step_s))
-        text = f"gaps: {np.count_nonzero(long)}, the longest {step_s[at]:.1f} s after {recording.time_s[at]:.1f} s"
-        yield Note(NoteKind.GAP, "time_s", text)
+    if not recording.gaps:
+        return
+    begin, end = max(recording.gaps, key=lambda gap: gap[1] - gap[0])
+    text = (
+        f"gaps: {len(recording.gaps)}, the longest {end - begin:.1f} s after {begin:.1f} s; their energy is not counted"
+    )
+    if abs(end - begin - HOUR_S) < SURE_GAP_S:
+        text += "; an hour may be a clock that was put forward"
+    yield Note(NoteKind.GAP, "time_s", text)
 
 
 def _frozen(recording: Recording) -> Iterator[Note]:
-    for first, last in _same_runs(recording):
-        if _is_frozen(recording, first, last):
+    for first, last in same_runs(recording):
+        if is_frozen(recording, first, last):
             begin, end = recording.time_s[first], recording.time_s[last]
             yield Note(NoteKind.FROZEN, "", f"speed and power stay the same from {begin:.1f} s to {end:.1f} s")
 
@@ -224,15 +152,50 @@ def _jumps(recording: Recording) -> Iterator[Note]:
 
 def _flat(recording: Recording) -> Iterator[Note]:
     height = recording.elevation_m
-    if height is not None and recording.distance_m() > FLAT_M and np.nanmin(height) == np.nanmax(height):
+    if height is None:
+        return
+    lowest, highest = float(np.nanmin(height)), float(np.nanmax(height))
+    if recording.distance_m() > FLAT_M and lowest == highest:
         way_km = recording.distance_m() / 1000.0
-        text = f"always {np.nanmin(height):g} m over {way_km:.1f} km: a flat road or a stuck sensor"
-        yield Note(NoteKind.STUCK, "elevation_m", text)
+        yield Note(
+            NoteKind.STUCK, "elevation_m", f"always {lowest:g} m over {way_km:.1f} km: a flat road or a stuck sensor"
+        )
+    if highest - lowest >= DRIFT_M and _in_whole_metres(height[~np.isnan(height)]):
+        text = "in whole metres: a grade is known over some 200 m of way only, over which replays smooth it"
+        yield Note(NoteKind.SUSPECT, "elevation_m", text)
+
+
+def _in_whole_metres(height_m: NDArray[np.float64]) -> bool:
+    """Whether heights are whole metres, or straight lines between such: whole ones are by far the most frequent."""
+    hundredths, counts = np.unique(np.round(100.0 * height_m) % 100.0, return_counts=True)
+    whole = int(counts[hundredths == 0.0].sum())
+    others = counts[hundredths != 0.0]
+    return whole == height_m.size or (others.size >= DISTINCT and whole > WHOLE_TIMES * float(np.median(others)))
+
+
+def _late_height(recording: Recording) -> Iterator[Note]:
+    """Heights that go on changing while the car stands: the sensor is late, or drifts."""
+    height = recording.elevation_m
+    if height is None:
+        return
+    stands = (
+        (recording.speed_mps[:-1] == 0.0) & (recording.speed_mps[1:] == 0.0) & ~recording.gap_steps(recording.time_s)
+    )
+    change = np.abs(np.diff(height))
+    change = np.where(stands & ~np.isnan(change), change, 0.0)
+    total_m = float(change.sum())
+    if total_m <= DRIFT_M:
+        return
+    moving_s = np.maximum.accumulate(np.where(stands, recording.time_s[0], recording.time_s[1:]))
+    since_s = float((change * (recording.time_s[1:] - moving_s)).sum()) / total_m
+    climbs_m = float(np.nansum(np.abs(np.diff(height))))
+    text = f"changes by {total_m:.0f} of {climbs_m:.0f} m while standing, on average {since_s:.0f} s after stopping"
+    yield Note(NoteKind.LAG, "elevation_m", f"{text}: late, or drifting")
 
 
 def _capacity(recording: Recording) -> Iterator[Note]:
     """The charge that power and SoC together tell, which shows a wrong unit of either."""
-    if recording.soc_frac is None:
+    if recording.soc_frac is None or recording.gaps:
         return
     known = np.flatnonzero(~np.isnan(recording.soc_frac))
     first, last = int(known[0]), int(known[-1])
@@ -242,3 +205,26 @@ def _capacity(recording: Recording) -> Iterator[Note]:
         energy_j = float(np.trapezoid(recording.power_w[part], recording.time_s[part]))
         text = f"falls by {fall:.1%} while the battery gives {energy_j / J_PER_KWH:.2f} kWh"
         yield Note(NoteKind.CHECKED, "soc_frac", f"{text}: 100 % would be {energy_j / J_PER_KWH / fall:.1f} kWh")
+
+
+def _twice(recording: Recording) -> Iterator[Note]:
+    """Power recorded twice, by itself and as voltage times current, and not the same."""
+    if recording.voltage_v is None or recording.current_a is None:
+        return
+    product = recording.voltage_v * recording.current_a
+    apart = np.abs(product - recording.power_w)
+    apart = apart[~np.isnan(apart)]
+    usual_w = float(np.median(np.abs(recording.power_w)))
+    if apart.size and float(np.median(apart)) > max(100.0, 0.05 * usual_w):
+        other_way = float(np.nansum(product * recording.power_w)) < 0.0
+        text = f"differs from voltage times current by {np.median(apart):.0f} W as a rule, of {usual_w:.0f} W"
+        yield Note(
+            NoteKind.SUSPECT, "power_w", text + (", whose sign is the other" if other_way else "") + "; power counts"
+        )
+
+
+def _coarse(recording: Recording) -> Iterator[Note]:
+    step_s = float(np.median(np.diff(recording.time_s)))
+    if step_s > COARSE_S:
+        text = f"{step_s:g} s apart as a rule: accelerations between samples are not seen, and their power is"
+        yield Note(NoteKind.SUSPECT, "time_s", text)

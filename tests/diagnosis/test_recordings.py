@@ -184,6 +184,11 @@ def test_hiding_a_column_that_is_needed_is_an_error(plain_file):
         read_recording(plain_file(), hidden=["power*"])
 
 
+def test_i3_file_without_current_names_the_column(i3_file):
+    with pytest.raises(RecordingError, match=r"Battery Current \[A\] is missing, allowed: a column of this name"):
+        read_recording(i3_file(), hidden=["*current*"])
+
+
 def test_profile_for_replay_keeps_speed_height_and_the_end(i3_file):
     recording = read_recording(i3_file())
     profile = recording.profile()
@@ -257,7 +262,9 @@ def test_column_without_any_value_is_no_channel(plain_file):
 def test_gap_is_noted_with_its_length_and_place(plain_file):
     rows = plain_rows()
     recording = read_recording(plain_file(rows[:300] + rows[345:]))
-    assert notes(recording, NoteKind.GAP) == [("time_s", "gaps: 1, the longest 46.0 s after 299.0 s")]
+    assert notes(recording, NoteKind.GAP) == [
+        ("time_s", "gaps: 1, the longest 46.0 s after 299.0 s; their energy is not counted")
+    ]
 
 
 def test_jumps_of_speed_height_and_charge_are_noted(plain_file):
