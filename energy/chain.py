@@ -71,7 +71,7 @@ class LinkResult:
 
     energy_j: from the battery [J], negative where more is recuperated. duration_s includes standing still.
     speed_end_mps: speed carried into the next link, given no stop. stop_probability_frac: of having stopped at its end.
-    parts_j: float64 (19,), in the order of `energy.effects.PART_NAMES`; they add up to energy_j.
+    parts_j: float64 (20,), in the order of `energy.effects.PART_NAMES`; they add up to energy_j.
     """
 
     energy_j: float
@@ -109,6 +109,7 @@ class EnergyParts:
     load_loss_j: float = 0.0
     battery_resistance_j: float = 0.0
     cabin_j: float = 0.0
+    tyre_warm_up_j: float = 0.0
     consumption_table_j: float = 0.0
 
     def total_j(self) -> float:
@@ -198,7 +199,7 @@ RULE_CODE: Final = {
 
 
 def energy_parts(parts_j: NDArray[np.float64]) -> EnergyParts:
-    """Energy by cause from an array (19,) in the order of PART_NAMES [J]."""
+    """Energy by cause from an array (20,) in the order of PART_NAMES [J]."""
     return EnergyParts(**{f"{name}_j": float(value) for name, value in zip(PART_NAMES, parts_j, strict=True)})
 
 

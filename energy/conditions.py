@@ -8,7 +8,7 @@ diagnosis has fitted replace them. Equations and sources: docs/effects.md.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
@@ -42,7 +42,12 @@ class EffectCoefficients:
     drive_loss_w_per_n2: loss that grows with the square of the force at the wheels [W/N²]; 0 is the source's model.
     regen_cap_w: most power that recuperation charges with [W]. regen_fade_soc_frac: charge from which the battery
     accepts a falling share of it, none at 1 [-]. regen_cold_full_k, regen_cold_none_k: temperatures with all and none
-    of the cap [K].
+    of the cap [K]. regen_always_limited: the cap is the vehicle's own and needs no condition. regen_min_speed_mps: any
+    slower, braking gives nothing back [m/s].
+    tyre_warm_up_frac: rolling resistance of the tyres at departure over that of warm ones, less 1 [-]; it decays with
+    tyre_time_s [s]. air_density_coef: strength of the air's density [-], 0 for none.
+    cooling_target_k: temperature above which the cabin is cooled [K]; below cabin_target_k, no higher, it is heated.
+    cooling_ua_w_per_k, cooling_soak_w_per_k, cooling_time_s: as those of the cabin, where it is cooled. None: the same.
     """
 
     rolling_temp_per_k: float = 0.008
@@ -67,23 +72,38 @@ class EffectCoefficients:
     regen_fade_soc_frac: float = 0.9
     regen_cold_full_k: float = 283.15
     regen_cold_none_k: float = 258.15
+    regen_always_limited: bool = False
+    regen_min_speed_mps: float = 0.0
+    tyre_warm_up_frac: float = 0.0
+    tyre_time_s: float = 600.0
+    air_density_coef: float = 1.0
+    cooling_target_k: float | None = None
+    cooling_ua_w_per_k: float | None = None
+    cooling_soak_w_per_k: float | None = None
+    cooling_time_s: float | None = None
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            low, high = COEFFICIENT_RANGES[field.name]
-            if not low <= value <= high:
-                raise ConditionsError(f"effects.{field.name}", value, f"{low:g}..{high:g}")
+        for name, (low, high) in COEFFICIENT_RANGES.items():
+            value = getattr(self, name)
+            if value is not None and not low <= value <= high:
+                raise ConditionsError(f"effects.{name}", value, f"{low:g}..{high:g}")
+        for name in COEFFICIENT_FLAGS:
+            if not isinstance(getattr(self, name), bool):
+                raise ConditionsError(f"effects.{name}", getattr(self, name), "True or False")
         if self.regen_cold_none_k >= self.regen_cold_full_k:
             raise ConditionsError(
                 "effects.regen_cold_none_k",
                 self.regen_cold_none_k,
                 f"below regen_cold_full_k, {self.regen_cold_full_k:g}",
             )
+        if self.cooling_target_k is not None and self.cooling_target_k < self.cabin_target_k:
+            raise ConditionsError(
+                "effects.cooling_target_k", self.cooling_target_k, f"at least cabin_target_k, {self.cabin_target_k:g}"
+            )
 
 
 COEFFICIENT_RANGES: Final = {
-    "rolling_temp_per_k": (0.0, 0.02),
+    "rolling_temp_per_k": (0.0, 0.05),
     "yaw_drag_per_rad": (0.0, 5.0),
     "wet_rolling_coef": (0.0, 0.05),
     "wet_drag_n_per_mps": (0.0, 20.0),
@@ -105,7 +125,16 @@ COEFFICIENT_RANGES: Final = {
     "regen_fade_soc_frac": (0.0, 0.999),
     "regen_cold_full_k": (230.0, 330.0),
     "regen_cold_none_k": (220.0, 320.0),
+    "regen_min_speed_mps": (0.0, 15.0),
+    "tyre_warm_up_frac": (0.0, 2.0),
+    "tyre_time_s": (1.0, 36_000.0),
+    "air_density_coef": (0.0, 3.0),
+    "cooling_target_k": (273.15, 313.15),
+    "cooling_ua_w_per_k": (0.0, 5000.0),
+    "cooling_soak_w_per_k": (0.0, 5000.0),
+    "cooling_time_s": (1.0, 36_000.0),
 }
+COEFFICIENT_FLAGS: Final = ("regen_always_limited",)
 
 
 @dataclass(frozen=True, slots=True)

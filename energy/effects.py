@@ -54,6 +54,7 @@ PART_NAMES: Final = (
     "load_loss",
     "battery_resistance",
     "cabin",
+    "tyre_warm_up",
     "consumption_table",
 )
 
@@ -100,6 +101,7 @@ class Drive:
             return table
         flat = np.sqrt(np.maximum(1.0 - links.grade_frac * links.grade_frac, 0.0))
         table[:, force.ROAD_ROLLING] = sum(_rolling_n(self.vehicle, self.conditions)) * flat
+        table[:, force.ROAD_WARM_UP] = _warm_up_n(self.vehicle, self.conditions) * flat
         table[:, force.ROAD_LINEAR] = sum(_linear_n_per_mps(self.vehicle, self.conditions))
         base, density, drag = _aero_n_per_mps2(self.vehicle, self.conditions, links)
         aero = base + density + drag
@@ -112,7 +114,7 @@ class Drive:
         return table
 
     def parts(self, links: LinkSetting, terms: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Energy by cause, float64 (n, 19) in the order of PART_NAMES, from the kernels' terms (n, 14) [J]."""
+        """Energy by cause, float64 (n, 20) in the order of PART_NAMES, from the kernels' terms (n, 15) [J]."""
         parts = np.zeros((terms.shape[0], len(PART_NAMES)))
         parts[:, :8] = terms[:, :8]
         parts[:, 13] = terms[:, force.WIND]
@@ -120,7 +122,8 @@ class Drive:
         parts[:, 15] = terms[:, force.LOAD_LOSS]
         parts[:, 16] = terms[:, force.RESISTANCE_LOSS]
         parts[:, 17] = terms[:, force.CABIN]
-        parts[:, 18] = terms[:, force.TABLE]
+        parts[:, 18] = terms[:, force.WARM_UP]
+        parts[:, 19] = terms[:, force.TABLE]
         if isinstance(self.vehicle, ConsumptionTableVehicle) or self.conditions == STILL:
             return parts
         rolling = _rolling_n(self.vehicle, self.conditions)
@@ -158,7 +161,7 @@ def drive_of(
     mass_kg = vehicle.mass_kg + conditions.payload_kg
     cap_w, fade_j = regen_limit(conditions, strength, vehicle.usable_capacity_wh)
     resistance = resistance_rise_ohm(conditions, strength)
-    steady_w, start_w = cabin_power_w(conditions, strength)
+    steady_w, start_w, cabin_time_s = cabin_power_w(conditions, strength)
     aux_w = vehicle.aux_power_w
     if conditions.aux_power_w is not None:
         aux_w = conditions.aux_power_w
@@ -179,10 +182,17 @@ def drive_of(
         fade_width_j=fade_j,
         loss_per_n2=float(strength.drive_loss_w_per_n2),
         loss_per_w=resistance / strength.battery_voltage_v**2,
-        lossy=math.isfinite(cap_w) or resistance > 0.0 or strength.drive_loss_w_per_n2 > 0.0,
+        regen_min_mps=float(strength.regen_min_speed_mps),
+        lossy=(
+            math.isfinite(cap_w)
+            or resistance > 0.0
+            or strength.drive_loss_w_per_n2 > 0.0
+            or strength.regen_min_speed_mps > 0.0
+        ),
         cabin_w=steady_w,
         cabin_start_w=start_w,
-        cabin_time_s=float(strength.cabin_time_s),
+        cabin_time_s=cabin_time_s,
+        tyre_time_s=float(strength.tyre_time_s) if strength.tyre_warm_up_frac > 0.0 else 0.0,
         table=False,
         climb_up_j_per_m=0.0,
         climb_down_j_per_m=0.0,
@@ -214,22 +224,36 @@ def air_density_factor(conditions: Conditions, altitude_m: NDArray[np.float64] |
     return factor
 
 
-def cabin_power_w(conditions: Conditions, strength: EffectCoefficients) -> tuple[float, float]:
-    """Electric power of heating or cooling [W]: what stays, and what decays from departure on with cabin_time_s.
+def cabin_power_w(conditions: Conditions, strength: EffectCoefficients) -> tuple[float, float, float]:
+    """Electric power of heating or cooling [W]: what stays, what decays from departure on, and with which time τ [s].
 
     Thermal: |UA·(T − T_set) + sun| to stay, soak·|T_cabin − T_set|·exp(−t/τ) at the start, each over the COP of heating
     or cooling, whichever it is; the fan, in proportion up to FAN_FULL_W of thermal power; at most the climate's limit.
-    Where the two pull in opposite directions they are not set off against each other.
+    T_set, UA, soak and τ are those of heating where heat is missing, of cooling where there is too much; between the
+    two temperatures neither is needed. Where both are at once they are not set off against each other.
     """
     if conditions.ambient_k is None or not conditions.climate:
-        return 0.0, 0.0
-    target = strength.cabin_target_k
-    stays_w = strength.cabin_ua_w_per_k * (conditions.ambient_k - target) + conditions.sun_w
+        return 0.0, 0.0, float(strength.cabin_time_s)
+    heated_k = strength.cabin_target_k
+    cooled_k = heated_k if strength.cooling_target_k is None else strength.cooling_target_k
+    soak, time_s = strength.cabin_soak_w_per_k, strength.cabin_time_s
     begin_k = conditions.ambient_k if conditions.cabin_start_k is None else conditions.cabin_start_k
-    starts_w = strength.cabin_soak_w_per_k * (begin_k - target)
+    if begin_k > heated_k:
+        soak = soak if strength.cooling_soak_w_per_k is None else strength.cooling_soak_w_per_k
+        time_s = time_s if strength.cooling_time_s is None else strength.cooling_time_s
+    starts_w = soak * _excess(begin_k - heated_k, begin_k - cooled_k)
+    heat_w = strength.cabin_ua_w_per_k * (conditions.ambient_k - heated_k) + conditions.sun_w
+    cool_ua = strength.cabin_ua_w_per_k if strength.cooling_ua_w_per_k is None else strength.cooling_ua_w_per_k
+    cool_w = cool_ua * (conditions.ambient_k - cooled_k) + conditions.sun_w
+    stays_w = _excess(heat_w, cool_w)
     fan_w = strength.climate_fan_w * min(abs(stays_w) / FAN_FULL_W, 1.0)
     steady_w = min(_electric_w(stays_w, strength) + fan_w, strength.climate_limit_w)
-    return steady_w, min(_electric_w(starts_w, strength), strength.climate_limit_w - steady_w)
+    return steady_w, min(_electric_w(starts_w, strength), strength.climate_limit_w - steady_w), float(time_s)
+
+
+def _excess(above_heated: float, above_cooled: float) -> float:
+    """What is too much, positive, or missing, negative, with nothing to do in between."""
+    return above_cooled if above_cooled > 0.0 else min(above_heated, 0.0)
 
 
 def _electric_w(thermal_w: float, strength: EffectCoefficients) -> float:
@@ -246,7 +270,7 @@ def resistance_rise_ohm(conditions: Conditions, strength: EffectCoefficients) ->
 
 def regen_limit(conditions: Conditions, strength: EffectCoefficients, capacity_wh: float) -> tuple[float, float]:
     """Cap on recuperation [W], inf for none, and the charge below full over which less and less is accepted [J]."""
-    if not conditions.regen_limited:
+    if not (conditions.regen_limited or strength.regen_always_limited):
         return math.inf, 0.0
     cap_w = strength.regen_cap_w
     if conditions.ambient_k is not None:
@@ -270,6 +294,13 @@ def _rolling_n(vehicle: Vehicle, conditions: Conditions) -> tuple[float, float, 
     return base, temperature, surface, payload
 
 
+def _warm_up_n(vehicle: Vehicle, conditions: Conditions) -> float:
+    """Rolling resistance on the flat that cold tyres add at departure [N]; what lies on the road has no part in it."""
+    base, temperature, _, _ = _rolling_n(vehicle, conditions)
+    loaded = 1.0 + conditions.payload_kg / vehicle.mass_kg
+    return vehicle.effects.tyre_warm_up_frac * max(base + temperature, 0.0) * loaded
+
+
 def _linear_n_per_mps(vehicle: Vehicle, conditions: Conditions) -> tuple[float, float]:
     """Part of the road load that grows with speed [N/(m/s)]: of the vehicle, and of water on the road."""
     wet = vehicle.effects.wet_drag_n_per_mps if conditions.road is RoadSurface.WET else 0.0
@@ -281,7 +312,9 @@ def _aero_n_per_mps2(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Drag coefficient of each link [N/(m/s)²]: of the vehicle, by air density, and by roof load and yaw."""
     base = np.full(links.grade_frac.size, float(vehicle.road_load_c_n_per_mps2))
-    density = base * (air_density_factor(conditions, links.altitude_m) - 1.0)
+    strength = vehicle.effects.air_density_coef
+    # with a strength above 1 thin air could weigh less than nothing
+    density = base * np.maximum((air_density_factor(conditions, links.altitude_m) - 1.0) * strength, -1.0)
     factor = conditions.drag_factor
     drag = (base + density) * (factor - 1.0)
     if conditions.wind_speed_mps > 0.0:
@@ -329,7 +362,7 @@ def _table_physics(vehicle: ConsumptionTableVehicle, conditions: Conditions) -> 
                 str(value),
                 f"{off} for vehicle {vehicle.id!r}, a consumption table without forces",
             )
-    steady_w, start_w = cabin_power_w(conditions, EffectCoefficients())
+    steady_w, start_w, cabin_time_s = cabin_power_w(conditions, EffectCoefficients())
     aux_w = float(vehicle.aux_power_w if conditions.aux_power_w is None else conditions.aux_power_w)
     up, down = float(vehicle.ascent_j_per_m), float(vehicle.descent_j_per_m)
     nothing = np.array([0.0, CHECKED_SPEED_MPS])
@@ -348,10 +381,12 @@ def _table_physics(vehicle: ConsumptionTableVehicle, conditions: Conditions) -> 
         fade_width_j=0.0,
         loss_per_n2=0.0,
         loss_per_w=0.0,
+        regen_min_mps=0.0,
         lossy=False,
         cabin_w=steady_w,
         cabin_start_w=start_w,
-        cabin_time_s=EffectCoefficients().cabin_time_s,
+        cabin_time_s=cabin_time_s,
+        tyre_time_s=0.0,
         table=True,
         climb_up_j_per_m=up,
         climb_down_j_per_m=down,

@@ -22,17 +22,19 @@ from energy.kernels_force import (
     REGEN_LIMIT,
     RESISTANCE_LOSS,
     ROAD_WAIT,
+    ROLLING,
     TABLE,
     LinkPhysics,
     Road,
     accepted_j,
+    book_warm_up,
     cabin_energy_j,
     cruise_energy,
     cruise_terms,
     idle_energy,
     ramp_energy,
     ramp_terms,
-    road_at,
+    road_in_time,
 )
 
 TOUCH_MPS = 1e-9  # a speed this near to an interval boundary touches only the interval on its own side
@@ -249,7 +251,7 @@ def add_link_parts(
     stop_time: float,
     parts: NDArray[np.float64],
 ) -> None:
-    """Parts of link_energy, added to parts (14,); they add up to its energy."""
+    """Parts of link_energy, added to parts (15,); they add up to its energy."""
     target = v_next if v_next < v_max else v_max
     wait = p_stop * stop_time
     parts[AUXILIARY] += p.aux_idle_w * wait
@@ -314,7 +316,7 @@ def drive_chain(
     p_end: NDArray[np.float64],
     parts: NDArray[np.float64],
 ) -> None:
-    """Drive a chain of links and fill energy, time, standstill, v_end, p_end (n,) and parts (n, 14).
+    """Drive a chain of links and fill energy, time, standstill, v_end, p_end (n,) and parts (n, 15).
 
     roads: (n, 8), columns of energy.kernels_force. full_j: battery energy that would fill the battery at departure,
     negative, −inf where the charge is not known.
@@ -333,9 +335,10 @@ def drive_chain(
         if k + 1 == n and arrive_stopped:
             p_stop = 1.0
             wait = 0.0
-        r = road_at(roads, k)
+        r = road_in_time(p, roads, k, clock, length[k] / v_max[k])
         e, time[k], v_end[k] = link_energy(p, r, length[k], v, p_entry, v_max[k], v_next, p_stop, wait)
         add_link_parts(p, r, length[k], v, p_entry, v_max[k], v_next, p_stop, wait, parts[k])
+        book_warm_up(p, r, roads, k, parts[k, ROLLING], parts[k])
         heat = cabin_energy_j(p, clock, clock + time[k])
         energy[k] = accepted_j(p, used, e + heat, full_j)
         parts[k, CABIN] += heat

@@ -31,11 +31,13 @@ import energy.compilation  # noqa: F401  (sets the cache folder before anything 
     RESISTANCE_LOSS,
     CABIN,
     TABLE,
-) = range(14)
-PART_COUNT = 14
+    WARM_UP,
+) = range(15)
+PART_COUNT = 15
 
-# columns of the table of roads, one row a link: what `Road` holds, and the stop time at the link's end
-ROAD_GRADE, ROAD_ROLLING, ROAD_LINEAR, ROAD_AERO, ROAD_WIND, ROAD_WAIT = range(6)
+# columns of the table of roads, one row a link: what `Road` holds, the stop time at the link's end, and by how much
+# tyres as they are at departure raise the rolling resistance
+ROAD_GRADE, ROAD_ROLLING, ROAD_LINEAR, ROAD_AERO, ROAD_WIND, ROAD_WAIT, ROAD_WARM_UP = range(7)
 ROAD_COLUMNS = 8  # one cache line
 
 # nodes and weights on [-1, 1]: four points are exact for polynomials up to degree 7
@@ -52,9 +54,10 @@ class LinkPhysics(NamedTuple):
     printed: evaluate dynamic phases as equations (13), (15), (36) are printed instead of integrating exactly.
     regen_cap_w: most battery power that recuperation charges with, inf for none. fade_width_j: charge below full over
     which the battery accepts less and less of it [J], 0 for no fading. loss_per_n2: loss for force squared [W/N²].
-    loss_per_w: loss for battery power squared [1/W]. lossy: a cap or one of these losses is on.
+    loss_per_w: loss for battery power squared [1/W]. regen_min_mps: slower than this, braking gives nothing back.
+    lossy: a cap, a least speed or one of these losses is on.
     cabin_w, cabin_start_w, cabin_time_s: climate power at t since departure is
-    cabin_w + cabin_start_w·exp(−t/cabin_time_s).
+    cabin_w + cabin_start_w·exp(−t/cabin_time_s). tyre_time_s: in which the tyres' warm-up decays, 0 for none.
     table: a consumption table instead of forces; climb_up_j_per_m, climb_down_j_per_m, kinetic_up_kg and
     kinetic_down_kg are then what height and speed take and give back.
     """
@@ -73,10 +76,12 @@ class LinkPhysics(NamedTuple):
     fade_width_j: float
     loss_per_n2: float
     loss_per_w: float
+    regen_min_mps: float
     lossy: bool
     cabin_w: float
     cabin_start_w: float
     cabin_time_s: float
+    tyre_time_s: float
     table: bool
     climb_up_j_per_m: float
     climb_down_j_per_m: float
@@ -110,6 +115,32 @@ def road_at(roads: NDArray[np.float64], link: int) -> Road:
         roads[link, ROAD_AERO],
         roads[link, ROAD_WIND],
     )
+
+
+@njit(nogil=True, cache=True)
+def road_in_time(p: LinkPhysics, roads: NDArray[np.float64], link: int, begin_s: float, duration_s: float) -> Road:
+    """The road of a link with tyres as warm as they are on the mean of duration_s from begin_s since departure on.
+
+    Of a link that is the time which it takes at its limit, so that dividing it changes nothing but rounding.
+    """
+    r = road_at(roads, link)
+    if p.tyre_time_s == 0.0:
+        return r
+    span = duration_s / p.tyre_time_s
+    mean = math.exp(-begin_s / p.tyre_time_s) * (-math.expm1(-span) / span if span > 0.0 else 1.0)
+    rolling = r.rolling_n + roads[link, ROAD_WARM_UP] * mean
+    return Road(r.grade, rolling, r.linear_n_per_mps, r.aero_n_per_mps2, r.wind_mps)
+
+
+@njit(nogil=True, cache=True)
+def book_warm_up(
+    p: LinkPhysics, r: Road, roads: NDArray[np.float64], link: int, rolling_j: float, parts: NDArray[np.float64]
+) -> None:
+    """Move what cold tyres took of rolling_j, work that parts (15,) already holds as rolling, to its own part."""
+    if p.tyre_time_s > 0.0 and r.rolling_n != 0.0:
+        cold = rolling_j * ((r.rolling_n - roads[link, ROAD_ROLLING]) / r.rolling_n)
+        parts[ROLLING] -= cold
+        parts[WARM_UP] += cold
 
 
 @njit(nogil=True, cache=True)
@@ -262,7 +293,7 @@ def battery_power(p: LinkPhysics, r: Road, v: float, accel: float) -> float:
     force = road_load_n(r, v) + p.weight_n * r.grade + p.inertia_kg * accel
     traction = battery_work_j(p, force * v)
     if p.lossy:
-        traction = max(traction, -p.regen_cap_w)
+        traction = max(traction, -p.regen_cap_w if v >= p.regen_min_mps else 0.0)
     power = traction + p.aux_move_w
     return power + p.loss_per_n2 * force * force + p.loss_per_w * power * power
 
@@ -330,9 +361,10 @@ def closed_terms(
     else:
         recuperation = work * (p.recuperation_factor - 1.0)
         battery = work * p.recuperation_factor
-        if battery < -p.regen_cap_w * dt:
-            limited = -p.regen_cap_w * dt - battery
-            battery = -p.regen_cap_w * dt
+        cap_w = p.regen_cap_w if v >= p.regen_min_mps else 0.0
+        if battery < -cap_w * dt:
+            limited = -cap_w * dt - battery
+            battery = -cap_w * dt
     power = battery / dt + p.aux_move_w
     return (
         works[0],
@@ -406,12 +438,19 @@ def ramp_terms(p: LinkPhysics, r: Road, ds: float, v_a: float, v_b: float) -> tu
 def signed_terms(
     p: LinkPhysics, r: Road, accel: float, per_v2: float, f0: float, b: float, c: float, low: float, high: float
 ) -> Terms:
-    """Terms of a piece of a ramp in which the force keeps its sign; cut where the cap on recuperation begins to act."""
+    """Terms of a piece of a ramp in which the force keeps its sign; cut where a limit on recuperation begins to act."""
     work = stretch_work_j(f0, b, c, per_v2 * (high * high - low * low), low, high)
-    if work >= 0.0 or math.isinf(p.regen_cap_w):
-        return piece_terms(p, r, accel, per_v2, f0, b, c, low, high, False)
-    eta = p.recuperation_factor
+    if work >= 0.0 or (math.isinf(p.regen_cap_w) and low >= p.regen_min_mps):
+        return piece_terms(p, r, accel, per_v2, f0, b, c, low, high, math.inf)
+    if high <= p.regen_min_mps:
+        return piece_terms(p, r, accel, per_v2, f0, b, c, low, high, 0.0)
     terms = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    if low < p.regen_min_mps:
+        terms = piece_terms(p, r, accel, per_v2, f0, b, c, low, p.regen_min_mps, 0.0)
+        low = p.regen_min_mps
+    if math.isinf(p.regen_cap_w):
+        return plus(terms, piece_terms(p, r, accel, per_v2, f0, b, c, low, high, math.inf))
+    eta = p.recuperation_factor
     # power eta·v·(f0 + b·v + c·v²) is monotone between its turning points
     turns, t1, t2 = force_roots(f0, 2.0 * b, 3.0 * c, low, high)
     begin = low
@@ -427,11 +466,13 @@ def signed_terms(
                 v_low, v_high = (begin, cut) if part == 0 else (cut, end)
                 middle = 0.5 * (v_low + v_high)
                 capped = eta * middle * (f0 + (b + c * middle) * middle) < -p.regen_cap_w
-                terms = plus(terms, piece_terms(p, r, accel, per_v2, f0, b, c, v_low, v_high, capped))
+                cap_w = p.regen_cap_w if capped else math.inf
+                terms = plus(terms, piece_terms(p, r, accel, per_v2, f0, b, c, v_low, v_high, cap_w))
         else:
             middle = 0.5 * (begin + end)
             capped = eta * middle * (f0 + (b + c * middle) * middle) < -p.regen_cap_w
-            terms = plus(terms, piece_terms(p, r, accel, per_v2, f0, b, c, begin, end, capped))
+            cap_w = p.regen_cap_w if capped else math.inf
+            terms = plus(terms, piece_terms(p, r, accel, per_v2, f0, b, c, begin, end, cap_w))
         begin = end
     return terms
 
@@ -464,9 +505,13 @@ def piece_terms(
     c: float,
     low: float,
     high: float,
-    capped: bool,
+    cap_w: float,
 ) -> Terms:
-    """Terms of a piece of a ramp with one law of force and one of the battery: driving, recuperating or capped."""
+    """Terms of a piece of a ramp with one law of force and one of the battery: driving, recuperating or capped.
+
+    cap_w: what recuperation charges with throughout the piece [W], inf where no limit acts.
+    """
+    capped = cap_w < math.inf
     ds = per_v2 * (high - low) * (high + low)
     dt = 2.0 * ds / (low + high)
     mean_v = (low * low + low * high + high * high) / (1.5 * (low + high))
@@ -485,7 +530,7 @@ def piece_terms(
         factor = p.recuperation_factor
         recuperation = work * (factor - 1.0)
         if capped:
-            limited = -p.regen_cap_w * dt - work * factor
+            limited = -cap_w * dt - work * factor
     load = resistance = 0.0
     if p.loss_per_n2 > 0.0 or p.loss_per_w > 0.0:
         half, middle = 0.5 * (high - low), 0.5 * (high + low)
@@ -493,7 +538,7 @@ def piece_terms(
             node = GAUSS_NODE[k >> 1]
             v = middle + half * (node if k & 1 else -node)
             force = f0 + (b + c * v) * v
-            power = p.aux_move_w + (-p.regen_cap_w if capped else factor * force * v)
+            power = p.aux_move_w + (-cap_w if capped else factor * force * v)
             share = 0.5 * GAUSS_WEIGHT[k >> 1] * dt
             load += share * p.loss_per_n2 * force * force
             resistance += share * p.loss_per_w * power * power

@@ -17,14 +17,16 @@ from energy.kernels_force import (
     INERTIA,
     REGEN_LIMIT,
     RESISTANCE_LOSS,
+    ROLLING,
     TABLE,
     LinkPhysics,
     accepted_j,
+    book_warm_up,
     cabin_energy_j,
     cruise_terms,
     idle_energy,
     ramp_terms,
-    road_at,
+    road_in_time,
     total_j,
 )
 
@@ -42,7 +44,7 @@ def drive_profile(
     energy: NDArray[np.float64],
     terms: NDArray[np.float64],
 ) -> float:
-    """Fill energy (n,) and terms (n, 14) of the steps first ≤ k < beyond; battery energy used up to there [J].
+    """Fill energy (n,) and terms (n, 15) of the steps first ≤ k < beyond; battery energy used up to there [J].
 
     time, speed: (n+1,) samples, time rising. roads: (n, 8), columns of energy.kernels_force, one row a step.
     full_j: battery energy that would fill the battery at departure, negative, −inf where the charge is not known.
@@ -51,7 +53,7 @@ def drive_profile(
         dt = time[k + 1] - time[k]
         v_a, v_b = speed[k], speed[k + 1]
         ds = 0.5 * (v_a + v_b) * dt
-        r = road_at(roads, k)
+        r = road_in_time(p, roads, k, time[k] - time[0], dt)
         if ds <= 0.0:
             terms[k, AUXILIARY] = p.aux_idle_w * dt
             terms[k, RESISTANCE_LOSS] = p.loss_per_w * p.aux_idle_w * p.aux_idle_w * dt
@@ -71,6 +73,7 @@ def drive_profile(
                 work, _ = ramp_terms(p, r, ds, v_a, v_b)
             for part in range(len(work)):
                 terms[k, part] = work[part]
+            book_warm_up(p, r, roads, k, work[ROLLING], terms[k])
             taken = total_j(work)
         heat = cabin_energy_j(p, time[k] - time[0], time[k + 1] - time[0])
         terms[k, CABIN] = heat

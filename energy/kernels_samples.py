@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from energy.kernels import link_energy, stop_at
-from energy.kernels_force import ROAD_WAIT, LinkPhysics, accepted_j, cabin_energy_j, road_at
+from energy.kernels_force import ROAD_WAIT, LinkPhysics, accepted_j, cabin_energy_j, road_in_time
 
 
 @njit(nogil=True, cache=True)
@@ -49,7 +49,7 @@ def drive_energies(
         if k + 1 == n and arrive_stopped:
             p_stop = 1.0
             wait = 0.0
-        r = road_at(roads, k)
+        r = road_in_time(p, roads, k, clock, length[k] / v_max[k])
         e, t, v = link_energy(p, r, length[k], v, p_entry, v_max[k], v_next, p_stop, wait)
         energy[k] = accepted_j(p, used, e + cabin_energy_j(p, clock, clock + t), full_j)
         still_moving = 0.5 * p.inertia_kg * (1.0 - p_stop) * v * v

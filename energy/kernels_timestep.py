@@ -24,13 +24,15 @@ from energy.kernels_force import (
     REGEN_LIMIT,
     RESISTANCE_LOSS,
     ROAD_WAIT,
+    ROLLING,
     LinkPhysics,
     accepted_j,
+    book_warm_up,
     cabin_energy_j,
     cruise_terms,
     idle_energy,
     ramp_terms,
-    road_at,
+    road_in_time,
     total_j,
 )
 
@@ -172,7 +174,7 @@ def drive_steps(
     parts: NDArray[np.float64],
     track: NDArray[np.float64],
 ) -> int:
-    """Drive a chain in time steps and fill energy, time, standstill, v_end, stopped (n,) and parts (n, 14).
+    """Drive a chain in time steps and fill energy, time, standstill, v_end, stopped (n,) and parts (n, 15).
 
     roads, full_j: as for energy.kernels.drive_chain. rule: one whose stops are certain. v_end: 0 where it stops.
     track: (m, 3) way, time and speed at the start and after each step and wait, as many as fit; m = 0 for none.
@@ -206,7 +208,6 @@ def drive_steps(
         energy[k] = 0.0
         begin_s = clock
         left = length[k]
-        r = road_at(roads, k)
         while left > 0.0:
             if count == step_limit:
                 return STEP_LIMIT_REACHED
@@ -227,12 +228,14 @@ def drive_steps(
                     hard = harder > v_new
                     v_new = max(v_new, harder)
                 ds = 0.5 * (v + v_new) * dt
+            r = road_in_time(p, roads, k, clock, dt)
             if v_new == v:
                 terms = cruise_terms(p, r, ds, v)
             else:
                 terms, _ = ramp_terms(p, r, ds, v, v_new)
             for part in range(len(terms)):
                 parts[k, part] += terms[part]
+            book_warm_up(p, r, roads, k, terms[ROLLING], parts[k])
             heat = cabin_energy_j(p, clock, clock + dt)
             parts[k, CABIN] += heat
             offered = total_j(terms) + heat

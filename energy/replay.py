@@ -100,7 +100,7 @@ class ReplayResult:
     """What driving a profile takes, whole and step by step.
 
     dissipated_j: of energy_j what is not stored in height and speed at the end. step_energy_j: float64 (n−1,) from the
-    battery; step_parts_j: float64 (n−1, 19) in the order of PART_NAMES; power_w: float64 (n−1,) mean over each step.
+    battery; step_parts_j: float64 (n−1, 20) in the order of PART_NAMES; power_w: float64 (n−1,) mean over each step.
     """
 
     distance_m: float

@@ -260,7 +260,10 @@ def _check(field: str, value: float, low: float, high: float) -> None:
 
 def _has(vehicle: Vehicle | ConsumptionTableVehicle, name: str) -> bool:
     if name.startswith("effects."):
-        return isinstance(vehicle, Vehicle) and name.removeprefix("effects.") in COEFFICIENT_RANGES
+        field = name.removeprefix("effects.")
+        return (
+            isinstance(vehicle, Vehicle) and field in COEFFICIENT_RANGES and getattr(vehicle.effects, field) is not None
+        )
     return isinstance(getattr(vehicle, name, None), int | float | np.ndarray)
 
 
@@ -287,7 +290,7 @@ def _shifted(
     vehicle: Vehicle | ConsumptionTableVehicle, shifts: Mapping[str, float]
 ) -> Vehicle | ConsumptionTableVehicle:
     own: dict[str, Any] = {}
-    effects: dict[str, float] = {}
+    effects: dict[str, Any] = {}
     for name, shift in shifts.items():
         if isinstance(vehicle, Vehicle) and name.startswith("effects."):
             field = name.removeprefix("effects.")

@@ -8,7 +8,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -117,6 +117,14 @@ _EFFECTS: Final = (
     _Quantity("regen_fade_soc", "regen_fade_soc_frac", {"frac": 1.0}),
     _Quantity("regen_cold_full", "regen_cold_full_k", _TEMPERATURE_UNITS, _TEMPERATURE_OFFSETS),
     _Quantity("regen_cold_none", "regen_cold_none_k", _TEMPERATURE_UNITS, _TEMPERATURE_OFFSETS),
+    _Quantity("regen_min_speed", "regen_min_speed_mps", {"mps": 1.0, "kmh": 1.0 / KMH_PER_MPS}),
+    _Quantity("tyre_warm_up", "tyre_warm_up_frac", {"frac": 1.0}),
+    _Quantity("tyre_time", "tyre_time_s", {"s": 1.0}),
+    _Quantity("air_density", "air_density_coef", {"coef": 1.0}),
+    _Quantity("cooling_target", "cooling_target_k", _TEMPERATURE_UNITS, _TEMPERATURE_OFFSETS),
+    _Quantity("cooling_ua", "cooling_ua_w_per_k", {"w_per_k": 1.0}),
+    _Quantity("cooling_soak", "cooling_soak_w_per_k", {"w_per_k": 1.0}),
+    _Quantity("cooling_time", "cooling_time_s", {"s": 1.0}),
 )
 _HEAD: Final = ("id", "name", "powertrain", "kind")
 _SECTIONS: Final = (*_HEAD, *(q.section for q in _NUMBERS + _TABLES + _EFFECTS), "published")
@@ -237,7 +245,8 @@ def _road_load_vehicle(data: Mapping[str, object], vehicle_id: str) -> Vehicle:
         tables[quantity.field] = _array(read, vehicle_id)
         sources[quantity.field] = read.source
     given = [quantity for quantity in _EFFECTS if quantity.section in data]
-    coefficients, effect_sources, effect_sd = _numbers(data, given, vehicle_id)
+    numbers_of_effects, effect_sources, effect_sd = _numbers(data, given, vehicle_id)
+    coefficients: dict[str, Any] = dict(numbers_of_effects)
     sources |= {f"effects.{key}": source for key, source in effect_sources.items()}
     sd |= {f"effects.{key}": value for key, value in effect_sd.items()}
     try:

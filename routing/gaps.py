@@ -29,10 +29,11 @@ def gap_rules(physics: LinkPhysics, roads: NDArray[np.float64], driven_mps: NDAr
     sag = np.maximum(-(linear + aero * lowest) * lowest, 0.0)
     if bool((wind < 0.0).any()):
         sag = 2.0 * sag  # where the air comes from behind the drag falls as fast again
+    cold = roads[:, force.ROAD_WARM_UP]
     drive, loss_w = physics.drive_factor, 0.0
     if physics.loss_per_n2 > 0.0 or physics.loss_per_w > 0.0:
         accel = np.diff(physics.accel_sum)
-        load = np.maximum(roads[:, force.ROAD_ROLLING] + linear * driven_mps, 0.0)
+        load = np.maximum(roads[:, force.ROAD_ROLLING] + cold + linear * driven_mps, 0.0)
         load += aero * (driven_mps + np.abs(wind)) ** 2 + physics.weight_n * np.abs(roads[:, force.ROAD_GRADE])
         gaining = (accel * np.minimum(physics.speed_bound_mps[1:], driven_mps[:, None])).max(axis=1)
         power_w = float((load * driven_mps + physics.inertia_kg * gaining).max()) * drive + physics.aux_move_w
@@ -42,7 +43,7 @@ def gap_rules(physics: LinkPhysics, roads: NDArray[np.float64], driven_mps: NDAr
     capped = math.isfinite(physics.regen_cap_w)
     return GapRules(
         drive_factor=drive,
-        recuperation_factor=0.0 if capped else physics.recuperation_factor,
+        recuperation_factor=0.0 if capped or physics.regen_min_mps > 0.0 else physics.recuperation_factor,
         linear_n_per_mps=max(float((linear + 2.0 * aero * np.abs(wind)).max()), 0.0),
         aero_n_per_mps2=max(float(aero.max()), 0.0),
         sag_n=float(sag.max()),
@@ -57,6 +58,22 @@ def gap_rules(physics: LinkPhysics, roads: NDArray[np.float64], driven_mps: NDAr
         printed=physics.printed,
         table=physics.table,
     )
+
+
+def warm_up_w(
+    physics: LinkPhysics, gap: GapRules, roads: NDArray[np.float64], driven_mps: NDArray[np.float64]
+) -> tuple[float, float]:
+    """Most that tyres cold as at departure take, and most that warm ones can cost instead [W] (lemma 8)."""
+    cold_w = float(roads[:, force.ROAD_WARM_UP].max()) * float(driven_mps.max())
+    return gap.drive_factor * cold_w, (gap.drive_factor - physics.drive_factor) * cold_w
+
+
+def _cut_j(physics: LinkPhysics, roads: NDArray[np.float64]) -> float:
+    """Most that braking could give back at speeds at which it doesn't: downhill while gaining the speed, and of it."""
+    v2 = physics.regen_min_mps**2
+    steepest_n = physics.weight_n * float(np.abs(roads[:, force.ROAD_GRADE]).max())
+    gaining_m = v2 / (2.0 * float(np.diff(physics.accel_sum).min()))
+    return physics.recuperation_factor * (steepest_n * gaining_m + 0.5 * physics.inertia_kg * v2)
 
 
 def gap_bounds(
@@ -89,7 +106,9 @@ def gap_bounds(
             physics.weight_n * steepest_frac * distance[k] + half_inertia_kg * top**2
         )
         drift[k] = 2.0 * ratio * top / least[k]
-    return np.vstack((least, distance, slack_j, slack_s, gain, drift))
+    same = (physics.regen_min_mps, _cut_j(physics, roads), *warm_up_w(physics, gap, roads, driven_mps))
+    rest = np.repeat([[*same, physics.tyre_time_s]], n, axis=0).T
+    return np.vstack((least, distance, slack_j, slack_s, gain, drift, rest))
 
 
 def _swing(mean: NDArray[np.float64], bound: NDArray[np.float64], k: int, top: float) -> tuple[float, float]:

@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from energy.kernels import link_energy
-from energy.kernels_force import ROAD_GRADE, ROAD_WAIT, LinkPhysics, accepted_j, cabin_energy_j, road_at
+from energy.kernels_force import ROAD_GRADE, ROAD_WAIT, LinkPhysics, accepted_j, cabin_energy_j, road_at, road_in_time
 from routing.kernels_gap import (
     COST,
     CRUISE_J,
@@ -31,6 +31,7 @@ from routing.kernels_gap import (
     STOP,
     STOPPED,
     TIME,
+    WARM_LATE_W,
     GapRules,
     SearchRules,
     leads,
@@ -175,6 +176,8 @@ def run(
     roads = g.roads
     climate = p.cabin_w > 0.0 or p.cabin_start_w > 0.0
     fades = p.fade_width_j > 0.0
+    warms = p.tyre_time_s > 0.0
+    late_w = bounds[WARM_LATE_W, 0]
     successor_first, successors = g.successor_first, g.successor
     links = row.shape[0]
     capacity = index.shape[0]
@@ -214,7 +217,8 @@ def run(
         for k in range(goal_link.size):
             if goal_link[k] == link and goal_offset[k] > offset:
                 ds = goal_offset[k] - offset
-                e, t, _ = link_energy(p, road_at(roads, link), ds, v, stopped, v_max, v_max, 1.0, 0.0)
+                road = road_in_time(p, roads, link, time0, ds / v_max)
+                e, t, _ = link_energy(p, road, ds, v, stopped, v_max, v_max, 1.0, 0.0)
                 if climate:
                     e += cabin_energy_j(p, time0, time0 + t)
                 e = accepted_j(p, energy0, e, r.least_energy_j)
@@ -240,13 +244,16 @@ def run(
             there = row[successor]
             target = min(v_max, there[LIMIT])
             if target != known_target:
-                if v == v_max and target == v_max and offset == 0.0 and (stopped == 0.0 or here[REST_S] >= 0.0):
+                at_limit = v == v_max and target == v_max and offset == 0.0 and not warms
+                if at_limit and (stopped == 0.0 or here[REST_S] >= 0.0):
                     e, t, v_end = here[CRUISE_J], here[CRUISE_S], v_max
                     if stopped > 0.0:
                         e += stopped * (here[REST_J] - e)
                         t += stopped * (here[REST_S] - t)
                 else:
                     road = road_at(roads, link)
+                    if warms:
+                        road = road_in_time(p, roads, link, time0, ds / v_max)
                     e, t, v_end = link_energy(p, road, ds, v, stopped, v_max, target, p_stop, roads[link, ROAD_WAIT])
                 if climate:
                     e += cabin_energy_j(p, time0, time0 + t)
@@ -277,7 +284,7 @@ def run(
                         one[SPEED] == v_end
                         and one[STOPPED] == p_stop
                         and not r.pareto
-                        and (q.cabin_start_w == 0.0 or one[TIME] >= new[TIME])
+                        and ((q.cabin_start_w == 0.0 and not warms) or (one[TIME] >= new[TIME] and late_w == 0.0))
                     )
                     or leads(
                         p,
@@ -409,7 +416,7 @@ def arrivals(
         time0 = ws.number[label, TIME]
         v_max = g.speed_limit_mps[link]
         length = g.length_m[link]
-        road = road_at(g.roads, link)
+        road = road_in_time(p, g.roads, link, time0, (length - offset) / v_max)
         e, t, _ = link_energy(p, road, length - offset, v, stopped, v_max, v_max, 1.0, 0.0)
         e = accepted_j(p, energy0, e + cabin_energy_j(p, time0, time0 + t), r.least_energy_j)
         used = max(energy0 + e, r.least_energy_j)
@@ -423,6 +430,7 @@ def arrivals(
             low, high = offset, length
             for _ in range(24):
                 middle = 0.5 * (low + high)
+                road = road_in_time(p, g.roads, link, time0, (middle - offset) / v_max)
                 e, t, _ = link_energy(p, road, middle - offset, v, stopped, v_max, v_max, 1.0, 0.0)
                 e += cabin_energy_j(p, time0, time0 + t)
                 if energy0 + e <= r.most_energy_j:

@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from energy.kernels import link_energy, mean_over_intervals, speed_change_j
-from energy.kernels_force import LinkPhysics, road_at
+from energy.kernels_force import LinkPhysics, road_in_time
 
 # columns of the label table
 KEY, COST, ENERGY, TIME, DISTANCE, SPEED, STOPPED, OFFSET = range(8)
@@ -34,7 +34,11 @@ LOST_TIME_COEF = 1.2131
 # least mean acceleration [m/s²]; distance until they meet, weighted and doubled [m]; what differing mean accelerations
 # can add [J] and [s]; most that can be recuperated until they meet [J]
 # DRIFT_S: time by which differing mean accelerations shift the same phase [s]
+# The rest is the same in every column. CUT_MPS: speed below which braking gives nothing back, CUT_J: most that it costs
+# to be slower than that. WARM_UP_W: most that cold tyres take at departure, WARM_LATE_W: most that warmer ones can cost
+# instead, where losses grow with the square of the force, of which braking has then more; TYRE_TIME_S: they warm up in
 LEAST_ACCEL, MEETING_DISTANCE, SLACK_J, SLACK_S, GAIN_J, DRIFT_S = range(6)
+CUT_MPS, CUT_J, WARM_UP_W, WARM_LATE_W, TYRE_TIME_S = range(6, 11)
 
 
 class SearchRules(NamedTuple):
@@ -87,11 +91,14 @@ class GapRules(NamedTuple):
 
 
 @njit(nogil=True, cache=True)
-def pair_gap(q: GapRules, half_inertia: float, v_a: float, v_b: float, v_max: float) -> tuple[float, float]:
+def pair_gap(
+    q: GapRules, half_inertia: float, v_a: float, v_b: float, v_max: float, warm_up_w: float
+) -> tuple[float, float]:
     """Most energy [J] and time [s] that entering at v_a instead of v_b can cost where both reach v_max in the link.
 
     Lemma 5 of docs/search.md: kinetic energy at 1/η_dis, overshoot where the slower one accelerates harder,
-    drag of whoever is faster, auxiliaries for the time lost, and what losses and the cap can differ by (lemma 7).
+    drag of whoever is faster, auxiliaries for the time lost, what losses and the cap can differ by (lemma 7), and what
+    tyres take that are colder by the time by which the drives differ (lemma 8).
     """
     low, high = (v_a, v_b) if v_a < v_b else (v_b, v_a)
     accel_low = mean_over_intervals(q.speed_bound_mps, q.accel_sum, low, v_max)
@@ -121,6 +128,8 @@ def pair_gap(q: GapRules, half_inertia: float, v_a: float, v_b: float, v_max: fl
         apart = LOST_TIME_COEF * (high - low) / least
         drift = 2.0 * (v_max - low) / least * abs(accel_high - accel_low) / least
         energy += q.loss_w * (apart + drift) + q.cap_w * apart
+    if warm_up_w > 0.0:
+        energy += warm_up_w * LOST_TIME_COEF * (high - low + math.sqrt(swing)) / least
     return energy + q.power_w * lost, lost
 
 
@@ -155,17 +164,18 @@ def state_gap(
         accel = mean_over_intervals(q.speed_bound_mps, q.accel_sum, slowest, v_max)
         meets = v_max * v_max - slowest * slowest <= 2.0 * accel * length
     if meets:
-        energy = 0.0
+        energy = bounds[CUT_J, k] if slowest < bounds[CUT_MPS, k] else 0.0
         lost = 0.0
+        warm_up_w = bounds[WARM_UP_W, k]
         if none > 0.0 and v_a != v_b:
-            e, t = pair_gap(q, half_inertia, v_a, v_b, v_max)
+            e, t = pair_gap(q, half_inertia, v_a, v_b, v_max, warm_up_w)
             energy += none * e
             lost += none * t
         if only_one > 0.0:
             if p_a > p_b:
-                e, t = pair_gap(q, half_inertia, 0.0, v_b, v_max)
+                e, t = pair_gap(q, half_inertia, 0.0, v_b, v_max, warm_up_w)
             else:
-                e, t = pair_gap(q, half_inertia, v_a, 0.0, v_max)
+                e, t = pair_gap(q, half_inertia, v_a, 0.0, v_max, warm_up_w)
             energy += only_one * e
             lost += only_one * t
         return energy, lost, True, 0.0
@@ -182,10 +192,13 @@ def state_gap(
     drag *= q.aero_n_per_mps2 * excess + q.linear_n_per_mps * math.sqrt(excess)
     energy = q.drive_factor * half_inertia * deficit + q.power_w * lost + bounds[SLACK_J, k]
     energy += max(0.0, drag - q.recuperation_factor * half_inertia * excess)
-    if q.loss_w > 0.0 or q.cap_w > 0.0:
+    if slowest < bounds[CUT_MPS, k]:
+        energy += 2.0 * bounds[CUT_J, k]
+    if q.loss_w > 0.0 or q.cap_w > 0.0 or bounds[WARM_UP_W, k] > 0.0:
         faster = none * max(0.0, v_a - v_b) + (only_one * v_a if p_a <= p_b else 0.0)
         apart = 2.0 * LOST_TIME_COEF * max(slower, faster) / bounds[LEAST_ACCEL, k]
         energy += q.loss_w * (apart + bounds[DRIFT_S, k]) + q.cap_w * apart
+        energy += bounds[WARM_UP_W, k] * (apart + bounds[SLACK_S, k])
     return energy, lost, False, bounds[GAIN_J, k]
 
 
@@ -200,9 +213,13 @@ def phase_gap(
     p_a: float,
     v_b: float,
     p_b: float,
+    begin_s: float,
 ) -> tuple[float, float]:
-    """The exact difference of energy and time of two entries of a link in which all phases fit whatever follows."""
-    r = road_at(roads, link)
+    """The exact difference of energy and time of two entries of a link in which all phases fit whatever follows.
+
+    begin_s: when both enter it; what it costs that they do not is climate_due_j and warm_up_due_j.
+    """
+    r = road_in_time(p, roads, link, begin_s, length / v_max)
     e_a, t_a, _ = link_energy(p, r, length, v_a, p_a, v_max, v_max, 0.0, 0.0)
     e_b, t_b, _ = link_energy(p, r, length, v_b, p_b, v_max, v_max, 0.0, 0.0)
     return e_a - e_b, t_a - t_b
@@ -215,6 +232,15 @@ def climate_due_j(q: GapRules, t_a: float, t_b: float) -> float:
         return 0.0
     tau = q.cabin_time_s
     return q.cabin_start_w * tau * (math.exp(-t_a / tau) - math.exp(-t_b / tau))
+
+
+@njit(nogil=True, cache=True)
+def warm_up_due_j(bounds: NDArray[np.float64], k: int, t_a: float, t_b: float) -> float:
+    """Most that tyres colder or warmer by the time between two drives can still cost the first one (lemma 8)."""
+    tau = bounds[TYRE_TIME_S, k]
+    colder = tau * (math.exp(-t_a / tau) - math.exp(-t_b / tau))
+    due: float = bounds[WARM_UP_W, k] * colder if colder > 0.0 else -bounds[WARM_LATE_W, k] * colder
+    return due
 
 
 @njit(nogil=True, cache=True)
@@ -251,6 +277,8 @@ def leads(
     v_a, p_a = a[SPEED], a[STOPPED]
     v_b, p_b = b[SPEED], b[STOPPED]
     due = climate_due_j(q, a[TIME], b[TIME])
+    if bounds[WARM_UP_W, k] > 0.0:
+        due += warm_up_due_j(bounds, k, a[TIME], b[TIME])
     if v_a == v_b and p_a == p_b:
         if due == 0.0:
             return True
@@ -266,7 +294,8 @@ def leads(
     if q.printed:
         if link[LENGTH] < settling:
             return False
-        energy, lost = phase_gap(p, roads, index, link[LENGTH], link[LIMIT], v_a, p_a, v_b, p_b)
+        energy, lost = phase_gap(p, roads, index, link[LENGTH], link[LIMIT], v_a, p_a, v_b, p_b, b[TIME])
+        energy += bounds[WARM_UP_W, k] * abs(lost)
         meets = True
         gain = 0.0
     else:

@@ -18,9 +18,10 @@ import numpy as np
 
 from energy.effects import LinkSetting
 from energy.kernels import link_energy
-from energy.kernels_force import accepted_j, cabin_energy_j, road_at
+from energy.kernels_force import accepted_j, cabin_energy_j, road_in_time
 from energy.stops import FunctionalClass, StopSettings
 from routing.errors import SearchLimitError
+from routing.gaps import gap_rules, warm_up_w
 from routing.graph import EARTH_RADIUS_M
 from routing.search import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_HOUR, Limits
 
@@ -91,10 +92,15 @@ class EnergySearch:
     label_limit: int | None = None
     _roads: dict[Edge, NDArray[np.float64]] = field(default_factory=dict, repr=False)
     _driven_mps: dict[Edge, float] = field(default_factory=dict, repr=False)
+    _warm_up_w: tuple[float, float] = field(default=(0.0, 0.0), init=False, repr=False)
 
     def __post_init__(self) -> None:
         for key in self.graph.edges(keys=True):
             self._driven_mps[key], self._roads[key] = self._road(key)
+        if self.physics.tyre_time_s > 0.0:
+            driven, roads = np.array(list(self._driven_mps.values())), np.vstack(list(self._roads.values()))
+            gap = gap_rules(self.physics, roads, driven)
+            object.__setattr__(self, "_warm_up_w", warm_up_w(self.physics, gap, roads, driven))
 
     @property
     def physics(self) -> LinkPhysics:
@@ -130,18 +136,17 @@ class EnergySearch:
         """Energy [J], time [s], distance [m], end speed [m/s] and stop probability of driving a state's edge.
 
         With to_m the drive ends there with a stop, else at the edge's head. used_j, clock_s: since departure, on which
-        climate and acceptance depend.
+        climate, tyres and acceptance depend.
         """
         edge = self.graph.edges[state.edge]
         limit = self._driven_mps[state.edge]
-        road = road_at(self._roads[state.edge], 0)
+        ds = (edge["length"] if to_m is None else to_m) - state.offset_m
+        road = road_in_time(self.physics, self._roads[state.edge], 0, clock_s, ds / limit)
         if to_m is not None:
-            ds = to_m - state.offset_m
             energy, time, end = link_energy(
                 self.physics, road, ds, state.speed_mps, state.stopped_frac, limit, limit, 1.0, 0.0
             )
             return self._taken_j(energy, time, used_j, clock_s), time, ds, 0.0, 1.0
-        ds = edge["length"] - state.offset_m
         probability, wait = self._stop(edge)
         energy, time, end = link_energy(
             self.physics,
@@ -244,6 +249,7 @@ class EnergySearch:
             due = 0.0
             if a.time_s < b.time_s:  # the earlier one may still have more of the climate's start before it
                 due = cabin_energy_j(self.physics, a.time_s, b.time_s) - self.physics.cabin_w * (b.time_s - a.time_s)
+            due += self._warm_up_due_j(a.time_s, b.time_s)
             if a.cost + self.weights.energy * due / JOULE_PER_KWH > b.cost:
                 return False
             return (
@@ -252,6 +258,15 @@ class EnergySearch:
                 else (alone or a.energy_j <= b.energy_j)
             )
         return self.dominance is not None and self.dominance(a, b)
+
+    def _warm_up_due_j(self, a_s: float, b_s: float) -> float:
+        """Most that colder or warmer tyres can still cost the drive that is there at a_s, not at b_s."""
+        tau = self.physics.tyre_time_s
+        if tau == 0.0:
+            return 0.0
+        colder_s = tau * (math.exp(-a_s / tau) - math.exp(-b_s / tau))
+        early_w, late_w = self._warm_up_w
+        return max(early_w * colder_s, -late_w * colder_s)
 
     def _key(self, label: Label, height_m: float) -> float:
         """Cost less the potential: what the position and the speed are worth, so that no step is negative."""

@@ -12,6 +12,7 @@ from energy.battery import JOULE_PER_WH, soc_along
 from energy.chain import LinkModel, StopRule, simulate_chain
 from energy.conditions import STILL, Conditions
 from energy.consumption_table import ConsumptionTableVehicle
+from energy.effects import drive_of
 from routing.errors import NoPathError, SearchLimitError
 from routing.query import ECO, LinkSpan
 from routing.search import (
@@ -184,7 +185,8 @@ class RouteSearch:
         if energy_weight == 0.0:
             return True
         # a cap on recuperation that fades with charge only ever takes energy from other paths, as overfilling does
-        fades = query.conditions.regen_limited and not np.array_equal(energy_j, self._energies_j(query, path, None)[0])
+        limited = drive_of(query.vehicle, query.conditions).physics.fade_width_j > 0.0
+        fades = limited and not np.array_equal(energy_j, self._energies_j(query, path, None)[0])
         return not (braked.any() or fades)
 
     def spans(self, path: FoundPath) -> tuple[LinkSpan, ...]:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
-from typing import TYPE_CHECKING, Final, TypeVar
+from dataclasses import asdict, replace
+from typing import TYPE_CHECKING, Any, Final, TypeVar
 
+from app.conversions.effects import misordered
 from app.schemas.conditions import DIGITS, ConditionsSent
 from app.schemas.effects import CELSIUS_FIELDS, EffectsSent
+from app.schemas.learned_effects import LearnedEffects
 from energy.conditions import STILL, ZERO_CELSIUS_K, Conditions
 from energy.consumption_table import ConsumptionTableVehicle
-from energy.errors import ConditionsError
+from energy.errors import ConditionsError, VehicleError
 from energy.vehicle import KMH_PER_MPS, Vehicle
 
 if TYPE_CHECKING:
@@ -19,6 +21,8 @@ if TYPE_CHECKING:
 Given = TypeVar("Given", bound=Vehicle | ConsumptionTableVehicle)
 
 INSIDE_NAME: Final[Mapping[str, str]] = {shown: inside for inside, shown in CELSIUS_FIELDS.items()}
+
+STRENGTHS: Final = set(EffectsSent.model_fields)
 
 
 def conditions_from(sent: ConditionsSent | None) -> Conditions:
@@ -46,23 +50,32 @@ def conditions_from(sent: ConditionsSent | None) -> Conditions:
 def vehicle_with_effects(vehicle: Given, sent: EffectsSent | None) -> Given:
     """A vehicle whose effects are as strong as a request says; what is not sent stays the vehicle's.
 
-    Raises ConditionsError in the request's names where all of recuperation is back at a temperature that has none, and
-    where the vehicle is a consumption table, which has no effects.
+    Learned effects may also have numbers in place of the vehicle's own.
+
+    Raises ConditionsError in the request's names where all of recuperation is back at a temperature that has none,
+    where such numbers do not go with the vehicle's others, and where the vehicle is a consumption table, which has
+    neither.
     """
-    shown = {} if sent is None else sent.model_dump(exclude_none=True)
-    if not shown:
+    shown = {} if sent is None else sent.model_dump(include=STRENGTHS, exclude_none=True)
+    numbers: dict[str, Any] = {}
+    if isinstance(sent, LearnedEffects) and sent.parameters is not None:
+        numbers = sent.parameters.model_dump(exclude_none=True)
+    if not shown and not numbers:
         return vehicle
     if isinstance(vehicle, ConsumptionTableVehicle):
-        raise ConditionsError("effects", sorted(shown), f"none for vehicle {vehicle.id!r}, a consumption table")
-    changes = {
+        allowed = f"none for vehicle {vehicle.id!r}, a consumption table"
+        raise ConditionsError("effects", sorted([*shown, *numbers]), allowed)
+    changes: dict[str, Any] = {
         INSIDE_NAME.get(name, name): _kelvin(value) if name in INSIDE_NAME else value for name, value in shown.items()
     }
-    full_k = changes.get("regen_cold_full_k", vehicle.effects.regen_cold_full_k)
-    none_k = changes.get("regen_cold_none_k", vehicle.effects.regen_cold_none_k)
-    if none_k >= full_k:
-        allowed = f"below regen_cold_full_c, {round(full_k - ZERO_CELSIUS_K, DIGITS):g}"
-        raise ConditionsError("effects.regen_cold_none_c", round(none_k - ZERO_CELSIUS_K, DIGITS), allowed)
-    return replace(vehicle, effects=replace(vehicle.effects, **changes))
+    try:
+        effects = replace(vehicle.effects, **changes)
+    except ConditionsError as error:  # the ranges are the schema's, so these are two temperatures in wrong order
+        raise ConditionsError(*misordered(asdict(vehicle.effects) | changes)) from error
+    try:
+        return replace(vehicle, effects=effects, **numbers)
+    except VehicleError as error:
+        raise ConditionsError(f"effects.parameters.{error.field}", error.value, error.allowed) from error
 
 
 def _kelvin(celsius: float) -> float:

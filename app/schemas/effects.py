@@ -6,12 +6,13 @@ from typing import Any, Final
 
 from pydantic import Field
 
-from app.schemas.base import Number, Sent
+from app.schemas.base import Flag, Number, Sent
 from energy.conditions import COEFFICIENT_RANGES, ZERO_CELSIUS_K
 
 # fields of EffectCoefficients that are temperatures [K], and their names here [°C]
 CELSIUS_FIELDS: Final = {
     "cabin_target_k": "cabin_target_c",
+    "cooling_target_k": "cooling_target_c",
     "regen_cold_full_k": "regen_cold_full_c",
     "regen_cold_none_k": "regen_cold_none_c",
 }
@@ -69,4 +70,31 @@ class EffectsSent(Sent):
     )
     regen_cold_none_c: Number | None = _coefficient(
         "regen_cold_none_k", "battery temperature below which none of it is there [°C], below regen_cold_full_c"
+    )
+    regen_always_limited: Flag | None = Field(
+        default=None, description="whether the vehicle's recuperation is limited without the condition regen_limited"
+    )
+    regen_min_speed_mps: Number | None = _coefficient(
+        "regen_min_speed_mps", "speed below which braking gives nothing back [m/s]"
+    )
+    tyre_warm_up_frac: Number | None = _coefficient(
+        "tyre_warm_up_frac", "rolling resistance of the tyres at departure over that of warm ones, less 1"
+    )
+    tyre_time_s: Number | None = _coefficient("tyre_time_s", "time in which that decays [s]")
+    air_density_coef: Number | None = _coefficient(
+        "air_density_coef", "strength of the air's density; 0: drag does not feel it"
+    )
+    cooling_target_c: Number | None = _coefficient(
+        "cooling_target_k",
+        "cabin temperature above which it is cooled [°C], at least cabin_target_c, below which it is heated; "
+        "without it the same",
+    )
+    cooling_ua_w_per_k: Number | None = _coefficient(
+        "cooling_ua_w_per_k", "cabin_ua_w_per_k of a cabin that is cooled [W/K]; without it the same"
+    )
+    cooling_soak_w_per_k: Number | None = _coefficient(
+        "cooling_soak_w_per_k", "cabin_soak_w_per_k of a cabin that is cooled [W/K]; without it the same"
+    )
+    cooling_time_s: Number | None = _coefficient(
+        "cooling_time_s", "cabin_time_s of a cabin that is cooled [s]; without it the same"
     )

@@ -8,8 +8,8 @@ from pydantic import Field, model_validator
 
 from app.schemas.base import Answered, Flag, Fraction, Number, Sent, refusal
 from app.schemas.conditions import ConditionsSent
-from app.schemas.effects import EffectsSent
 from app.schemas.graph import TerrainNote
+from app.schemas.learned_effects import EffectsChoice
 from app.schemas.place import LatLon, LineString, Place, PlaceFeature, Snapped
 from app.schemas.vehicle import VehicleChoice
 from energy.chain import LinkModel, StopRule
@@ -56,8 +56,8 @@ class RouteRequest(Sent):
     conditions: ConditionsSent | None = Field(
         default=None, description="weather, load and habits; without it, none of their effects"
     )
-    effects: EffectsSent | None = Field(
-        default=None, description="how strong effects are, instead of the vehicle's own coefficients"
+    effects: EffectsChoice | None = Field(
+        default=None, description="how strong effects are, instead of the vehicle's own; learned ones also by their id"
     )
     uncertainty: Flag = Field(default=False, description="true adds quantiles of energy and arrival charge")
     links: Flag = Field(default=True, description="false leaves the list of links out of the answer")
@@ -94,6 +94,7 @@ class EnergyPartsKwh(Answered):
     load_loss: float = Field(description="effect: drivetrain loss that grows with the square of the force")
     battery_resistance: float = Field(description="effect: heat in a battery colder than its reference")
     cabin: float = Field(description="effect: heating or cooling the cabin")
+    tyre_warm_up: float = Field(description="effect: rolling resistance of tyres that are not yet warm from driving")
     consumption_table: float = Field(description="all that a vehicle given as a consumption table takes on the flat")
 
 

@@ -12,9 +12,11 @@ from annotated_types import Ge, Le
 from pydantic import BaseModel
 
 from app.conversions.conditions import conditions_from, vehicle_with_effects
+from app.conversions.effects import effects_answer, effects_from_sent
 from app.schemas.conditions import ConditionsSent
 from app.schemas.effects import EffectsSent
 from energy.conditions import (
+    COEFFICIENT_FLAGS,
     COEFFICIENT_RANGES,
     CONDITION_RANGES,
     STILL,
@@ -38,6 +40,7 @@ INSIDE = {
     "cabin_target_c": "cabin_target_k",
     "regen_cold_full_c": "regen_cold_full_k",
     "regen_cold_none_c": "regen_cold_none_k",
+    "cooling_target_c": "cooling_target_k",
 }
 
 
@@ -89,11 +92,15 @@ def test_wind_comes_from_any_direction_once() -> None:
     assert conditions_from(ConditionsSent(wind_from_deg=360.0)).wind_from_rad == pytest.approx(2.0 * math.pi)
 
 
-@pytest.mark.parametrize("name", list(EffectsSent.model_fields))
+@pytest.mark.parametrize("name", [name for name in EffectsSent.model_fields if name not in COEFFICIENT_FLAGS])
 @pytest.mark.parametrize("end", [0, 1])
 def test_range_of_a_coefficient_ends_where_that_inside_does(kona: Vehicle, name: str, end: int) -> None:
     shown = bounds(EffectsSent, name)[end]
-    others = {"regen_cold_full_c": {"regen_cold_none_c": -53.0}, "regen_cold_none_c": {"regen_cold_full_c": 56.0}}
+    others = {
+        "regen_cold_full_c": {"regen_cold_none_c": -53.0},
+        "regen_cold_none_c": {"regen_cold_full_c": 56.0},
+        "cooling_target_c": {"cabin_target_c": 0.0},
+    }
     changed = vehicle_with_effects(kona, EffectsSent.model_validate({name: shown, **others.get(name, {})}))
     inside = getattr(changed.effects, INSIDE.get(name, name))
     assert inside == pytest.approx(COEFFICIENT_RANGES[INSIDE.get(name, name)][end], rel=1e-12)
@@ -137,6 +144,43 @@ def test_cold_limits_in_the_wrong_order_are_told_in_degrees(kona: Vehicle) -> No
         vehicle_with_effects(kona, EffectsSent(regen_cold_none_c=12.0))
     told: Any = caught.value
     assert (told.field, told.value, told.allowed) == ("effects.regen_cold_none_c", 12.0, "below regen_cold_full_c, 10")
+
+
+def test_cooling_below_heating_is_told_in_degrees(kona: Vehicle) -> None:
+    own = dataclasses.replace(kona, effects=dataclasses.replace(kona.effects, cooling_target_k=297.15))
+    for sent, value, bound in (({"cooling_target_c": 20.5}, 20.5, "21"), ({"cabin_target_c": 25.0}, 24.0, "25")):
+        with pytest.raises(ConditionsError) as caught:
+            vehicle_with_effects(own, EffectsSent.model_validate(sent))
+        told: Any = caught.value
+        assert (told.field, told.value) == ("effects.cooling_target_c", value)
+        assert told.allowed == f"at least cabin_target_c, {bound}"
+
+
+def test_effects_that_a_fit_has_found_reach_the_vehicle_in_si_units(kona: Vehicle) -> None:
+    sent = EffectsSent(
+        regen_always_limited=True,
+        regen_min_speed_mps=2.0,
+        tyre_warm_up_frac=0.25,
+        tyre_time_s=900.0,
+        air_density_coef=0.0,
+        cooling_target_c=25.0,
+        cooling_soak_w_per_k=300.0,
+        cooling_time_s=200.0,
+    )
+    changed = vehicle_with_effects(kona, sent).effects
+    assert changed == dataclasses.replace(
+        kona.effects,
+        regen_always_limited=True,
+        regen_min_speed_mps=2.0,
+        tyre_warm_up_frac=0.25,
+        tyre_time_s=900.0,
+        air_density_coef=0.0,
+        cooling_target_k=298.15,
+        cooling_soak_w_per_k=300.0,
+        cooling_time_s=200.0,
+    )
+    assert effects_answer(changed).cooling_target_c == 25.0
+    assert effects_from_sent(effects_answer(changed)) == changed
 
 
 def test_effects_on_a_consumption_table_are_refused() -> None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -52,6 +52,16 @@ EVERYTHING = Conditions(
 )
 
 
+LEARNED = EffectCoefficients(
+    drive_loss_w_per_n2=2e-4,
+    regen_cap_w=15_000.0,
+    regen_min_speed_mps=2.5,
+    tyre_warm_up_frac=0.3,
+    tyre_time_s=900.0,
+    air_density_coef=1.2,
+)
+
+
 # Any ramp against quadrature
 
 
@@ -66,11 +76,13 @@ EVERYTHING = Conditions(
     cap_w=st.one_of(st.just(math.inf), st.floats(0.0, 60_000.0)),
     resistance=st.one_of(st.just(0.0), st.floats(1e-7, 3e-6)),
     load=st.one_of(st.just(0.0), st.floats(1e-5, 1e-3)),
+    least_mps=st.one_of(st.just(0.0), st.floats(0.0, 15.0)),
 )
 def test_any_ramp_with_effects_equals_the_quadrature_of_battery_power(
-    make_physics, wind, grade, v_a, dv, braking, accel, cap_w, resistance, load
+    make_physics, wind, grade, v_a, dv, braking, accel, cap_w, resistance, load, least_mps
 ):
-    p = make_physics(regen_cap_w=cap_w, loss_per_w=resistance, loss_per_n2=load, lossy=True).physics
+    limits = {"regen_cap_w": cap_w, "regen_min_mps": least_mps}
+    p = make_physics(**limits, loss_per_w=resistance, loss_per_n2=load, lossy=True).physics
     r = Road(grade, 100.0, -2.0, 0.5, wind)
     low, high = v_a, v_a + dv
     ds = (high**2 - low**2) / (2.0 * accel)
@@ -78,6 +90,8 @@ def test_any_ramp_with_effects_equals_the_quadrature_of_battery_power(
     got, dt = ramp_energy(p, r, ds, *((high, low) if braking else (low, high)))
     # corners of the law, found on a fine grid of speeds: between them 12-point quadrature has nothing to trip over
     grid = np.linspace(low, high, 4001)
+    if low < least_mps < high:  # where recuperation sets in power leaps: a point on either side of it
+        grid = np.sort(np.append(grid, (math.nextafter(least_mps, 0.0), least_mps)))
     power = np.array([battery_power(p, r, max(v, 1e-12), a) for v in grid])
     twin = np.trapezoid(power, grid) / accel
     scale = np.trapezoid(np.abs(power), grid) / accel
@@ -165,7 +179,7 @@ def test_energy_falls_with_a_higher_cap_on_recuperation(kona, hilly):
 @pytest.mark.parametrize("model", list(LinkModel))
 @pytest.mark.parametrize("rule", list(StopRule))
 def test_parts_with_every_effect_on_add_up_to_the_energy_of_each_link(kona, hilly, model, rule):
-    vehicle = replace(kona, effects=EffectCoefficients(drive_loss_w_per_n2=2e-4, regen_cap_w=15_000.0))
+    vehicle = replace(kona, effects=LEARNED)
     result = simulate_chain(
         vehicle, hilly, conditions=EVERYTHING, link_model=model, stop_rule=rule, soc_start_frac=0.97
     )
@@ -286,7 +300,7 @@ def test_condition_out_of_range_is_refused_with_field_value_and_range(field):
 
 
 @pytest.mark.nojit
-@pytest.mark.parametrize("field", [f.name for f in fields(EffectCoefficients)])
+@pytest.mark.parametrize("field", COEFFICIENT_RANGES)
 def test_coefficient_out_of_range_is_refused_with_field_value_and_range(field):
     low, high = COEFFICIENT_RANGES[field]
     for value in (low - 1.0, high * 1.001 + 1e-9, math.nan):

@@ -175,7 +175,8 @@ def test_wet_and_snowy_roads_add_their_force(round_vehicle, make_chain):
 def test_cabin_heat_has_its_warm_up_transient(kona):
     # −5 °C, 26 K below 21 °C: 110·26 + 100 W to stay, 150·26 W at first, limited to 6000 W together
     cold = Conditions(ambient_k=268.15)
-    steady_w, start_w = cabin_power_w(cold, kona.effects)
+    steady_w, start_w, time_s = cabin_power_w(cold, kona.effects)
+    assert time_s == 600.0
     assert steady_w == pytest.approx(110.0 * 26.0 + 100.0)
     assert start_w == pytest.approx(min(150.0 * 26.0, 6000.0 - steady_w))
     p = drive_of(kona, cold).physics
@@ -184,8 +185,8 @@ def test_cabin_heat_has_its_warm_up_transient(kona):
         assert cabin_energy_j(p, begin, end) == pytest.approx(integral, rel=1e-8)
     # a cabin that is warm already needs the steady part only
     warm = cabin_power_w(replace(cold, cabin_start_k=294.15), kona.effects)
-    assert warm == pytest.approx((steady_w, 0.0))
-    assert cabin_power_w(Conditions(ambient_k=268.15, climate=False), kona.effects) == (0.0, 0.0)
+    assert warm[:2] == pytest.approx((steady_w, 0.0))
+    assert cabin_power_w(Conditions(ambient_k=268.15, climate=False), kona.effects)[:2] == (0.0, 0.0)
 
 
 def test_air_conditioning_on_the_sources_kinds_of_road_takes_what_the_page_says(make_chain):

@@ -11,15 +11,16 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from energy.chain import LinkModel, StopRule
+from energy.chain import Chain, LinkModel, StopRule, simulate_chain
 from energy.conditions import STILL, Conditions, EffectCoefficients, RoadSurface
 from energy.effects import drive_of
 from energy.kernels import link_energy
-from energy.kernels_force import accepted_j, cabin_energy_j, road_at
+from energy.kernels_force import ROAD_WARM_UP, accepted_j, cabin_energy_j, road_in_time
 from energy.stops import StopSettings
 from energy.vehicle import Vehicle
 from routing.errors import SearchLimitError
 from routing.graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
+from routing.kernels_gap import WARM_UP_W
 from routing.networkx_graph import to_networkx
 from routing.query import ECO, Weights
 from routing.reference import EnergySearch
@@ -86,7 +87,6 @@ def cheapest_by_enumeration(graph, space, weights, limits, start, goal, most_lin
 
     def drive(link, offset, v, stopped, energy, time, distance, depth):
         nonlocal best
-        road = road_at(g.roads, link)
         limit = g.speed_limit_mps[link]
 
         def cost_of(e, t, d):
@@ -94,6 +94,7 @@ def cheapest_by_enumeration(graph, space, weights, limits, start, goal, most_lin
 
         if link == goal.link_idx and goal.offset_m > offset:
             ds = goal.offset_m - offset
+            road = road_in_time(p, g.roads, link, time, ds / limit)
             e, t, _ = link_energy(p, road, ds, v, stopped, limit, limit, 1.0, 0.0)
             e = accepted_j(p, energy, e + cabin_energy_j(p, time, time + t), limits.least_energy_j)
             used = max(energy + e, limits.least_energy_j)
@@ -102,6 +103,7 @@ def cheapest_by_enumeration(graph, space, weights, limits, start, goal, most_lin
         if depth == most_links:
             return
         ds = g.length_m[link] - offset
+        road = road_in_time(p, g.roads, link, time, ds / limit)
         p_stop, wait = g.stop_probability_frac[link], g.stop_time_s[link]
         for following in graph.successors(link).tolist():
             e, t, end = link_energy(p, road, ds, v, stopped, limit, g.speed_limit_mps[following], p_stop, wait)
@@ -130,6 +132,7 @@ def far_behind(space, weights):
     p = space.physics
     worth = p.drive_factor * 2.0 * space.half_inertia_kg * SPEEDS[-1] ** 2 + 300.0 * (p.aux_move_w + p.cabin_w)
     worth += p.cabin_start_w * (300.0 + p.cabin_time_s)
+    worth += 2.0 * p.drive_factor * space.arrays.roads[:, ROAD_WARM_UP].max() * SPEEDS[-1] * p.tyre_time_s
     lead = weights.energy * worth / JOULE_PER_KWH + weights.time * 300.0 / 3600.0
     return lambda a, b: a.cost + lead <= b.cost
 
@@ -156,6 +159,7 @@ weightings = st.sampled_from(
 charges = st.sampled_from(
     [Limits(), Limits(0.0, 4e5), Limits(-1e4, 2e5), Limits(-1e6, 5e4), Limits(0.0, 1e5), Limits(-2e4, math.inf)]
 )
+never_full = st.sampled_from([Limits(), Limits(-math.inf, 4e5), Limits(-math.inf, 1e5), Limits(-math.inf, 3e4)])
 vehicles = st.sampled_from(
     [
         vehicle(),
@@ -167,6 +171,20 @@ vehicles = st.sampled_from(
 )
 rules = st.sampled_from([StopRule.EXPECTED, StopRule.NONE])
 LOSSY = EffectCoefficients(battery_resistance_ohm=0.2, drive_loss_w_per_n2=3e-4, regen_cap_w=15_000.0)
+LEARNED = [
+    EffectCoefficients(tyre_warm_up_frac=0.4, tyre_time_s=90.0),
+    EffectCoefficients(tyre_warm_up_frac=2.0, tyre_time_s=1200.0, regen_min_speed_mps=4.0),
+    EffectCoefficients(regen_min_speed_mps=12.0, air_density_coef=0.0),
+    EffectCoefficients(regen_always_limited=True, regen_cap_w=9000.0, regen_min_speed_mps=2.5),
+    replace(LOSSY, tyre_warm_up_frac=0.8, tyre_time_s=300.0, regen_min_speed_mps=5.0, regen_always_limited=True),
+    EffectCoefficients(
+        tyre_warm_up_frac=0.3,
+        cooling_target_k=297.0,
+        cooling_soak_w_per_k=400.0,
+        cooling_time_s=60.0,
+        air_density_coef=2.0,
+    ),
+]
 WEATHER = [
     Conditions(wind_speed_mps=8.0, wind_from_rad=1.0),
     Conditions(wind_speed_mps=30.0, wind_from_rad=4.0),
@@ -193,6 +211,32 @@ def test_search_in_any_weather_equals_twin_and_enumeration(graph, car, weights, 
     assert counts.reduced_below_zero == 0
 
 
+@settings(max_examples=250, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    maps(),
+    vehicles,
+    weightings,
+    st.one_of(never_full, charges),
+    rules,
+    st.sampled_from([STILL, *WEATHER]),
+    st.sampled_from(LEARNED),
+    st.data(),
+)
+def test_search_with_learned_effects_equals_twin_and_enumeration(graph, car, weights, limits, rule, sky, learned, data):
+    counts = compare(graph, replace(car, effects=learned), weights, limits, rule, sky, data)
+    assert counts.reduced_below_zero == 0
+
+
+def lost_to_a_full_battery_j(space, limits):
+    """Most that colder tyres of an earlier label can still take after a full battery has taken its lead in charge.
+
+    docs/search.md, what is not covered.
+    """
+    if limits.least_energy_j == -math.inf:
+        return 0.0
+    return float(space.bounds[WARM_UP_W, 0]) * space.physics.tyre_time_s
+
+
 def compare(graph, car, weights, limits, rule, sky, data):
     start_link = data.draw(st.integers(0, graph.link_count - 1))
     goal_link = data.draw(st.integers(0, graph.link_count - 1))
@@ -215,19 +259,30 @@ def compare(graph, car, weights, limits, rule, sky, data):
         TWIN_LABELS,
     )
     label = answered(twin.route, [(edges[start_link], start.offset_m)], [(edges[goal_link], goal.offset_m)])
-    assert found == pytest.approx(math.inf if label is None else label.cost, rel=1e-9, abs=1e-9)
+    slack = 1e-9 + weights.energy * lost_to_a_full_battery_j(space, limits) / JOULE_PER_KWH
+    assert found == pytest.approx(math.inf if label is None else label.cost, rel=1e-9, abs=slack)
 
     depth = 9 if graph.link_count <= 6 else 7
     enumerated = cheapest_by_enumeration(graph, space, weights, limits, start, goal, depth)
-    assert found <= enumerated + 1e-9
+    assert found <= enumerated + slack
     if path is None or len(path.links) <= depth:
-        assert found == pytest.approx(enumerated, rel=1e-9, abs=1e-9)
+        assert found == pytest.approx(enumerated, rel=1e-9, abs=slack)
     return counts
 
 
 @settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(maps(nodes=6), vehicles, charges, rules)
 def test_reach_on_small_maps_equals_twin_at_every_node(graph, car, limits, rule):
+    compare_reach(graph, car, limits, rule)
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(maps(), vehicles, st.one_of(never_full, charges), rules, st.sampled_from(LEARNED))
+def test_reach_with_learned_effects_equals_twin_at_every_node(graph, car, limits, rule, learned):
+    compare_reach(graph, replace(car, effects=learned), limits, rule)
+
+
+def compare_reach(graph, car, limits, rule):
     stops = StopSettings()
     space = search_space(graph, car, LinkModel.INTEGRATED, rule, stops)
     start = LinkPosition(0, 0.3 * float(graph.length_m[0]))
@@ -244,8 +299,9 @@ def test_reach_on_small_maps_equals_twin_at_every_node(graph, car, limits, rule)
         TWIN_LABELS,
     )
     expected = answered(twin.energy_to_nodes, [(edges[0], start.offset_m)])
+    slack_j = 1e-3 + lost_to_a_full_battery_j(space, limits)
     for idx, node in enumerate(graph.node_id.tolist()):
-        assert reached.node_energy_j[idx] == pytest.approx(expected.get(node, math.inf), rel=1e-9, abs=1e-3)
+        assert reached.node_energy_j[idx] == pytest.approx(expected.get(node, math.inf), rel=1e-9, abs=slack_j)
 
 
 def test_lead_in_energy_that_a_full_battery_takes_does_not_outweigh_the_time_it_cost():
@@ -278,3 +334,42 @@ def test_lead_in_energy_that_a_full_battery_takes_does_not_outweigh_the_time_it_
     weights = Weights(1.0, 0.99 * even, 0.0)
     assert found(weights, Limits()).links == slow
     assert found(weights, Limits(-100.0, math.inf)).links == fast
+
+
+@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(maps(), vehicles, charges, rules, st.sampled_from([STILL, WEATHER[2], WEATHER[5]]), st.sampled_from(LEARNED))
+def test_reach_with_learned_effects_is_that_of_the_routes_to_each_node(graph, car, limits, rule, sky, learned):
+    car = replace(car, effects=learned)
+    space = search_space(graph, car, LinkModel.INTEGRATED, rule, StopSettings(), sky)
+    start, pool = LinkPosition(0, 0.0), WorkspacePool(graph.link_count)
+    reached = reach(space, pool, limits, [start], graph.head, graph.node_count)
+    for node in range(graph.node_count):
+        ends = [LinkPosition(k, float(graph.length_m[k])) for k in np.flatnonzero(graph.head == node).tolist()]
+        path, _ = find_path(space, pool, ECO, limits, [start], ends)
+        assert reached.node_energy_j[node] == pytest.approx(math.inf if path is None else path.energy_j, abs=1e-3)
+
+
+@settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(maps(), vehicles, rules, st.sampled_from([STILL, *WEATHER]), st.sampled_from(LEARNED), st.data())
+def test_found_way_with_learned_effects_takes_what_the_simulation_says(graph, car, rule, sky, learned, data):
+    car = replace(car, effects=learned)
+    space = search_space(graph, car, LinkModel.INTEGRATED, rule, StopSettings(), sky)
+    goal_link = data.draw(st.integers(0, graph.link_count - 1))
+    goal = LinkPosition(goal_link, float(graph.length_m[goal_link]))
+    path, _ = find_path(space, WorkspacePool(graph.link_count), ECO, Limits(), [LinkPosition(0, 0.0)], [goal])
+    assume(path is not None)
+    links = list(path.links)
+    chain = Chain(
+        length_m=graph.length_m[links],
+        grade_frac=space.arrays.grade_frac[links].copy(),
+        speed_limit_mps=graph.speed_limit_mps[links],
+        stop_probability_frac=space.arrays.stop_probability_frac[links].copy(),
+        stop_time_s=space.arrays.stop_time_s[links].copy(),
+        stop_class=np.zeros(len(links), np.int8),
+        altitude_m=graph.altitude_m()[links],
+        heading=graph.heading()[links],
+    )
+    driven = simulate_chain(car, chain, conditions=sky)
+    assert path.energy_j == pytest.approx(driven.energy_j, rel=1e-9, abs=1e-6)
+    assert path.time_s == pytest.approx(driven.duration_s, rel=1e-9)
+    assert driven.parts.total_j() == pytest.approx(driven.energy_j, rel=1e-9, abs=1e-3)
