@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from diagnosis.exposures import TripWindows
-    from diagnosis.trip_fit import Fit
+    from diagnosis.windows import Windows
 
 CONFIDENCE_FRAC: Final = 0.95
 STANDING_FRAC: Final = 0.9  # of a window, from which on it counts as standstill
@@ -35,6 +34,8 @@ class Axis(StrEnum):
     SINCE_START = "since_start_min"
     POWER = "simulated_power_kw"
     AMBIENT = "ambient_c"
+    GRADE = "grade_percent"
+    SOC = "soc_percent"
 
 
 EDGES: Final[Mapping[Axis, tuple[float, ...]]] = {
@@ -42,6 +43,8 @@ EDGES: Final[Mapping[Axis, tuple[float, ...]]] = {
     Axis.SPEED: (0.0, 5.0, 30.0, 50.0, 70.0, 100.0, 130.0, 200.0),
     Axis.SINCE_START: (0.0, 2.0, 5.0, 10.0, 20.0, 40.0, 1440.0),
     Axis.POWER: (-200.0, -5.0, 0.0, 5.0, 10.0, 20.0, 200.0),
+    Axis.GRADE: (-30.0, -3.0, -1.0, 1.0, 3.0, 30.0),
+    Axis.SOC: (0.0, 20.0, 40.0, 60.0, 80.0, 90.0, 100.0),
     Axis.AMBIENT: (-50.0, -5.0, 5.0, 15.0, 22.0, 28.0, 55.0),
 }
 
@@ -72,9 +75,12 @@ class Regime:
 
 
 def regimes(
-    trips: Sequence[TripWindows], axis: Axis, fit: Fit | None = None, edges: Sequence[float] | None = None
+    trips: Sequence[Windows],
+    axis: Axis,
+    left_w: Sequence[NDArray[np.float64]],
+    edges: Sequence[float] | None = None,
 ) -> tuple[Regime, ...]:
-    """Residual power in each regime of an axis that any window lies in, in rising order; after a fit, if one is given.
+    """Power that is left of windows, float64 (n,) a trip [W], in each regime of an axis that any lies in, in order.
 
     Trips without a value on the axis (no recorded temperature) are left out.
     Raises DiagnosisError without trips and for edges that do not rise.
@@ -92,7 +98,7 @@ def regimes(
         place = np.searchsorted(bounds, values, side="right") - 1
         place[values == bounds[-1]] = bounds.size - 2
         inside = (place >= 0) & (place < bounds.size - 1)
-        left_j = trip.residual_j() - (0.0 if fit is None else trip.columns_j @ fit.coefficients)
+        left_j = left_w[k] * trip.duration_s
         residual[k] = np.bincount(place[inside], weights=left_j[inside], minlength=bounds.size - 1)
         duration[k] = np.bincount(place[inside], weights=trip.duration_s[inside], minlength=bounds.size - 1)
     return tuple(
@@ -118,16 +124,18 @@ def _regime(
     return Regime(axis, low, high, mean_w, low_w, high_w, energy_j / J_PER_KWH, time_s, n)
 
 
-def _ambient(trip: TripWindows) -> NDArray[np.float64] | None:
+def _ambient(trip: Windows) -> NDArray[np.float64] | None:
     if trip.ambient_k is None:
         return None
     return np.full(trip.begin_s.size, trip.ambient_k - ZERO_CELSIUS_K)
 
 
-POSITIONS: Final[Mapping[Axis, Callable[[TripWindows], NDArray[np.float64] | None]]] = {
+POSITIONS: Final[Mapping[Axis, Callable[[Windows], NDArray[np.float64] | None]]] = {
     Axis.STANDSTILL: lambda trip: trip.standing_s / trip.duration_s,
     Axis.SPEED: lambda trip: trip.distance_m / trip.duration_s * KMH_PER_MPS,
     Axis.SINCE_START: lambda trip: trip.begin_s / 60.0,
     Axis.POWER: lambda trip: trip.simulated_j / trip.duration_s / 1000.0,
     Axis.AMBIENT: _ambient,
+    Axis.GRADE: lambda trip: 100.0 * trip.places["grade_frac"],
+    Axis.SOC: lambda trip: 100.0 * trip.places["soc_frac"] if "soc_frac" in trip.places else None,
 }

@@ -27,7 +27,7 @@ def parquet_table(
     Columns of any other type are left out; of those that is_read does not name the cells are not read. Raises
     RecordingError for a broken or too large file.
     """
-    import pyarrow as pa  # type: ignore[import-untyped]  # here, since it takes long and one format needs it
+    import pyarrow as pa  # here, since it takes long and one format needs it
     from pyarrow import parquet
 
     try:

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from diagnosis.locate import Regime
     from diagnosis.results import Diagnosis, FitScore, ProfileSplit, TripAccount
 
-SHOWN_AXES: Final = (Axis.AMBIENT, Axis.SINCE_START, Axis.SPEED, Axis.POWER, Axis.STANDSTILL)
+SHOWN_AXES: Final = tuple(AXIS_NAMES)
 KWH_PLACES: Final = 2
 SECONDS_PER_HOUR: Final = 3600.0
 NO_TRIPS: Final = "There is no drive to show."

@@ -68,6 +68,8 @@ AXIS_NAMES: Final[Mapping[str, tuple[str, str]]] = {
     Axis.SPEED: ("Speed", "km/h"),
     Axis.POWER: ("Power that the model expects", "kW"),
     Axis.STANDSTILL: ("Standing or driving", ""),
+    Axis.GRADE: ("Grade", "%"),
+    Axis.SOC: ("State of charge", "%"),
 }
 _UNIT: Final = re.compile("(_(w|n|kg))?_per_[a-z0-9_]+$|_(km|m|s|min|h|kmh|mps|kw|w|kwh|c|k|deg|rad|frac|kg|n|pa)$")
 

@@ -1,108 +1,77 @@
-"""Regimes of the mismatch: power where it was planted, intervals that take the trip as the unit."""
+"""Mismatch by regime: sums are kept, and intervals take the trip as the unit."""
 
 from __future__ import annotations
-
-import math
 
 import numpy as np
 import pytest
 
 from diagnosis.errors import DiagnosisError
-from diagnosis.exposures import TripWindows
 from diagnosis.locate import EDGES, Axis, regimes
-from diagnosis.trip_fit import Fit
-
-WINDOW_S = 10.0
+from diagnosis.windows import Windows
 
 
-def trip(number, extra_w=lambda speed, since_s: 0.0 * speed, *, trip_w=0.0, ambient_k=280.0, windows=120):
-    """A trip of windows at random speeds, a quarter of them at rest, with an extra power and one of the trip's own."""
-    rng = np.random.default_rng(number)
-    speed = np.where(rng.random(windows) < 0.25, 0.0, rng.uniform(3.0, 35.0, windows))
-    begin = WINDOW_S * np.arange(windows)
-    power = extra_w(speed, begin) + trip_w + rng.normal(0.0, 50.0, windows)
-    simulated = WINDOW_S * (500.0 + 12.0 * speed**2)
-    return TripWindows(
-        trip_id=f"T{number}",
-        ambient_k=ambient_k,
-        names=("aux_power_w",),
-        begin_s=begin,
-        duration_s=np.full(windows, WINDOW_S),
-        distance_m=speed * WINDOW_S,
-        standing_s=np.where(speed == 0.0, WINDOW_S, 0.0),
-        measured_j=simulated + power * WINDOW_S,
-        simulated_j=simulated,
-        columns_j=np.full((windows, 1), WINDOW_S),
-    )
+def trip(number, windows=60, ambient_c=5.0):
+    """Ten minutes of windows of 10 s; the vehicle stands in every third."""
+    stands = np.arange(windows) % 3 == 0
+    seconds = np.full(windows, 10.0)
+    return Windows(
+        trip_id=f"T{number}", ambient_k=None if ambient_c is None else 273.15 + ambient_c,
+        begin_s=10.0 * np.arange(windows), duration_s=seconds, distance_m=np.where(stands, 0.0, 150.0),
+        standing_s=np.where(stands, 10.0, 0.0), measured_j=np.zeros(windows), simulated_j=np.full(windows, 3e4),
+        dynamic_w=np.full(windows, 3e3), places={"grade_frac": np.zeros(windows)},
+        names=(), columns_j=np.empty((windows, 0)),
+    )  # fmt: skip
 
 
-def test_a_consumer_shows_at_standstill_and_while_driving_alike():
-    standing, driving = reversed(regimes([trip(k, trip_w=800.0) for k in range(8)], Axis.STANDSTILL))
-    for found in (standing, driving):
-        assert found.mean_w == pytest.approx(800.0, abs=20.0)
-        assert found.departs
-        assert 0.0 < found.high_w - found.low_w < 40.0  # 50 W of noise over some 250 windows and more
-    assert standing.low == 0.9
+def test_energy_of_all_regimes_is_what_is_left_of_all_trips():
+    rng = np.random.default_rng(1)
+    trips = [trip(k) for k in range(6)]
+    left = [rng.normal(0.0, 500.0, 60) for _ in trips]
+    whole_kwh = sum(float((one * 10.0).sum()) for one in left) / 3.6e6
+    for axis in (Axis.STANDSTILL, Axis.SPEED, Axis.SINCE_START, Axis.AMBIENT, Axis.GRADE, Axis.POWER):
+        found = regimes(trips, axis, left)
+        assert sum(one.energy_kwh for one in found) == pytest.approx(whole_kwh, rel=1e-9)
+        assert sum(one.duration_s for one in found) == pytest.approx(3600.0)
 
 
-def test_drag_shows_at_speed_only():
-    found = regimes([trip(k, lambda v, s: 0.2 * v**3) for k in range(10)], Axis.SPEED)
-    at_rest, fastest = found[0], found[-1]
-    assert abs(at_rest.mean_w) < 20.0
-    assert fastest.low == 100.0
-    assert fastest.mean_w > 4000.0
-    assert [r.mean_w for r in found[1:]] == sorted(r.mean_w for r in found[1:])
+def test_a_draw_at_standstill_is_located_there():
+    trips = [trip(k) for k in range(8)]
+    rng = np.random.default_rng(2)
+    left = [np.where(one.standing_s > 0.0, 800.0, 0.0) + rng.normal(0.0, 60.0, 60) for one in trips]
+    moving, standing = regimes(trips, Axis.STANDSTILL, left)
+    assert standing.departs
+    assert standing.low_w < 800.0 < standing.high_w
+    assert not moving.departs
 
 
-def test_a_warm_up_shows_after_the_start_and_dies_away():
-    found = regimes([trip(k, lambda v, s: 3000.0 * np.exp(-s / 300.0)) for k in range(8)], Axis.SINCE_START)
-    powers = [r.mean_w for r in found]
-    assert powers == sorted(powers, reverse=True)
-    assert found[0].mean_w > 2000.0
-    assert found[0].departs
+def test_the_interval_is_the_standard_error_of_trips_not_of_seconds():
+    trips = [trip(k) for k in range(5)]
+    levels = np.array([-200.0, 300.0, 100.0, 600.0, -50.0])
+    (found,) = regimes(trips, Axis.AMBIENT, [np.full(60, level) for level in levels])
+    half = 2.7764 * levels.std(ddof=1) / np.sqrt(5)
+    assert found.high_w - found.mean_w == pytest.approx(half, rel=1e-3)
+    assert found.mean_w == pytest.approx(levels.mean())
 
 
-def test_cold_shows_in_cold_trips_and_trips_without_temperature_are_left_out():
-    trips = [trip(k, trip_w=100.0 * (288.0 - t), ambient_k=t) for k, t in enumerate((262.0, 265.0, 282.0, 287.0))]
-    found = regimes([*trips, trip(9, trip_w=9e9, ambient_k=None)], Axis.AMBIENT)
-    assert [(r.low, r.trips) for r in found] == [(-50.0, 2), (5.0, 2)]
-    assert found[0].mean_w > found[1].mean_w > 0.0
+def test_one_trip_has_no_interval_and_departs_nowhere():
+    (found,) = regimes([trip(0)], Axis.AMBIENT, [np.full(60, 900.0)])
+    assert found.low_w is None
+    assert not found.departs
 
 
-def test_energy_of_all_regimes_is_the_residual_of_all_trips():
-    trips = [trip(k, lambda v, s: 5.0 * v, trip_w=200.0) for k in range(5)]
-    residual_kwh = sum(float(t.residual_j().sum()) for t in trips) / 3.6e6
-    for axis in EDGES:
-        found = regimes(trips, axis)
-        assert sum(r.energy_kwh for r in found) == pytest.approx(residual_kwh, rel=1e-12)
-        assert sum(r.duration_s for r in found) == pytest.approx(sum(t.duration_s.sum() for t in trips))
+def test_trips_without_the_channel_are_left_out():
+    assert regimes([trip(0, ambient_c=None)], Axis.AMBIENT, [np.ones(60)]) == ()
+    assert regimes([trip(0)], Axis.SOC, [np.ones(60)]) == ()
 
 
-def test_a_fit_that_explains_it_leaves_nothing():
-    trips = [trip(k, trip_w=600.0) for k in range(6)]
-    fit = Fit(("aux_power_w",), np.array([600.0]), np.array([1.0]), 1.0, 6)
-    assert all(r.departs for r in regimes(trips, Axis.STANDSTILL))
-    assert not any(r.departs for r in regimes(trips, Axis.STANDSTILL, fit))
-
-
-def test_interval_covers_the_truth_about_as_often_as_it_says_when_trips_differ():
-    # each trip has an extra power of its own: windows within one are no independent evidence
-    hits = 0
-    for world in range(200):
-        rng = np.random.default_rng(1000 + world)
-        trips = [trip(100 * world + k, trip_w=300.0 + rng.normal(0.0, 400.0), windows=40) for k in range(10)]
-        found = regimes(trips, Axis.SPEED, edges=(0.0, 200.0))[0]
-        hits += found.low_w < 300.0 < found.high_w
-    assert 0.90 <= hits / 200 <= 0.99
-
-
-def test_one_trip_has_a_mean_and_no_interval():
-    found = regimes([trip(1, trip_w=700.0)], Axis.STANDSTILL)
-    assert all(r.low_w is None and not r.departs and math.isfinite(r.mean_w) for r in found)
-
-
-def test_no_trips_and_falling_edges_are_refused():
-    with pytest.raises(DiagnosisError, match="at least one"):
-        regimes([], Axis.SPEED)
+def test_bad_edges_and_no_trips_are_named():
+    with pytest.raises(DiagnosisError, match="no trips"):
+        regimes([], Axis.SPEED, [])
     with pytest.raises(DiagnosisError, match="rising"):
-        regimes([trip(1)], Axis.SPEED, edges=(5.0, 1.0))
+        regimes([trip(0)], Axis.SPEED, [np.ones(60)], edges=(5.0, 5.0))
+
+
+def test_edges_of_all_axes_rise():
+    assert set(EDGES) == set(Axis)
+    for edges in EDGES.values():
+        assert list(edges) == sorted(set(edges))

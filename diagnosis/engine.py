@@ -1,0 +1,257 @@
+"""A diagnosis from end to end: recordings and a vehicle in, what was left out and how the fit improves out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from diagnosis.accounts import account, nameplate_j, score
+from diagnosis.driven import driven, with_vehicle
+from diagnosis.errors import DiagnosisCancelled, DiagnosisError
+from diagnosis.findings import findings, parameter_errors, unexplained
+from diagnosis.fitting import BOX, fit, left_w
+from diagnosis.learned import learned_effects, learned_parameters
+from diagnosis.locate import Axis, regimes
+from diagnosis.results import Diagnosis, QualityNote, TripAccount, TripTimeline, Verdict
+from diagnosis.scan import in_box
+from diagnosis.selection import LEAST_TRIPS
+from diagnosis.trips import J_PER_KWH
+from diagnosis.windows import WINDOW_S, trip_of, windows
+from energy.conditions import ZERO_CELSIUS_K
+from energy.errors import EnergyError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Sequence
+
+    from diagnosis.fitting import Model
+    from diagnosis.locate import Regime
+    from diagnosis.recordings import Recording
+    from diagnosis.results import Finding, ParameterError, Unexplained
+    from diagnosis.windows import Trip
+    from energy.vehicle import Vehicle
+
+STAGES: Final = (
+    "replaying the drives",
+    "fitting",
+    "selecting effects",
+    "refining shapes",
+    "looking for what no effect explains",
+    "accounting",
+)
+
+
+@dataclass(frozen=True, slots=True)
+class DiagnosisSettings:
+    """seed: of everything that is drawn. window_s: length of the windows that are compared."""
+
+    seed: int = 1
+    window_s: float = WINDOW_S
+
+    def __post_init__(self) -> None:
+        if not 0 <= self.seed < 2**31:
+            raise DiagnosisError(f"seed is {self.seed}, allowed: 0..{2**31 - 1}")
+        if not 5.0 <= self.window_s <= 60.0:
+            raise DiagnosisError(f"window_s is {self.window_s:g}, allowed: 5..60")
+
+
+DEFAULT: Final = DiagnosisSettings()
+
+
+def diagnose(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    *,
+    held_out: Collection[str] = (),
+    settings: DiagnosisSettings = DEFAULT,
+    progress: Callable[[str, float], None] | None = None,
+    cancelled: Callable[[], bool] | None = None,
+) -> Diagnosis:
+    """What recordings of a vehicle say about what its model leaves out; held_out: ids of trips that are never fitted.
+
+    progress: called with the name of a stage and the share that is done. cancelled: asked between stages.
+    Raises DiagnosisError for ids that repeat or are not there, DiagnosisCancelled, and EnergyError where a profile
+    cannot be replayed.
+    """
+    _check(recordings, held_out)
+
+    def on_step(stage: str) -> None:
+        if cancelled is not None and cancelled():
+            raise DiagnosisCancelled("the diagnosis was cancelled")
+        if progress is not None:
+            progress(stage, STAGES.index(stage) / len(STAGES))
+
+    on_step(STAGES[0])
+    trips = []
+    for recording in recordings:
+        try:
+            trips.append(trip_of(recording, driven(recording, vehicle), settings.window_s))
+        except EnergyError as error:
+            raise DiagnosisError(f"trip {recording.id} cannot be replayed: {error}") from error
+        if cancelled is not None and cancelled():
+            raise DiagnosisCancelled("the diagnosis was cancelled")
+    quality = tuple(
+        QualityNote(one.id, note.kind.value, note.channel, note.text) for one in recordings for note in one.notes
+    )
+    fitted = [trip for trip in trips if trip.recording.id not in held_out]
+    kept = [trip for trip in trips if trip.recording.id in held_out]
+    if len(fitted) < LEAST_TRIPS:
+        return _too_few(fitted, kept, vehicle, quality, settings)
+    on_step(STAGES[1])
+    model = fit(fitted, vehicle, settings.seed, settings.window_s, on_step)
+    on_step(STAGES[5])
+    found, wrong, strange = findings(model), parameter_errors(model), unexplained(model)
+    accounts = _accounts(model, kept)
+    scored = [one for one in accounts if one.held_out] or accounts
+    before, after = (score(scored, after=which, seed=settings.seed) for which in (False, True))
+    effects, intervals, left_out = learned_effects(model)
+    verdict, text = _verdict(found, wrong, strange, len(fitted))
+    return Diagnosis(
+        vehicle_id=vehicle.id,
+        verdict=verdict,
+        text=text,
+        findings=found,
+        parameter_errors=wrong,
+        unexplained=strange,
+        data_quality=quality,
+        fitted_trips=tuple(trip.recording.id for trip in fitted),
+        held_out_trips=tuple(trip.recording.id for trip in kept),
+        before=before,
+        after=after,
+        regimes_before=_all_regimes(model, after=False),
+        regimes_after=_all_regimes(model, after=True),
+        trips=accounts,
+        effects=effects,
+        effects_ci95=intervals,
+        parameters=learned_parameters(model, wanted=bool(found or wrong)),
+        not_carried=left_out,
+        model=_told(model, settings),
+    )
+
+
+def _check(recordings: Sequence[Recording], held_out: Collection[str]) -> None:
+    if not recordings:
+        raise DiagnosisError(f"0 recordings, at least {LEAST_TRIPS} are needed to name a cause")
+    ids = [one.id for one in recordings]
+    for one in ids:
+        if ids.count(one) > 1:
+            raise DiagnosisError(f"trip {one!r} is there {ids.count(one)} times, allowed: once")
+    for one in held_out:
+        if one not in ids:
+            raise DiagnosisError(f"held-out trip {one!r} is none of the {len(ids)} recordings")
+
+
+def _accounts(model: Model, kept: Sequence[Trip]) -> tuple[TripAccount, ...]:
+    names = model.solution.names
+    found = [
+        account(model, trip, nameplate_j(model, trip), cut, k, held_out=False)
+        for k, (trip, cut) in enumerate(zip(model.trips, model.windows, strict=True))
+    ]
+    for trip in kept:
+        again = replace(trip, drive=with_vehicle(trip.drive, model.vehicle))
+        cut = windows(again, (*model.found, *model.companions))
+        boxed = [in_box(structure.box, cut) * cut.duration_s for structure in model.structures]
+        cut = replace(
+            cut,
+            names=(*cut.names, *(f"{BOX}{k}" for k in range(len(boxed)))),
+            columns_j=np.column_stack((cut.columns_j, *boxed)),
+        )
+        assert set(names) <= set(cut.names), "held-out trips have all columns of the model"
+        found.append(account(model, again, nameplate_j(model, again), cut, None, held_out=True))
+    return tuple(found)
+
+
+def _all_regimes(model: Model, *, after: bool) -> tuple[Regime, ...]:
+    """Residual power by regime, of trips by the fit of the others."""
+    solution = model.solution if after else model.base
+    left = [left_w(trip, solution, solution.without[k]) for k, trip in enumerate(model.windows)]
+    return tuple(one for axis in Axis for one in regimes(model.windows, axis, left))
+
+
+def _verdict(
+    found: Sequence[Finding], wrong: Sequence[ParameterError], strange: Sequence[Unexplained], trips: int
+) -> tuple[Verdict, str]:
+    clear = [one for one in found if not one.ambiguous_with]
+    if clear:
+        text = " ".join(one.text for one in found)
+        return Verdict.LEFT_OUT_PHYSICS, text
+    if found:
+        return Verdict.CANNOT_TELL, " ".join(f"{one.text} {one.separating_recording}" for one in found)
+    if strange:
+        return Verdict.UNEXPLAINED, strange[0].text
+    if wrong:
+        return Verdict.PARAMETER_ERROR, " ".join(one.text for one in wrong)
+    return Verdict.NOTHING_MISSING, f"In {trips} drives nothing stands out that the model leaves out."
+
+
+def _told(model: Model, settings: DiagnosisSettings) -> dict[str, Any]:
+    """What is needed to repeat the diagnosis, and what its thresholds were."""
+    return {
+        "seed": settings.seed,
+        "window_s": settings.window_s,
+        "threshold_z": round(model.threshold.z, 3),
+        "null_draws": model.threshold.draws,
+        "least_trips": LEAST_TRIPS,
+        "fitted_but_not_claimed": [one.label for one in model.companions if one.label in model.solution.names],
+    }
+
+
+def _too_few(
+    fitted: Sequence[Trip],
+    kept: Sequence[Trip],
+    vehicle: Vehicle,
+    quality: tuple[QualityNote, ...],
+    settings: DiagnosisSettings,
+) -> Diagnosis:
+    """Energies by the vehicle's file only: so few trips carry no conclusion."""
+    accounts = []
+    for trip in (*fitted, *kept):
+        cut = windows(trip, ())
+        simulated_w = cut.simulated_j / cut.duration_s
+        energy_kwh = float(cut.simulated_j.sum()) / J_PER_KWH
+        accounts.append(
+            TripAccount(
+                id=cut.trip_id,
+                held_out=trip in kept,
+                ambient_c=None if cut.ambient_k is None else cut.ambient_k - ZERO_CELSIUS_K,
+                distance_km=float(cut.distance_m.sum()) / 1000.0,
+                duration_s=float(cut.duration_s.sum()),
+                measured_kwh=float(cut.measured_j.sum()) / J_PER_KWH,
+                nameplate_kwh=energy_kwh,
+                before_kwh=energy_kwh,
+                after_kwh=energy_kwh,
+                explained_kwh=energy_kwh,
+                by_family_kwh={},
+                timeline=TripTimeline(
+                    begin_s=cut.begin_s,
+                    duration_s=cut.duration_s,
+                    speed_mps=cut.distance_m / cut.duration_s,
+                    measured_w=cut.measured_j / cut.duration_s,
+                    before_w=simulated_w,
+                    after_w=simulated_w,
+                ),
+            )
+        )
+    return Diagnosis(
+        vehicle_id=vehicle.id,
+        verdict=Verdict.TOO_FEW_TRIPS,
+        text=f"{len(fitted)} trips to fit; at least {LEAST_TRIPS} are needed to tell how trips differ, and so to name a"
+        " cause.",
+        findings=(),
+        parameter_errors=(),
+        unexplained=(),
+        data_quality=quality,
+        fitted_trips=tuple(trip.recording.id for trip in fitted),
+        held_out_trips=tuple(trip.recording.id for trip in kept),
+        before=None,
+        after=None,
+        regimes_before=(),
+        regimes_after=(),
+        trips=tuple(accounts),
+        effects={},
+        effects_ci95={},
+        parameters={},
+        not_carried={},
+        model={"seed": settings.seed, "least_trips": LEAST_TRIPS},
+    )

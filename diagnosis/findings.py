@@ -1,0 +1,265 @@
+"""A fitted model told as findings, parameter errors and unexplained structure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from diagnosis.fitting import BOX
+from diagnosis.jackknife import additions, equations, solve
+from diagnosis.levels import levels
+from diagnosis.locate import Axis, regimes
+from diagnosis.results import Coefficient, Finding, ParameterError, Rival, Unexplained
+from diagnosis.scan import CELL_M, cell_centre_deg
+from diagnosis.separation import sentence, separating
+from diagnosis.tangents import PARAMETERS
+from diagnosis.trips import J_PER_KWH
+from diagnosis.windows import SENSORS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from diagnosis.effects_library import Candidate
+    from diagnosis.fitting import Model
+    from diagnosis.jackknife import Equations
+    from diagnosis.levels import Level
+    from diagnosis.locate import Regime
+    from diagnosis.scan import Structure
+    from diagnosis.tangents import Parameter
+
+MOST_REGIMES: Final = 4
+LEAST_SHARE_FRAC: Final = 0.01
+SHOWN_AXES: Final = (Axis.AMBIENT, Axis.SINCE_START, Axis.SPEED, Axis.STANDSTILL, Axis.POWER, Axis.SOC)
+
+
+def findings(model: Model) -> tuple[Finding, ...]:
+    """Effects that were found, terms of one effect together, the largest first; and levels of single trips."""
+    effects: dict[str, list[Candidate]] = {}
+    for one in model.found:
+        effects.setdefault(one.term.effect, []).append(one)
+    told = []
+    for effect, terms in effects.items():
+        beside = [one for one in model.companions if one.term.effect == effect and one.label in model.solution.names]
+        told.append(_finding(model, effect, terms, beside))
+    level = levels(model)
+    if level is not None:
+        told.append(_level_finding(level))
+    return tuple(sorted(told, key=lambda one: -one.energy_share_frac))
+
+
+def parameter_errors(model: Model) -> tuple[ParameterError, ...]:
+    """Parameters that must differ from the file's, found like effects beside everything else that was found."""
+    system = _about_nameplate(model)
+    beside = [*SENSORS, *(name for name in model.solution.names if name not in SENSORS and not _is_parameter(name))]
+    measured_j = sum(float(trip.measured_j.sum()) for trip in model.windows)
+    open_ = list(PARAMETERS)
+    wrong: list[Parameter] = []
+    while open_:
+        names = [*beside, *(one.name for one in wrong)]
+        added = additions(system, names, [one.name for one in open_])
+        gain = float(solve(system, names).losses.sum()) - added.losses.sum(axis=0)
+        share = np.abs(added.coefficients) * [_size_j(model, one.name) / measured_j for one in open_]
+        passes = (np.abs(added.z) >= model.threshold.z) & (share >= LEAST_SHARE_FRAC) & (gain > 0.0)
+        if not passes.any():
+            break
+        wrong.append(open_.pop(int(np.argmax(np.where(passes, gain, -np.inf)))))
+    solution = solve(system, [*beside, *(one.name for one in wrong)])
+    told = []
+    for one in wrong:
+        weights = np.array([float(name == one.name) for name in solution.names])
+        half, shift = solution.half_width(weights), solution.value(one.name)
+        nameplate = float(getattr(model.nameplate, one.name))
+        energy_j = shift * sum(float(trip.column(one.name).sum()) for trip in model.windows)
+        if abs(shift) <= half or abs(energy_j) < LEAST_SHARE_FRAC * measured_j:
+            continue  # another parameter that came later has taken it over
+        others = [
+            other.name for other in PARAMETERS if other not in wrong and _alike(system, beside, wrong, one, other)
+        ]
+        told.append(
+            ParameterError(
+                parameter=one.name,
+                family=one.family,
+                unit=one.unit,
+                nameplate=nameplate,
+                fitted=nameplate + shift,
+                ci95=(nameplate + shift - half, nameplate + shift + half),
+                energy_kwh=energy_j / J_PER_KWH,
+                energy_share_frac=energy_j / measured_j,
+                aliases=(*one.aliases, *others),
+                text=f"{one.name} is {nameplate:.4g} {one.unit} in the vehicle's file; the drives ask for"
+                f" {nameplate + shift:.4g} ± {half:.2g}.",
+            )
+        )
+    return tuple(told)
+
+
+def unexplained(model: Model) -> tuple[Unexplained, ...]:
+    """Structures that no effect explains, the largest first."""
+    told = [
+        _told(model, structure, model.solution.value(f"{BOX}{k}"), k) for k, structure in enumerate(model.structures)
+    ]
+    return tuple(sorted(told, key=lambda one: -abs(one.energy_kwh)))
+
+
+def _finding(model: Model, effect: str, terms: Sequence[Candidate], beside: Sequence[Candidate]) -> Finding:
+    labels = {one.label for one in (*terms, *beside)}
+    sums = np.array(
+        [
+            sum(float(trip.column(name).sum()) for trip in model.windows) if name in labels else 0.0
+            for name in model.solution.names
+        ]
+    )
+    energy_j = float(sums @ model.solution.coefficients)
+    half_j = model.solution.half_width(sums)
+    measured_j = sum(float(trip.measured_j.sum()) for trip in model.windows)
+    by_trip = [float((_own_w(model, k, labels) * trip.duration_s).sum()) for k, trip in enumerate(model.windows)]
+    moved_j = float(np.abs(by_trip).sum())
+    rivals = (
+        {rival.term.effect: rival.term.family for one in terms for rival in model.rivals[one.label]}
+        if all(model.rivals[one.label] for one in terms)
+        else {}
+    )
+    family = terms[0].term.family
+    first = next(iter(rivals.values()), None)
+    share = moved_j / measured_j
+    text = (
+        f"{sentence(effect)} took {energy_j / J_PER_KWH:.2f} kWh in {len(model.windows)} drives,"
+        f" {energy_j / measured_j:.1%} of all."
+    )
+    if rivals:
+        text += f" It cannot be told from {' or '.join(sentence(name).lower() for name in rivals)}."
+    return Finding(
+        effect=effect,
+        family=family,
+        text=text,
+        coefficients=tuple(_coefficients(model, [*terms, *beside])),
+        energy_kwh=energy_j / J_PER_KWH,
+        energy_kwh_ci95=((energy_j - half_j) / J_PER_KWH, (energy_j + half_j) / J_PER_KWH),
+        energy_share_frac=share,
+        t=max((model.z[one.label] for one in terms), key=abs),
+        located=_located(model, labels),
+        ambiguous_with=tuple(Rival(name, other) for name, other in rivals.items()),
+        separating_recording=None if first is None else f"A recording with {separating(family, first)}.",
+    )
+
+
+def _coefficients(model: Model, terms: Sequence[Candidate]) -> list[Coefficient]:
+    told = []
+    for one in terms:
+        weights = np.array([float(name == one.label) for name in model.solution.names])
+        value, half = model.solution.value(one.label), model.solution.half_width(weights)
+        told.append(Coefficient(one.term.name, one.term.unit, value, (value - half, value + half)))
+        if one.term.shape is not None:
+            shape = one.term.shape
+            name = f"{one.term.name.rsplit('_w', 1)[0].removesuffix('_frac')}_{shape.name}"
+            told.append(Coefficient(name, shape.unit, one.shape, model.shape_ci95.get(one.label)))
+    return told
+
+
+def _own_w(model: Model, k: int, labels: set[str]) -> NDArray[np.float64]:
+    """Power that some terms add in the windows of a fitted trip, float64 (n,) [W]."""
+    trip = model.windows[k]
+    total = sum((model.solution.value(label) * trip.column(label) for label in labels), np.zeros(trip.begin_s.size))
+    return np.asarray(total / trip.duration_s, np.float64)
+
+
+def _located(model: Model, labels: set[str]) -> tuple[Regime, ...]:
+    """Regimes in which what is left without some terms departs, those in which the terms are largest."""
+    left = [model.left_w(k) + _own_w(model, k, labels) for k in range(len(model.windows))]
+    own = [_own_w(model, k, labels) for k in range(len(model.windows))]
+    found = []
+    for axis in SHOWN_AXES:
+        known = zip(regimes(model.windows, axis, left), regimes(model.windows, axis, own), strict=True)
+        departing = [(abs(each.mean_w), one) for one, each in known if one.departs]
+        if departing:
+            found.append(max(departing, key=lambda pair: pair[0]))
+    return tuple(one for _, one in sorted(found, key=lambda pair: -pair[0])[:MOST_REGIMES])
+
+
+def _level_finding(level: Level) -> Finding:
+    half_j = 1.96 * level.energy_sd_j
+    mean = float(np.mean(level.rise_frac))
+    half = float(1.96 * np.sqrt(np.square(level.sd_frac).sum()) / len(level.sd_frac))
+    text = (
+        f"{sentence(level.kind.effect)}: {mean:+.0%} on {len(level.trips)} trips, {level.energy_j / J_PER_KWH:.2f} kWh."
+    )
+    rivals = tuple(Rival(one.effect, one.family) for one in level.rivals)
+    recording = None
+    if rivals:
+        text += f" It cannot be told from {' or '.join(sentence(one.effect).lower() for one in rivals)}."
+        recording = f"A recording, loaded in the same way, with {separating(level.kind.family, rivals[0].family)}."
+    return Finding(
+        effect=level.kind.effect,
+        family=level.kind.family,
+        text=text,
+        coefficients=(Coefficient("mean_rise_frac", "1", mean, (mean - half, mean + half)),),
+        energy_kwh=level.energy_j / J_PER_KWH,
+        energy_kwh_ci95=((level.energy_j - half_j) / J_PER_KWH, (level.energy_j + half_j) / J_PER_KWH),
+        energy_share_frac=level.share_frac,
+        t=level.z,
+        trips=level.trips,
+        ambiguous_with=rivals,
+        separating_recording=recording,
+    )
+
+
+def _told(model: Model, structure: Structure, mean_w: float, k: int) -> Unexplained:
+    weights = np.array([float(name == f"{BOX}{k}") for name in model.solution.names])
+    half_w = model.solution.half_width(weights)
+    hours = sum(float((one * trip.duration_s).sum()) for one, trip in zip(structure.inside, model.windows, strict=True))
+    energy_kwh = mean_w * hours / J_PER_KWH
+    box = structure.box
+    where = f"at {box.axis.replace('_', ' ')} {box.low:.4g} to {box.high:.4g} {box.unit}"
+    if box.axis == "place":
+        latitude, longitude = cell_centre_deg(int(box.low))
+        where = f"within some {(box.high + 0.5) * CELL_M:.0f} m of {latitude:.4f}, {longitude:.4f}"
+    return Unexplained(
+        axis=box.axis,
+        unit=box.unit,
+        low=box.low,
+        high=box.high,
+        mean_w=mean_w,
+        ci95_w=(mean_w - half_w, mean_w + half_w),
+        energy_kwh=energy_kwh,
+        p=max(structure.p, 1.0 / 400.0),
+        trips=structure.trips,
+        text=f"{mean_w:+.0f} ± {half_w:.0f} W {where}, {energy_kwh:.2f} kWh on {len(structure.trips)} trips, that no"
+        " effect of the library explains.",
+    )
+
+
+def _about_nameplate(model: Model) -> Equations:
+    """The equations of what the vehicle's file leaves, with no prior on its parameters."""
+    shifts = {one.name: _shift(model, one) for one in PARAMETERS}
+    moved = []
+    for trip in model.windows:
+        more_j = sum((shift * trip.column(name) for name, shift in shifts.items()), np.zeros(trip.begin_s.size))
+        moved.append(replace(trip, simulated_j=trip.simulated_j - more_j))
+    precision = model.system.precision.copy()
+    precision[model.system.index(list(shifts))] = 0.0
+    return equations(moved, model.roots, precision, np.zeros_like(precision))
+
+
+def _shift(model: Model, one: Parameter) -> float:
+    return float(getattr(model.vehicle, one.name)) - float(getattr(model.nameplate, one.name))
+
+
+def _size_j(model: Model, name: str) -> float:
+    return sum(abs(float(trip.column(name).sum())) for trip in model.windows)
+
+
+def _is_parameter(name: str) -> bool:
+    return any(one.name == name for one in PARAMETERS)
+
+
+def _alike(
+    system: Equations, beside: Sequence[str], wrong: Sequence[Parameter], one: Parameter, other: Parameter
+) -> bool:
+    """Whether another parameter in the place of one loses no more on trips left out than chance would."""
+    names = [*beside, *(each.name for each in wrong if each is not one)]
+    worse = additions(system, names, [other.name]).losses[:, 0] - additions(system, names, [one.name]).losses[:, 0]
+    return bool(worse.sum() <= 2.0 * worse.std(ddof=1) * np.sqrt(worse.size))

@@ -1,0 +1,209 @@
+"""A diagnosis from end to end: what was planted in drives is named, clean drives are left alone."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from diagnosis.driven import driven
+from diagnosis.engine import DiagnosisSettings, diagnose
+from diagnosis.errors import DiagnosisCancelled, DiagnosisError
+from diagnosis.recordings import Recording
+from diagnosis.results import Family, Verdict, as_json
+from energy.replay import replay
+from energy.self_check import bundled_cycle
+from energy.vehicle_files import load_vehicle
+
+ROOT = Path(__file__).resolve().parents[2]
+TRIPS = 14
+
+
+@pytest.fixture(scope="module")
+def car():
+    return load_vehicle(ROOT / "data" / "vehicles" / "bmw-i3-60ah.toml")
+
+
+def drive(car, number, more_w=None, ambient_c=None):
+    """A regulatory cycle at a pace of its own over hills, with noise, and power that the model does not know of."""
+    rng = np.random.default_rng(number)
+    speed = bundled_cycle("udds" if number % 2 else "hwfet").speed_mps * rng.uniform(0.8, 1.1)
+    time = np.arange(speed.size, dtype=float)
+    way = np.concatenate(([0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]))))
+    height = 500.0 + 40.0 * np.sin(way / rng.uniform(400.0, 1500.0))
+    ambient_c = float(rng.uniform(-8.0, 30.0)) if ambient_c is None else ambient_c
+    plain = Recording(
+        f"T{number}",
+        time,
+        speed,
+        np.zeros_like(time),
+        elevation_m=height,
+        ambient_k=np.full(time.size, 273.15 + ambient_c),
+    )
+    power = replay(car, plain.profile()).power_w
+    at = np.concatenate(([power[0]], 0.5 * (power[1:] + power[:-1]), [power[-1]]))
+    at = at * rng.normal(1.0, 0.02, at.size) + rng.normal(40.0 * rng.normal(), 60.0, at.size)
+    if more_w is not None:
+        at = at + more_w(time, ambient_c, plain, driven(plain, car))
+    return replace(plain, power_w=at)
+
+
+def heater(time, ambient_c, plain, steps):
+    del plain, steps
+    return 130.0 * max(20.0 - ambient_c, 0.0) * (0.4 + 0.6 * np.exp(-time / 400.0)) + 0.0 * time
+
+
+@pytest.fixture(scope="module")
+def heated(car):
+    drives = [drive(car, number, heater) for number in range(TRIPS)]
+    return drives, diagnose(drives, car, held_out=("T3", "T8", "T12"))
+
+
+def test_a_heater_that_the_model_does_not_know_is_named_and_sized(heated):
+    drives, found = heated
+    assert found.verdict is Verdict.LEFT_OUT_PHYSICS
+    (first, *_) = found.findings
+    assert (first.effect, first.family) == ("cabin_heating", Family.THERMAL)
+    assert first.ambiguous_with == ()
+    truth = sum(
+        float(np.trapezoid(heater(one.time_s, float(one.ambient_k[0]) - 273.15, one, None), one.time_s)) / 3.6e6
+        for one in drives
+        if one.id in found.fitted_trips
+    )
+    low, high = first.energy_kwh_ci95
+    assert 0.9 * low < truth < 1.1 * high
+    assert first.energy_kwh == pytest.approx(truth, rel=0.15)
+    assert not [one for one in found.findings if one.family is not Family.THERMAL]
+    assert first.located
+    assert all(one.departs for one in first.located)
+
+
+def test_held_out_trips_are_predicted_better_and_were_never_fitted(heated, car):
+    drives, found = heated
+    assert found.held_out_trips == ("T3", "T8", "T12")
+    assert found.after.mape < 0.4 * found.before.mape
+    assert found.after.mape_ci95[0] <= found.after.mape <= found.after.mape_ci95[1]
+    spoilt = [replace(one, power_w=3.0 * one.power_w) if one.id in found.held_out_trips else one for one in drives]
+    again = diagnose(spoilt, car, held_out=found.held_out_trips)
+    assert [one.coefficients for one in again.findings] == [one.coefficients for one in found.findings]
+    for one, other in zip(found.trips, again.trips, strict=True):
+        assert one.after_kwh == pytest.approx(other.after_kwh, rel=1e-12)
+
+
+def test_every_trip_is_accounted_for_by_families(heated):
+    drives, found = heated
+    assert {one.id for one in found.trips} == {one.id for one in drives}
+    for one in found.trips:
+        assert sum(one.by_family_kwh.values()) == pytest.approx(one.explained_kwh, rel=1e-9)
+        assert abs(one.explained_kwh / one.measured_kwh - 1.0) < 0.05
+        truth = next(each for each in drives if each.id == one.id)
+        assert one.measured_kwh == pytest.approx(truth.energy_j() / 3.6e6, rel=1e-6)
+
+
+def test_what_was_learned_is_a_set_of_coefficients_of_the_model(heated, car):
+    _, found = heated
+    effects = replace(car.effects, **found.effects)
+    assert effects.cabin_soak_w_per_k > 30.0
+    assert effects.rolling_temp_per_k == 0.0  # these drives would have shown it
+    assert json.loads(json.dumps(as_json(found)))["verdict"] == "left_out_physics"
+
+
+@pytest.mark.parametrize("first", [0, 100, 200])
+def test_nothing_is_claimed_of_clean_drives(car, first):
+    found = diagnose([drive(car, first + number) for number in range(TRIPS)], car)
+    assert found.findings == ()
+    assert found.unexplained == ()
+    assert found.verdict in (Verdict.NOTHING_MISSING, Verdict.PARAMETER_ERROR)
+    assert found.after.mape < 0.03
+
+
+def test_a_wrong_parameter_is_told_as_one_and_not_as_physics(car):
+    wrong = replace(car, aux_power_w=car.aux_power_w + 900.0)
+    found = diagnose([drive(car, number) for number in range(TRIPS)], wrong)
+    assert found.verdict is Verdict.PARAMETER_ERROR
+    (error,) = [one for one in found.parameter_errors if one.parameter == "aux_power_w"]
+    assert error.ci95[0] < car.aux_power_w < error.ci95[1]
+    assert "a constant offset of the recorded current" in error.aliases
+    assert found.parameters["aux_power_w"] == pytest.approx(car.aux_power_w, abs=120.0)
+
+
+def test_causes_that_drives_cannot_tell_apart_are_not_chosen_between(car):
+    """On the motorway without a stop, heat that a cold cabin takes and drag of cold air differ in nothing."""
+
+    def steady(number):
+        rng = np.random.default_rng(500 + number)
+        time = np.arange(900.0)
+        speed = np.full(900, 25.0) + 0.3 * np.sin(time / 40.0 + number)
+        ambient_c = float(rng.uniform(-15.0, 25.0))
+        plain = Recording(
+            f"M{number}", time, speed, np.zeros_like(time), ambient_k=np.full(time.size, 273.15 + ambient_c)
+        )
+        power = replay(car, plain.profile()).power_w
+        at = np.append(power, power[-1]) * rng.normal(1.0, 0.01, 900) + 20.0 * rng.normal()
+        return replace(
+            plain, power_w=at + car.road_load_c_n_per_mps2 * 25.0**3 / 0.92 * (293.15 / (273.15 + ambient_c) - 1.0)
+        )
+
+    found = diagnose([steady(number) for number in range(16)], car)
+    assert found.verdict is Verdict.CANNOT_TELL
+    (one,) = found.findings
+    families = {one.family, *(other.family for other in one.ambiguous_with)}
+    assert {Family.AERODYNAMIC, Family.ROLLING} <= families
+    assert one.separating_recording
+
+
+def test_a_draw_of_no_known_kind_is_reported_where_it_is(car):
+    def between(time, ambient_c, plain, steps):
+        del ambient_c, steps
+        return np.where((plain.elevation_m > 505.0) & (plain.elevation_m < 528.0), 2500.0, 0.0) + 0.0 * time
+
+    found = diagnose([drive(car, number, between) for number in range(16)], car)
+    assert found.verdict is Verdict.UNEXPLAINED
+    assert found.findings == ()
+    first = found.unexplained[0]
+    assert first.axis == "altitude"
+    assert min(first.high, 528.0) - max(first.low, 505.0) > 10.0
+    assert first.p < 0.05
+
+
+def test_few_trips_carry_no_conclusion(car):
+    found = diagnose([drive(car, number, heater) for number in range(4)], car)
+    assert found.verdict is Verdict.TOO_FEW_TRIPS
+    assert "at least 6" in found.text
+    assert found.findings == found.parameter_errors == found.unexplained == ()
+    assert len(found.trips) == 4
+
+
+def test_bad_orders_are_named(car):
+    one = drive(car, 1)
+    with pytest.raises(DiagnosisError, match="0 recordings"):
+        diagnose([], car)
+    with pytest.raises(DiagnosisError, match="'T1' is there 2 times"):
+        diagnose([one, one], car)
+    with pytest.raises(DiagnosisError, match="held-out trip 'T9'"):
+        diagnose([one], car, held_out=["T9"])
+    with pytest.raises(DiagnosisError, match="seed is -1"):
+        DiagnosisSettings(seed=-1)
+    with pytest.raises(DiagnosisError, match="window_s is 1"):
+        DiagnosisSettings(window_s=1.0)
+
+
+def test_progress_rises_and_a_cancelled_diagnosis_stops(car):
+    drives = [drive(car, number) for number in range(8)]
+    seen: list[tuple[str, float]] = []
+    diagnose(drives, car, progress=lambda stage, share: seen.append((stage, share)))
+    shares = [share for _, share in seen]
+    assert shares == sorted(shares)
+    assert shares[0] == 0.0
+    assert shares[-1] < 1.0
+    with pytest.raises(DiagnosisCancelled):
+        diagnose(drives, car, cancelled=lambda: True)
+
+
+def test_the_same_drives_give_the_same_answer(heated, car):
+    drives, found = heated
+    again = diagnose(drives, car, held_out=("T3", "T8", "T12"))
+    assert json.dumps(as_json(again)) == json.dumps(as_json(found))

@@ -1,0 +1,89 @@
+"""What no effect explains is found where it was put, and only there."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from diagnosis.noise import KERNELS, Noise
+from diagnosis.scan import boxes, cell_centre_deg, cell_of, in_box, scan, strongest
+from diagnosis.windows import Windows
+
+VARIANCE = np.zeros(len(KERNELS))
+VARIANCE[0] = 300.0**2
+NOISE = Noise(VARIANCE, 10.0)
+TRIPS, WINDOWS = 14, 90
+
+
+def trip(number, draw):
+    """Fifteen minutes over hills around one town; draw: power beyond the model's by altitude [W]."""
+    rng = np.random.default_rng(number)
+    phase = rng.uniform(0.0, 6.0)
+    angle = np.linspace(0.0, 5.0, WINDOWS) + phase
+    altitude = 500.0 + 250.0 * np.sin(angle) + rng.normal(0.0, 3.0, WINDOWS)
+    speed = np.abs(12.0 + 8.0 * np.sin(3.1 * angle) + rng.normal(0.0, 2.0, WINDOWS))
+    simulated = 10.0 * (400.0 * speed)
+    seconds = np.full(WINDOWS, 10.0)
+    return Windows(
+        trip_id=f"T{number}", ambient_k=280.0 + number, begin_s=10.0 * np.arange(WINDOWS), duration_s=seconds,
+        distance_m=10.0 * speed, standing_s=np.zeros(WINDOWS),
+        measured_j=simulated + 10.0 * (draw(altitude) + rng.normal(0.0, 300.0, WINDOWS)),
+        simulated_j=simulated, dynamic_w=400.0 * speed,
+        places={
+            "altitude_m": altitude, "latitude_deg": 42.5 + 0.02 * np.cos(angle),
+            "longitude_deg": 1.5 + 0.02 * np.sin(angle),
+        },
+        names=("constant", "road_load_a_n", "road_load_c_n_per_mps2"),
+        columns_j=np.column_stack((seconds, 10.0 * speed, 10.0 * speed**3)),
+    )  # fmt: skip
+
+
+def scanned(trips, seed=1):
+    base = [one.columns_j / 10.0 for one in trips]
+    roots = [NOISE.root(one) for one in trips]
+    return scan(trips, roots, base, np.zeros(3), np.zeros(3), np.ones(len(trips)), seed, boxes(trips))
+
+
+def test_a_draw_between_two_altitudes_is_located_and_sized():
+    trips = [trip(k, lambda z: 1500.0 * ((z > 560.0) & (z < 680.0))) for k in range(TRIPS)]
+    found = strongest(scanned(trips), trips, 3.0)
+    assert found is not None
+    assert found.box.axis == "altitude"
+    assert (found.box.low, found.box.high) == pytest.approx((560.0, 680.0), abs=35.0)
+    assert found.low_w < 1500.0 < found.high_w * 1.15
+    assert found.p < 0.01
+    assert len(found.trips) >= 10
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_nothing_is_found_where_nothing_is(seed):
+    trips = [trip(100 * seed + k, lambda z: 0.0 * z) for k in range(TRIPS)]
+    assert strongest(scanned(trips, seed + 1), trips, 3.0) is None
+
+
+def test_windows_of_another_trip_lie_in_the_box_by_its_bounds():
+    trips = [trip(k, lambda z: 0.0 * z) for k in range(TRIPS)]
+    found, columns = boxes(trips)
+    for k in (0, len(found) // 2, len(found) - 1):
+        inside = in_box(found[k], trips[3])
+        assert np.abs(inside - columns[3][:, k]).sum() <= 1.0  # the highest of all windows lies on a bound
+
+
+def test_boxes_reach_several_trips_and_leave_something_outside():
+    trips = [trip(k, lambda z: 0.0 * z) for k in range(TRIPS)]
+    found, columns = boxes(trips, frozenset(("speed",)))
+    assert "speed" not in {one.axis for one in found}
+    assert {"altitude", "since_start", "place"} <= {one.axis for one in found}
+    inside = np.vstack(columns)
+    assert bool(((inside == 0.0) | (inside == 1.0)).all())
+    reached = np.sum([column.any(axis=0) for column in columns], axis=0)
+    assert int(reached.min()) >= 4
+
+
+def test_a_map_cell_is_about_as_long_as_wide_and_knows_its_centre():
+    latitude, longitude = np.array([42.5123, -30.03]), np.array([1.5321, -51.2])
+    for number, lat, lon in zip(cell_of(latitude, longitude).tolist(), latitude, longitude, strict=True):
+        centre = cell_centre_deg(number)
+        assert centre[0] == pytest.approx(lat, abs=0.0012)
+        assert centre[1] == pytest.approx(lon, abs=0.0018)
+        assert int(cell_of(np.array([centre[0]]), np.array([centre[1]]))[0]) == number
