@@ -50,7 +50,7 @@ bench: $(VENV)/.runtime ## Print the benchmarks
 lock: $(VENV)/.created ## Resolve the dependencies anew into both lock files
 	$(PIP) install --quiet uv
 	$(LOCK) --upgrade --extra build --output-file requirements.lock
-	$(LOCK) --upgrade --extra build --extra dev --constraints requirements.lock --output-file requirements-dev.lock
+	$(LOCK) --upgrade --extra build --extra dev --extra proof --constraints requirements.lock --output-file requirements-dev.lock
 
 clean: ## Remove the environment, caches and build output
 	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

@@ -12,6 +12,7 @@ from rich.console import Console
 from typer.core import TyperGroup
 
 from app.commands.compare import comparing
+from app.commands.diagnose import diagnosing
 from app.commands.graphs import graphs, making
 from app.commands.output import CommandError, GraphOption, service_for
 from app.commands.queries import queries
@@ -52,6 +53,7 @@ class ReportingGroup(TyperGroup):
 cli = typer.Typer(cls=ReportingGroup, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 cli.add_typer(queries)
 cli.add_typer(comparing)
+cli.add_typer(diagnosing)
 cli.add_typer(making)
 cli.add_typer(vehicles, name="vehicles")
 cli.add_typer(graphs, name="graphs")

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from app.conversions.conditions import conditions_from, vehicle_with_effects
+from app.conversions.conditions import conditions_from
 from app.schemas.simulation import DEFAULT_STOPS, SimulationModel
 from energy.chain import Chain, LinkModel, StopRule, simulate_chain
 from energy.consumption_table import ConsumptionTableVehicle
@@ -29,13 +29,17 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Course:
-    """Links to be driven, the vehicle with the effects that apply, and the conditions; spans and graph of a graph."""
+    """Links to be driven, the vehicle with the effects that apply, and the conditions; spans and graph of a graph.
+
+    warnings: what is to be said with the answer.
+    """
 
     chain: Chain
     vehicle: AnyVehicle
     conditions: Conditions
     spans: Sequence[LinkSpan] = ()
     graph: RoadGraph | None = None
+    warnings: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,9 +56,10 @@ def course_of(
     sent: SimulateRequest,
     spans: Sequence[LinkSpan] = (),
     graph: RoadGraph | None = None,
+    warnings: tuple[str, ...] = (),
 ) -> Course:
-    """The course of a request; raises ConditionsError where vehicle and effects do not go together."""
-    return Course(chain, vehicle_with_effects(vehicle, sent.effects), conditions_from(sent.conditions), spans, graph)
+    """The course of a request; vehicle: with the effects of the request."""
+    return Course(chain, vehicle, conditions_from(sent.conditions), spans, graph, warnings)
 
 
 def stops_of(sent: SimulateRequest) -> StopRule:

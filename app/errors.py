@@ -13,9 +13,28 @@ from pydantic import JsonValue, ValidationError
 from starlette.exceptions import HTTPException
 
 from app.conversions.simulation import ChainLinkError
+from app.diagnosing.errors import (
+    DiagnosisInterruptedError,
+    DiagnosisNotDoneError,
+    MalformedFormError,
+    SourceError,
+    TooManyDiagnosesError,
+    UnsupportedMediaTypeError,
+    UnusableRecordingsError,
+)
+from app.schemas.learned_effects import EFFECTS_BRANCH, EFFECTS_ID_BRANCH
 from app.schemas.problem import ErrorCode, FieldProblem, Problem
 from app.schemas.vehicle import ID_BRANCH, PHYSICAL_BRANCH, TABLE_BRANCH
-from app.store.errors import DatabaseUnavailableError, VehicleDamagedError, VehicleIsBundledError
+from app.store.errors import (
+    DatabaseUnavailableError,
+    DiagnosisDamagedError,
+    DiagnosisNotFoundError,
+    EffectsNotFoundError,
+    VehicleDamagedError,
+    VehicleIsBundledError,
+)
+from diagnosis.errors import DiagnosisError
+from diagnosis.holdout import HoldoutError
 from energy.errors import ConditionsError, LinkError, VehicleError, VehicleNotFoundError
 from routing.errors import (
     GraphNotFoundError,
@@ -69,12 +88,21 @@ class Kind:
 KINDS: Final[Mapping[ErrorCode, Kind]] = {
     ErrorCode.INVALID_REQUEST: Kind(422, "A field of the request is missing, unknown or out of range"),
     ErrorCode.MALFORMED_JSON: Kind(422, "The request body can't be read as JSON"),
+    ErrorCode.MALFORMED_FORM: Kind(422, "The request body can't be read as a form with files"),
+    ErrorCode.UNSUPPORTED_MEDIA_TYPE: Kind(415, "The request body is of a kind that is not read"),
     ErrorCode.INVALID_VEHICLE: Kind(422, "The vehicle's numbers contradict each other"),
     ErrorCode.INVALID_LINK: Kind(422, "A link can't be driven, or not after the link before it"),
     ErrorCode.INVALID_CONDITIONS: Kind(422, "The conditions do not go together, or not with this vehicle"),
     ErrorCode.ENERGY_GAIN: Kind(422, "The chosen link model gains energy on a round trip"),
     ErrorCode.UNKNOWN_VEHICLE: Kind(404, "No vehicle of that id"),
     ErrorCode.UNKNOWN_GRAPH: Kind(404, "No graph of that name"),
+    ErrorCode.UNKNOWN_EFFECTS: Kind(404, "No learned effects of that id"),
+    ErrorCode.UNKNOWN_DIAGNOSIS: Kind(404, "No diagnosis of that id"),
+    ErrorCode.DIAGNOSIS_NOT_DONE: Kind(409, "Only a diagnosis that is done has this"),
+    ErrorCode.DIAGNOSIS_DAMAGED: Kind(409, "The stored diagnosis can't be read"),
+    ErrorCode.UNUSABLE_RECORDINGS: Kind(422, "None of the recordings can be used"),
+    ErrorCode.DIAGNOSIS_FAILED: Kind(422, "The recordings can't be diagnosed"),
+    ErrorCode.DIAGNOSIS_INTERRUPTED: Kind(503, "The diagnosis was interrupted"),
     ErrorCode.POINT_OUTSIDE_MAP: Kind(404, "A place is outside the map"),
     ErrorCode.POINT_FAR_FROM_ROAD: Kind(404, "A place is too far from any road"),
     ErrorCode.NO_PATH: Kind(404, "No road leads to the goal"),
@@ -83,6 +111,7 @@ KINDS: Final[Mapping[ErrorCode, Kind]] = {
     ErrorCode.NOT_FOUND: Kind(404, "Nothing at this address"),
     ErrorCode.METHOD_NOT_ALLOWED: Kind(405, "This address has no such method"),
     ErrorCode.BODY_TOO_LARGE: Kind(413, "The request body is too large"),
+    ErrorCode.TOO_MANY_DIAGNOSES: Kind(429, "Too many diagnoses are waiting"),
     ErrorCode.SEARCH_LIMIT: Kind(503, "The search grew beyond its limit"),
     ErrorCode.TIME_LIMIT: Kind(503, "The answer took longer than allowed"),
     ErrorCode.DATABASE_UNAVAILABLE: Kind(503, "The vehicle database can't be reached or written"),
@@ -118,7 +147,7 @@ def _damaged_fields(error: VehicleDamagedError) -> list[FieldProblem]:
     return [_field("vehicle", error.vehicle_id, "a stored vehicle that can be read")]
 
 
-def _conditions_fields(error: ConditionsError) -> list[FieldProblem]:
+def _named_fields(error: ConditionsError | SourceError | HoldoutError) -> list[FieldProblem]:
     return [_field(error.field, error.value, error.allowed)]
 
 
@@ -165,6 +194,26 @@ def _body_fields(error: BodyTooLargeError) -> list[FieldProblem]:
     return [_field("", None, f"at most {error.limit_bytes} bytes")]
 
 
+def _unknown_effects_fields(error: EffectsNotFoundError) -> list[FieldProblem]:
+    return [_field("effects", error.effects_id, "the id of a finished diagnosis, or an object")]
+
+
+def _diagnosis_id_fields(error: DiagnosisNotFoundError | DiagnosisDamagedError) -> list[FieldProblem]:
+    return [_field("id", error.diagnosis_id, "the id of a diagnosis that can be read")]
+
+
+def _not_done_fields(error: DiagnosisNotDoneError) -> list[FieldProblem]:
+    return [_field("id", error.diagnosis_id, f"a diagnosis that is done, this is {error.state}")]
+
+
+def _unusable_fields(error: UnusableRecordingsError) -> list[FieldProblem]:
+    return [_field("recordings", one.file, one.error) for one in error.refused[:MAX_FIELDS]]
+
+
+def _media_type_fields(error: UnsupportedMediaTypeError) -> list[FieldProblem]:
+    return [_field("Content-Type", error.media_type, "multipart/form-data, application/json")]
+
+
 def _no_fields(error: Exception) -> list[FieldProblem]:
     return []
 
@@ -175,7 +224,7 @@ TABLE: Final[Mapping[type[Exception], tuple[ErrorCode, Callable[[Any], list[Fiel
     VehicleIsBundledError: (ErrorCode.VEHICLE_IS_BUNDLED, _bundled_fields),
     VehicleDamagedError: (ErrorCode.VEHICLE_DAMAGED, _damaged_fields),
     DatabaseUnavailableError: (ErrorCode.DATABASE_UNAVAILABLE, _no_fields),
-    ConditionsError: (ErrorCode.INVALID_CONDITIONS, _conditions_fields),
+    ConditionsError: (ErrorCode.INVALID_CONDITIONS, _named_fields),
     ChainLinkError: (ErrorCode.INVALID_LINK, _chain_link_fields),
     LinkError: (ErrorCode.INVALID_LINK, _link_fields),
     GraphNotFoundError: (ErrorCode.UNKNOWN_GRAPH, _unknown_graph_fields),
@@ -185,6 +234,18 @@ TABLE: Final[Mapping[type[Exception], tuple[ErrorCode, Callable[[Any], list[Fiel
     NoPathError: (ErrorCode.NO_PATH, _no_fields),
     NegativeCycleError: (ErrorCode.ENERGY_GAIN, _energy_gain_fields),
     SearchLimitError: (ErrorCode.SEARCH_LIMIT, _search_limit_fields),
+    EffectsNotFoundError: (ErrorCode.UNKNOWN_EFFECTS, _unknown_effects_fields),
+    DiagnosisNotFoundError: (ErrorCode.UNKNOWN_DIAGNOSIS, _diagnosis_id_fields),
+    DiagnosisDamagedError: (ErrorCode.DIAGNOSIS_DAMAGED, _diagnosis_id_fields),
+    DiagnosisNotDoneError: (ErrorCode.DIAGNOSIS_NOT_DONE, _not_done_fields),
+    SourceError: (ErrorCode.INVALID_REQUEST, _named_fields),
+    HoldoutError: (ErrorCode.INVALID_REQUEST, _named_fields),
+    DiagnosisError: (ErrorCode.DIAGNOSIS_FAILED, _no_fields),
+    UnusableRecordingsError: (ErrorCode.UNUSABLE_RECORDINGS, _unusable_fields),
+    DiagnosisInterruptedError: (ErrorCode.DIAGNOSIS_INTERRUPTED, _no_fields),
+    TooManyDiagnosesError: (ErrorCode.TOO_MANY_DIAGNOSES, _no_fields),
+    MalformedFormError: (ErrorCode.MALFORMED_FORM, _no_fields),
+    UnsupportedMediaTypeError: (ErrorCode.UNSUPPORTED_MEDIA_TYPE, _media_type_fields),
     TimeLimitError: (ErrorCode.TIME_LIMIT, _time_limit_fields),
     NotReadyError: (ErrorCode.NOT_READY, _no_fields),
     BodyTooLargeError: (ErrorCode.BODY_TOO_LARGE, _body_fields),
@@ -199,7 +260,10 @@ HTTP_CODES: Final[Mapping[int, ErrorCode]] = {
 
 # parts of a location that name a branch of a union, not a field
 BRANCHES: Final = frozenset(
-    {"named", "pair", ID_BRANCH, PHYSICAL_BRANCH, TABLE_BRANCH, "metric", "epa", "count", "values", "[key]"}
+    {
+        *("named", "pair", "metric", "epa", "count", "values", "[key]"),
+        *(ID_BRANCH, PHYSICAL_BRANCH, TABLE_BRANCH, EFFECTS_ID_BRANCH, EFFECTS_BRANCH),
+    }
 )
 
 
@@ -246,7 +310,7 @@ def problem_response(error: Exception, instance: str, headers: Mapping[str, str]
     """The HTTP answer for an error."""
     problem = problem_of(error, instance)
     sent = dict(headers or {})
-    if problem.status == 503:
+    if problem.status in (429, 503):
         sent.setdefault("Retry-After", "5")
     return Response(problem_bytes(problem), problem.status, sent, media_type=PROBLEM_TYPE)
 

@@ -17,8 +17,10 @@ from starlette.responses import RedirectResponse
 from app import VERSION
 from app.body_limit import BodyLimit
 from app.deadline import DeadlinePool
+from app.diagnosing.use_cases import Diagnoses
 from app.errors import PROBLEM_TYPE, install_error_handlers
-from app.routes import graphs, health, range, route, simulate, vehicles
+from app.routes import diagnoses, graphs, health, range, route, simulate, vehicles
+from app.schemas.diagnosis import DiagnosisRequest
 from app.schemas.route import RouteFeatureCollection
 from app.service import Service
 from app.settings import Settings
@@ -32,7 +34,15 @@ physics.
 Numbers carry their unit in their name. States of charge are fractions 0..1. Energy is positive when it leaves the
 battery. Errors are problem details (RFC 9457) with a stable `code`; every answer names the data that it rests on.
 """
-ROUTERS: Final = (route.router, range.router, simulate.router, vehicles.router, graphs.router, health.router)
+ROUTERS: Final = (
+    route.router,
+    range.router,
+    simulate.router,
+    vehicles.router,
+    diagnoses.router,
+    graphs.router,
+    health.router,
+)
 # the bundled pages need inline scripts; nothing may come from another host
 PAGE_POLICY: Final = (
     "default-src 'self'; script-src 'self' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; "
@@ -51,12 +61,14 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
             running = Service(chosen)
             running.load_all()
         pool = DeadlinePool(chosen.search_threads, chosen.time_limit_s)
-        app.state.service, app.state.pool = running, pool
+        running_diagnoses = Diagnoses(running)
+        app.state.service, app.state.pool, app.state.diagnoses = running, pool, running_diagnoses
         try:
             yield
         finally:
-            app.state.service = app.state.pool = None
+            app.state.service = app.state.pool = app.state.diagnoses = None
             pool.close()
+            running_diagnoses.close()
             if service is None:
                 running.close()
 
@@ -85,7 +97,7 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
         return response
 
     install_error_handlers(app, allowed_methods)
-    app.add_middleware(BodyLimit, limit_bytes=chosen.body_limit_bytes)
+    app.add_middleware(BodyLimit, limit_bytes=chosen.body_limit_bytes, upload_limit_bytes=chosen.diagnosis_limit_bytes)
     app.add_middleware(GZipMiddleware, minimum_size=1000, compresslevel=5)
     app.add_middleware(
         CORSMiddleware,
@@ -114,7 +126,7 @@ def allowed_methods(path: str) -> set[str]:
 
 
 def openapi_document(app: FastAPI) -> dict[str, Any]:
-    """The OpenAPI document, with problems under their own media type and the GeoJSON form of routes."""
+    """The OpenAPI document, with problems under their own media type and the schemas that only extensions name."""
     document = get_openapi(
         title=app.title,
         version=app.version,
@@ -124,7 +136,10 @@ def openapi_document(app: FastAPI) -> dict[str, Any]:
         routes=app.routes,
         separate_input_output_schemas=False,
     )
-    _, extra = models_json_schema([(RouteFeatureCollection, "validation")], ref_template="#/components/schemas/{model}")
+    _, extra = models_json_schema(
+        [(RouteFeatureCollection, "validation"), (DiagnosisRequest, "validation")],
+        ref_template="#/components/schemas/{model}",
+    )
     schemas = document["components"]["schemas"]
     for name, schema in extra["$defs"].items():
         schemas.setdefault(name, schema)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import logging
 from contextlib import contextmanager
+from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
 from app.atlas import Atlas, graph_folders
+from app.conversions.conditions import vehicle_with_effects
 from app.conversions.graph import graph_detail, graph_summary
 from app.conversions.range import range_features, range_query
 from app.conversions.route import route_features, route_query, route_response
@@ -14,12 +16,14 @@ from app.conversions.simulation import chain_from_numbers, chain_link_error, sim
 from app.conversions.vehicle_check import vehicle_check
 from app.driving import course_of, drive, profiles, warm_up
 from app.fleet import Fleet
+from app.learned import LearnedEffectsShelf, warnings_of
 from app.schemas.graph import GraphDetail, GraphList
 from app.schemas.range import RangeFeatureCollection, RangeRequest
 from app.schemas.route import RouteFeatureCollection, RouteRequest, RouteResponse
 from app.schemas.simulation import SimulateRequest, SimulateResponse
 from app.schemas.vehicle_check import VehicleChecks
 from app.store.database import Database
+from app.store.diagnoses import LearnedEffectsStore
 from app.store.errors import DatabaseUnavailableError
 from app.store.vehicles import VehicleStore
 from energy.errors import LinkError
@@ -56,6 +60,7 @@ class Service:
         self.vehicles: Mapping[str, AnyVehicle] = load_vehicles(settings.vehicle_dir)  # the bundled ones
         self.database = Database(settings.database_url)
         self.fleet = Fleet(self.vehicles, VehicleStore(self.database), settings.default_vehicle)
+        self.learned = LearnedEffectsShelf(LearnedEffectsStore(self.database))
 
     def load_all(self) -> None:
         """Load every graph, compile the kernels and bring the database up to date.
@@ -92,13 +97,15 @@ class Service:
         return route_features(answer, understood, planner.graph)
 
     def _answered_route(self, sent: RouteRequest) -> tuple[RouteAnswer, RouteRequest, Planner]:
-        planner, vehicle, understood = self._understood(sent)
-        return planner.route(route_query(understood, vehicle)), understood, planner
+        planner, vehicle, understood, warnings = self._understood(sent)
+        answer = planner.route(route_query(understood, vehicle))
+        return replace(answer, warnings=(*warnings, *answer.warnings)), understood, planner
 
     def range(self, sent: RangeRequest) -> RangeFeatureCollection:
         """The reachable area for a request."""
-        planner, vehicle, understood = self._understood(sent)
-        return range_features(planner.range(range_query(understood, vehicle)), understood, planner.graph)
+        planner, vehicle, understood, warnings = self._understood(sent)
+        answer = planner.range(range_query(understood, vehicle))
+        return range_features(replace(answer, warnings=(*warnings, *answer.warnings)), understood, planner.graph)
 
     def simulate(self, sent: SimulateRequest) -> SimulateResponse:
         """What driving given links takes."""
@@ -116,13 +123,13 @@ class Service:
     def _course(self, sent: SimulateRequest) -> tuple[Course, SimulateRequest]:
         """What is to be driven, and the request with its defaults filled in."""
         if sent.chain is not None:
-            vehicle, choice = self._vehicle(sent.vehicle)
+            vehicle, choice, warnings = self._vehicle_with_effects(sent)
             chain = chain_from_numbers(sent.chain, StopSettings())
-            return course_of(chain, vehicle, sent), sent.model_copy(update={"vehicle": choice})
-        planner, vehicle, understood = self._understood(sent)
+            return course_of(chain, vehicle, sent, warnings=warnings), sent.model_copy(update={"vehicle": choice})
+        planner, vehicle, understood, warnings = self._understood(sent)
         spans = spans_from_links(understood.links or [], planner.graph)
         chain = planner.chain(spans, StopSettings())
-        return course_of(chain, vehicle, sent, spans, planner.graph), understood
+        return course_of(chain, vehicle, sent, spans, planner.graph, warnings), understood
 
     def list_vehicles(self) -> VehicleList:
         """All vehicles."""
@@ -160,13 +167,21 @@ class Service:
         """One graph with its extent."""
         return graph_detail(self.atlas.planner(name).graph, self.settings.default_graph)
 
-    def _understood(self, sent: Asked) -> tuple[Planner, AnyVehicle, Asked]:
-        """Planner and vehicle of a request, and the request with its defaults filled in."""
-        vehicle, choice = self._vehicle(sent.vehicle)
+    def _understood(self, sent: Asked) -> tuple[Planner, AnyVehicle, Asked, tuple[str, ...]]:
+        """Planner and vehicle of a request, the request with its defaults filled in, and warnings."""
+        vehicle, choice, warnings = self._vehicle_with_effects(sent)
         graph = sent.graph if sent.graph is not None else self.settings.default_graph
-        return self.atlas.planner(graph), vehicle, sent.model_copy(update={"vehicle": choice, "graph": graph})
+        understood = sent.model_copy(update={"vehicle": choice, "graph": graph})
+        return self.atlas.planner(graph), vehicle, understood, warnings
 
-    def _vehicle(self, choice: VehicleChoice | None) -> tuple[AnyVehicle, VehicleChoice]:
+    def _vehicle_with_effects(self, sent: Asked) -> tuple[AnyVehicle, VehicleChoice, tuple[str, ...]]:
+        """The vehicle of a request with the effects that it asks for, the choice of it, and warnings."""
+        vehicle, choice = self.chosen_vehicle(sent.vehicle)
+        effects = self.learned.chosen(sent.effects)
+        return vehicle_with_effects(vehicle, effects), choice, warnings_of(effects, vehicle.id)
+
+    def chosen_vehicle(self, choice: VehicleChoice | None) -> tuple[AnyVehicle, VehicleChoice]:
+        """The vehicle of a choice, the default one without; raises VehicleNotFoundError or VehicleError."""
         if choice is not None and not isinstance(choice, str):
             return self.fleet.from_sent(choice)
         vehicle_id = choice if choice is not None else self.settings.default_vehicle

@@ -46,6 +46,14 @@ class Settings(BaseSettings):
         default=None, ge=1, description="most labels that one search may make; by default in proportion to the graph"
     )
     body_limit_bytes: int = Field(default=4 * 1024 * 1024, ge=1024, description="largest request body [B]")
+    recordings_dir: Path | None = Field(
+        default=None, description="folder whose recordings diagnoses may name; without it, they are uploaded"
+    )
+    diagnosis_limit_bytes: int = Field(
+        default=256 * 1024 * 1024, ge=1024, description="largest sum of the recordings of one diagnosis [B]"
+    )
+    diagnosis_limit_files: int = Field(default=1000, ge=1, le=10_000, description="most recordings of one diagnosis")
+    diagnosis_queue_limit: int = Field(default=8, ge=1, description="most diagnoses that are queued or running")
     time_limit_s: float = Field(default=30.0, gt=0, description="longest wait for an answer [s]")
     search_threads: int = Field(
         default=max(os.cpu_count() or 1, 1), ge=1, description="searches that run at the same time"
@@ -64,6 +72,11 @@ class Settings(BaseSettings):
         except ValueError as error:  # the value may hold a password
             raise refusal("", str(error), DATABASE_FORMS) from error
         return value
+
+    @field_validator("recordings_dir", mode="before")
+    @classmethod
+    def _no_folder_where_empty(cls, value: object) -> object:
+        return None if value == "" else value  # which would be the working directory
 
     @field_validator("graph_dirs", mode="before")
     @classmethod

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
 
 from app import tables
 from app.commands.output import CommandError, JsonOption, service_for, show
+from app.commands.progress import reporter, stage_bars
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Mapping
 
 graphs = typer.Typer(no_args_is_help=True, help="The road networks that requests can name.")
 making = typer.Typer()
@@ -40,8 +40,8 @@ def import_map(
 
     tiles = [*(dem or []), *(more_dem or [])]
     length_m = DEFAULT_SMOOTHING_M if smoothing_m is None else smoothing_m
-    with _progress() as progress:
-        graph = import_region(map_path, tiles, name or out.name, smoothing_m=length_m, progress=_reporter(progress))
+    with stage_bars() as progress:
+        graph = import_region(map_path, tiles, name or out.name, smoothing_m=length_m, progress=reporter(progress))
     save_graph(graph, out)
     _say_written(out, graph.node_count, graph.link_count, graph.meta.dropped)
 
@@ -62,7 +62,7 @@ def synth(
     from routing.graph_files import save_graph
     from routing.synth import synthesize
 
-    with _progress() as progress:
+    with stage_bars() as progress:
         try:
             graph = synthesize(
                 name or out.name,
@@ -70,7 +70,7 @@ def synth(
                 width_km=width_km,
                 height_km=height_km,
                 links_target=links,
-                progress=_reporter(progress),
+                progress=reporter(progress),
             )
         except ValueError as error:
             raise CommandError(str(error)) from error
@@ -102,29 +102,6 @@ def export_graph(
     service = service_for(name)
     write_graphml(service.atlas.planner(service.settings.default_graph).graph, out)
     Console(stderr=True).print(f"{out} written", highlight=False)
-
-
-def _progress() -> Progress:
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        TextColumn("{task.percentage:>3.0f} %"),
-        TimeElapsedColumn(),
-    )
-    console = Console(stderr=True)
-    return Progress(*columns, console=console, disable=not console.is_terminal)
-
-
-def _reporter(progress: Progress) -> Callable[[str, float], None]:
-    """Draws one bar a stage."""
-    bars: dict[str, TaskID] = {}
-
-    def report(stage: str, done: float) -> None:
-        if stage not in bars:
-            bars[stage] = progress.add_task(stage, total=1.0)
-        progress.update(bars[stage], completed=done)
-
-    return report
 
 
 def _say_written(out: Path, nodes: int, links: int, dropped: Mapping[str, int]) -> None:

@@ -13,6 +13,7 @@ import typer
 from rich.console import Console
 
 from app import tables
+from app.commands.effects import EffectsOption, effects_choice
 from app.commands.json_files import json_in
 from app.commands.output import GraphOption, JsonOption, print_json, print_notes, service_for
 from routing.errors import QueryError
@@ -47,6 +48,7 @@ def route(
     link_model: LinkModelOption = "integrated",
     stops: StopsOption = "expected",
     condition: ConditionOption = None,
+    effects: EffectsOption = None,
     uncertainty: UncertaintyOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -67,6 +69,7 @@ def route(
             "link_model": link_model,
             "stops": stops,
             "conditions": _conditions(condition),
+            "effects": effects_choice(effects),
             "uncertainty": uncertainty,
         }
     )
@@ -95,6 +98,7 @@ def reachable(
     link_model: LinkModelOption = "integrated",
     stops: StopsOption = "expected",
     condition: ConditionOption = None,
+    effects: EffectsOption = None,
     uncertainty: UncertaintyOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -113,6 +117,7 @@ def reachable(
             "link_model": link_model,
             "stops": stops,
             "conditions": _conditions(condition),
+            "effects": effects_choice(effects),
             "uncertainty": uncertainty,
         }
     )
@@ -142,6 +147,7 @@ def simulate(
     plot: Annotated[
         Path | None, typer.Option(metavar="FILE.png", help="draw the speed along the way by both models")
     ] = None,
+    effects: EffectsOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Energy and time of driving given links."""
@@ -150,7 +156,7 @@ def simulate(
     if plot is not None and plot.suffix.lower() != ".png":
         raise QueryError("plot", repr(str(plot)), "a file name that ends in .png")
     body = json_in(source)
-    asked = {"model": model, "stops": stops, "profile": profile or None}
+    asked = {"model": model, "stops": stops, "profile": profile or None, "effects": effects_choice(effects)}
     if isinstance(body, dict):
         body |= {name: value for name, value in asked.items() if value is not None}
     service = service_for(None)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from app.conversions.conditions import conditions_from, vehicle_with_effects
+from app.conversions.conditions import conditions_from
 from app.conversions.graph import terrain_note
 from app.conversions.place import place_feature, point_from_place, positions
 from app.conversions.route import search_stats
@@ -42,12 +42,16 @@ def request_from_parameters(sent: RangeParameters) -> RangeRequest:
         link_model=sent.link_model,
         stops=sent.stops,
         conditions=ConditionsSent(**given) if given else None,
+        effects=sent.effects,
         uncertainty=sent.uncertainty,
     )
 
 
 def range_query(sent: RangeRequest, vehicle: AnyVehicle) -> RangeQuery:
-    """What the planner is asked; a count of bands becomes that many, evenly spaced from the reserve upwards."""
+    """What the planner is asked; a count of bands becomes that many, evenly spaced from the reserve upwards.
+
+    vehicle: with the effects of the request.
+    """
     if isinstance(sent.bands, int):
         step = (sent.soc - sent.reserve_soc) / sent.bands
         bands = tuple(sent.reserve_soc + k * step for k in range(1, sent.bands) if step > 0.0)
@@ -56,7 +60,7 @@ def range_query(sent: RangeRequest, vehicle: AnyVehicle) -> RangeQuery:
     return RangeQuery(
         origin=point_from_place(sent.origin),
         soc_frac=sent.soc,
-        vehicle=vehicle_with_effects(vehicle, sent.effects),
+        vehicle=vehicle,
         reserve_soc_frac=sent.reserve_soc,
         bands_soc_frac=bands,
         link_model=sent.link_model,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from app.conversions.conditions import conditions_from, vehicle_with_effects
+from app.conversions.conditions import conditions_from
 from app.conversions.graph import terrain_note
 from app.conversions.place import lat_lon, place_feature, point_from_place, positions, snapped
 from app.schemas.place import LineString
@@ -44,12 +44,12 @@ CUSTOM: Final = "custom"
 
 
 def route_query(sent: RouteRequest, vehicle: AnyVehicle) -> RouteQuery:
-    """What the planner is asked."""
+    """What the planner is asked; vehicle: with the effects of the request."""
     return RouteQuery(
         start=point_from_place(sent.start),
         goal=point_from_place(sent.goal),
         soc_frac=sent.soc,
-        vehicle=vehicle_with_effects(vehicle, sent.effects),
+        vehicle=vehicle,
         reserve_soc_frac=sent.reserve_soc,
         weightings=_weightings(sent),
         link_model=sent.link_model,

@@ -158,7 +158,7 @@ def simulation_answer(driven: Driven, course: Course, sent: SimulateRequest) -> 
             effects=sent.effects,
             profile=sent.profile,
         ),
-        warnings=["the charge falls below 0"] if soc is not None and min(soc) < 0.0 else [],
+        warnings=[*course.warnings, *(["the charge falls below 0"] if soc is not None and min(soc) < 0.0 else [])],
         terrain=None if course.graph is None else terrain_note(course.graph),
     )
 

@@ -55,6 +55,21 @@ ROUTE_REQUESTS: Final[dict[str, Any]] = {
             "weights": {"energy": 1, "time": 5},
         },
     },
+    "learned effects": {
+        "summary": "A cold day, with effects that a diagnosis has learned; they could be named by its id as well",
+        "value": {
+            "start": {"lat": 44.4401, "lon": -36.781},
+            "goal": {"lat": 44.2838, "lon": -36.2298},
+            "soc": 0.9,
+            "vehicle": "hyundai-kona-64",
+            "conditions": {"ambient_c": -5},
+            "effects": {
+                "cabin_ua_w_per_k": 118.4,
+                "parameters": {"aux_power_w": 420},
+                "learned_from": {"vehicle": "bmw-i3-60ah", "trips": 28},
+            },
+        },
+    },
 }
 
 VEHICLE_BODIES: Final[dict[str, Any]] = {
@@ -130,6 +145,17 @@ SIMULATE_REQUESTS: Final[dict[str, Any]] = {
     },
 }
 
+DIAGNOSIS_REQUESTS: Final[dict[str, Any]] = {
+    "referenced": {
+        "summary": "Recordings in a folder on the server, three tenths of the trips kept out of the fit",
+        "value": {"recordings": ["winter"], "vehicle": "bmw-i3-60ah", "holdout_fraction": 0.3},
+    },
+    "hidden": {
+        "summary": "Without the columns that tell of heating",
+        "value": {"recordings": ["winter/*.csv.gz"], "vehicle": "bmw-i3-60ah", "hide": ["*Heat*"], "seed": 7},
+    },
+}
+
 ROUTE_ANSWER: Final = _answer("route")
 ROUTE_FEATURES: Final = _answer("route_geojson")
 RANGE_FEATURES: Final = _answer("range")
@@ -139,3 +165,17 @@ VEHICLE_DETAIL: Final = _answer("vehicle")
 VEHICLE_STORED: Final = _answer("vehicle_stored")
 GRAPH_LIST: Final = _answer("graphs")
 GRAPH_DETAIL: Final = _answer("graph")
+DIAGNOSIS_ANSWER: Final = _answer("diagnosis")
+LEARNED_EFFECTS: Final = _answer("learned_effects")
+_SUMMARY: Final = {
+    name: DIAGNOSIS_ANSWER[name] for name in ("id", "state", "stage", "progress", "vehicle", "created", "links")
+}
+DIAGNOSIS_LIST: Final = {"diagnoses": [_SUMMARY]}
+DIAGNOSIS_QUEUED: Final = {
+    **DIAGNOSIS_ANSWER,
+    "state": "queued",
+    "progress": 0.0,
+    "links": {"self": DIAGNOSIS_ANSWER["links"]["self"], "report": None, "effects": None},
+    "refused": [],
+    "result": None,
+}

@@ -81,6 +81,36 @@ EXAMPLES: Final = {
         "the vehicle database postgresql+psycopg://joulepath:***@db/vehicles is not available: connection refused",
         None,
     ),
+    ErrorCode.MALFORMED_FORM: (
+        "the multipart body can't be read: Missing boundary in multipart.",
+        None,
+    ),
+    ErrorCode.UNSUPPORTED_MEDIA_TYPE: (
+        "Content-Type is 'text/csv', allowed: multipart/form-data, application/json",
+        FieldProblem(field="Content-Type", value="text/csv", allowed="multipart/form-data, application/json"),
+    ),
+    ErrorCode.UNKNOWN_EFFECTS: (
+        "effects '20260301-0c9f2a7b1d4e' are unknown, known: 20260228-5d1e7f90a2b3",
+        FieldProblem(
+            field="effects", value="20260301-0c9f2a7b1d4e", allowed="the id of a finished diagnosis, or an object"
+        ),
+    ),
+    ErrorCode.UNKNOWN_DIAGNOSIS: (
+        "diagnosis '20260301-0c9f2a7b1d4e' is unknown",
+        FieldProblem(field="id", value="20260301-0c9f2a7b1d4e", allowed="the id of a diagnosis that can be read"),
+    ),
+    ErrorCode.DIAGNOSIS_DAMAGED: (
+        "stored diagnosis '20260301-0c9f2a7b1d4e' can't be read: Expecting value; remove it",
+        FieldProblem(field="id", value="20260301-0c9f2a7b1d4e", allowed="the id of a diagnosis that can be read"),
+    ),
+    ErrorCode.DIAGNOSIS_NOT_DONE: (
+        "diagnosis '20260301-0c9f2a7b1d4e' is running, allowed: done",
+        FieldProblem(field="id", value="20260301-0c9f2a7b1d4e", allowed="a diagnosis that is done, this is running"),
+    ),
+    ErrorCode.TOO_MANY_DIAGNOSES: (
+        "8 diagnoses are queued or running already, allowed: at most 8; try again later",
+        None,
+    ),
     ErrorCode.NOT_READY: ("graphs are being loaded and kernels compiled; try again in a moment", None),
 }
 

@@ -24,6 +24,8 @@ SHARED = (
     ErrorCode.ENERGY_GAIN,
     ErrorCode.UNKNOWN_VEHICLE,
     ErrorCode.VEHICLE_DAMAGED,
+    ErrorCode.UNKNOWN_EFFECTS,
+    ErrorCode.DIAGNOSIS_DAMAGED,
     ErrorCode.DATABASE_UNAVAILABLE,
     ErrorCode.UNKNOWN_GRAPH,
     ErrorCode.POINT_OUTSIDE_MAP,

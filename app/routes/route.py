@@ -38,6 +38,8 @@ router = APIRouter(tags=["route"])
             ErrorCode.ENERGY_GAIN,
             ErrorCode.UNKNOWN_VEHICLE,
             ErrorCode.VEHICLE_DAMAGED,
+            ErrorCode.UNKNOWN_EFFECTS,
+            ErrorCode.DIAGNOSIS_DAMAGED,
             ErrorCode.DATABASE_UNAVAILABLE,
             ErrorCode.UNKNOWN_GRAPH,
             ErrorCode.POINT_OUTSIDE_MAP,

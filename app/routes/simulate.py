@@ -30,6 +30,8 @@ router = APIRouter(tags=["simulate"])
             ErrorCode.INVALID_CONDITIONS,
             ErrorCode.UNKNOWN_VEHICLE,
             ErrorCode.VEHICLE_DAMAGED,
+            ErrorCode.UNKNOWN_EFFECTS,
+            ErrorCode.DIAGNOSIS_DAMAGED,
             ErrorCode.DATABASE_UNAVAILABLE,
             ErrorCode.UNKNOWN_GRAPH,
             ErrorCode.BODY_TOO_LARGE,

@@ -9,8 +9,8 @@ from pydantic_core import PydanticCustomError
 
 from app.schemas.base import Answered, Count, Flag, Fraction, Sent, refusal
 from app.schemas.conditions import ConditionsSent, condition_field
-from app.schemas.effects import EffectsSent
 from app.schemas.graph import TerrainNote
+from app.schemas.learned_effects import MAX_EFFECTS_ID_CHARS, EffectsChoice
 from app.schemas.place import MultiPolygonGeometry, Place, PlaceFeature
 from app.schemas.route import SearchStatsAnswer
 from app.schemas.vehicle import VehicleChoice
@@ -64,8 +64,8 @@ class RangeRequest(Sent):
     conditions: ConditionsSent | None = Field(
         default=None, description="weather, load and habits; without it, none of their effects"
     )
-    effects: EffectsSent | None = Field(
-        default=None, description="how strong effects are, instead of the vehicle's own coefficients"
+    effects: EffectsChoice | None = Field(
+        default=None, description="how strong effects are, instead of the vehicle's own; learned ones also by their id"
     )
     uncertainty: Flag = Field(
         default=False, description="true gives each band three times: reached with a probability of 0.1, 0.5 and 0.9"
@@ -128,7 +128,9 @@ class RangeParameters(ConditionsParameters):
     stops: StopRule = Field(
         default=StopRule.EXPECTED, description="stops by expectation, by the source's counters, or none"
     )
-
+    effects: str | None = Field(
+        default=None, max_length=MAX_EFFECTS_ID_CHARS, description="id of a finished diagnosis, whose effects apply"
+    )
     uncertainty: bool = Field(
         default=False, description="true gives each band three times: reached with a probability of 0.1, 0.5 and 0.9"
     )

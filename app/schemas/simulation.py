@@ -9,8 +9,8 @@ from pydantic import Field, model_validator
 
 from app.schemas.base import Answered, Count, Flag, Fraction, Number, Sent, refusal
 from app.schemas.conditions import ConditionsSent
-from app.schemas.effects import EffectsSent
 from app.schemas.graph import TerrainNote
+from app.schemas.learned_effects import EffectsChoice
 from app.schemas.route import EnergyPartsKwh, EnergyPartsWh
 from app.schemas.vehicle import VehicleChoice
 from energy.chain import LinkModel, StopRule
@@ -111,7 +111,9 @@ class SimulateRequest(Sent):
     conditions: ConditionsSent | None = Field(
         default=None, description="weather, load and habits; without it, those of the source"
     )
-    effects: EffectsSent | None = Field(default=None, description="strengths of effects in place of the vehicle's")
+    effects: EffectsChoice | None = Field(
+        default=None, description="how strong effects are, instead of the vehicle's own; learned ones also by their id"
+    )
     profile: Flag = Field(default=False, description="whether the answer has the speed along the way")
 
     @model_validator(mode="after")
@@ -202,7 +204,7 @@ class SimulateEcho(Answered):
     stops: StopRule
     arrive_stopped: bool
     conditions: ConditionsSent | None
-    effects: EffectsSent | None
+    effects: EffectsChoice | None
     profile: bool
 
 

@@ -1,1 +1,1 @@
-"""Vehicles kept in a database: SQLite by default, PostgreSQL by URL."""
+"""Vehicles and diagnoses kept in a database: SQLite by default, PostgreSQL by URL."""

@@ -31,3 +31,30 @@ class VehicleIsBundledError(StoreError):
     def __init__(self, vehicle_id: str) -> None:
         self.vehicle_id = vehicle_id
         super().__init__(f"vehicle {vehicle_id!r} is bundled and can't be changed; store a copy under another id")
+
+
+class DiagnosisNotFoundError(StoreError):
+    """No diagnosis of that id."""
+
+    def __init__(self, diagnosis_id: str) -> None:
+        self.diagnosis_id = diagnosis_id
+        super().__init__(f"diagnosis {diagnosis_id!r} is unknown")
+
+
+class DiagnosisDamagedError(StoreError):
+    """A stored diagnosis, or the effects that it has learned, that can't be read."""
+
+    def __init__(self, diagnosis_id: str, reason: str) -> None:
+        self.diagnosis_id = diagnosis_id
+        self.reason = reason
+        super().__init__(f"stored diagnosis {diagnosis_id!r} can't be read: {reason}; remove it")
+
+
+class EffectsNotFoundError(StoreError):
+    """No learned effects of that id; `known` are the latest there are."""
+
+    def __init__(self, effects_id: str, known: tuple[str, ...]) -> None:
+        self.effects_id = effects_id
+        self.known = known
+        names = ", ".join(known) if known else "none, since no diagnosis is finished"
+        super().__init__(f"effects {effects_id!r} are unknown, known: {names}")

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from datetime import datetime
 
-from sqlalchemy import DateTime, String, Text
+from sqlalchemy import DateTime, Float, String, Text
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 MAX_ID_CHARS = 100
 MAX_KIND_CHARS = 40
+MAX_STATE_CHARS = 20
+MAX_STAGE_CHARS = 100
+MAX_WORKER_CHARS = 300
 
 
 class Base(DeclarativeBase):
@@ -26,3 +29,34 @@ class VehicleRow(Base):
     document: Mapped[str] = mapped_column(Text)  # not a JSON column: a damaged one must not break reading the others
     created: Mapped[datetime] = mapped_column(DateTime(timezone=True))  # UTC
     updated: Mapped[datetime] = mapped_column(DateTime(timezone=True))  # UTC
+
+
+class DiagnosisRow(Base):
+    """One diagnosis: what was asked, how far it is, and what it says; documents are JSON text, the report is HTML."""
+
+    __tablename__ = "diagnoses"
+
+    id: Mapped[str] = mapped_column(String(MAX_ID_CHARS), primary_key=True)
+    state: Mapped[str] = mapped_column(String(MAX_STATE_CHARS))
+    stage: Mapped[str] = mapped_column(String(MAX_STAGE_CHARS))
+    progress_frac: Mapped[float] = mapped_column(Float)
+    worker: Mapped[str] = mapped_column(String(MAX_WORKER_CHARS))  # host and process that carries it out
+    vehicle: Mapped[str] = mapped_column(String(MAX_ID_CHARS))
+    request: Mapped[str] = mapped_column(Text)
+    refused: Mapped[str | None] = mapped_column(Text)
+    problem: Mapped[str | None] = mapped_column(Text)
+    result: Mapped[str | None] = mapped_column(Text)
+    report: Mapped[str | None] = mapped_column(Text)
+    created: Mapped[datetime] = mapped_column(DateTime(timezone=True))  # UTC
+    updated: Mapped[datetime] = mapped_column(DateTime(timezone=True))  # UTC; while it runs, its worker's sign of life
+
+
+class LearnedEffectsRow(Base):
+    """Effects that a finished diagnosis has learned, under its id, as the document that requests take."""
+
+    __tablename__ = "learned_effects"
+
+    id: Mapped[str] = mapped_column(String(MAX_ID_CHARS), primary_key=True)
+    vehicle: Mapped[str] = mapped_column(String(MAX_ID_CHARS))
+    document: Mapped[str] = mapped_column(Text)
+    created: Mapped[datetime] = mapped_column(DateTime(timezone=True))  # UTC

@@ -24,6 +24,7 @@ from app.service import Service
 from app.settings import Settings, default_database_url
 from app.store import database as database_module
 from app.store.database import Database, driver_url
+from app.store.diagnoses import DiagnosisStore
 from app.store.errors import DatabaseUnavailableError
 from app.store.tables import Base
 from app.store.vehicles import VehicleDocument, VehicleStore
@@ -108,6 +109,17 @@ def test_migration_from_nothing_makes_the_tables_that_the_code_describes(tmp_pat
     engine.dispose()
 
 
+def test_migration_of_a_database_of_vehicles_keeps_them_and_adds_diagnoses(tmp_path: Path) -> None:
+    store = VehicleStore(Database(database_in(tmp_path)))
+    store.put(CAR)
+    for table in ("diagnoses", "learned_effects"):
+        run_sql(tmp_path, f"DROP TABLE {table}")
+    run_sql(tmp_path, "UPDATE alembic_version SET version_num = '0001'")
+    later = Database(database_in(tmp_path))
+    assert VehicleStore(later).find(CAR.id) == CAR
+    assert DiagnosisStore(later).all() == []
+
+
 def test_migration_of_a_database_that_is_up_to_date_changes_nothing(tmp_path: Path) -> None:
     VehicleStore(Database(database_in(tmp_path))).put(CAR)
     file = tmp_path / "vehicles.sqlite"
@@ -127,7 +139,7 @@ def test_processes_that_start_at_once_on_no_database_all_find_it_ready(tmp_path:
     started = [subprocess.Popen(command, cwd=root, stderr=subprocess.PIPE, text=True) for _ in range(4)]
     ended = [(process.communicate()[1], process.returncode) for process in started]
     assert ended == [("", 0)] * 4
-    assert run_sql(tmp_path / "new", "SELECT version_num FROM alembic_version") == [("0001",)]
+    assert run_sql(tmp_path / "new", "SELECT version_num FROM alembic_version") == [("0002",)]
 
 
 def test_threads_that_open_a_database_at_once_all_find_it_ready(tmp_path: Path) -> None:

@@ -1,0 +1,1 @@
+"""Diagnoses carried out: in a command, or as jobs of the service."""

@@ -1,0 +1,86 @@
+"""Why a diagnosis can't be begun, carried out or shown, with the facts as attributes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+
+def storable(text: str) -> str:
+    """A text that any file and database takes: recordings may hold lone surrogates and null characters."""
+    return text.encode("utf-8", "replace").decode("utf-8").replace("\0", "\ufffd")
+
+
+@dataclass(frozen=True, slots=True)
+class RefusedFile:
+    """A file that could not be used, and why."""
+
+    file: str
+    error: str
+
+
+class DiagnosingError(Exception):
+    """Root of what this package raises."""
+
+
+class UnusableRecordingsError(DiagnosingError):
+    """None of the files is a recording that can be used."""
+
+    def __init__(self, refused: Sequence[RefusedFile]) -> None:
+        self.refused = tuple(refused)
+        listed = "; ".join(one.error for one in self.refused)
+        super().__init__(f"no recording can be used: {listed}")
+
+
+class SourceError(DiagnosingError):
+    """Files, folders or patterns of recordings that can't be taken: names the field, its value and what is allowed."""
+
+    def __init__(self, field: str, value: object, allowed: str) -> None:
+        self.field = field
+        self.value = value
+        self.allowed = allowed
+        super().__init__(f"{field} is {value!r}, allowed: {allowed}")
+
+
+class TooManyDiagnosesError(DiagnosingError):
+    """So many diagnoses are queued or running that no further one is taken."""
+
+    def __init__(self, limit: int) -> None:
+        self.limit = limit
+        super().__init__(f"{limit} diagnoses are queued or running already, allowed: at most {limit}; try again later")
+
+
+class DiagnosisNotDoneError(DiagnosingError):
+    """Something that only a finished diagnosis has."""
+
+    def __init__(self, diagnosis_id: str, state: str) -> None:
+        self.diagnosis_id = diagnosis_id
+        self.state = state
+        super().__init__(f"diagnosis {diagnosis_id!r} is {state}, allowed: done")
+
+
+class DiagnosisInterruptedError(DiagnosingError):
+    """A diagnosis whose worker stopped before the end."""
+
+    def __init__(self, reason: str) -> None:
+        self.reason = reason
+        super().__init__(f"interrupted: {reason}; send the recordings again")
+
+
+class MalformedFormError(DiagnosingError):
+    """A multipart body that can't be read."""
+
+    def __init__(self, reason: str) -> None:
+        self.reason = reason
+        super().__init__(f"the multipart body can't be read: {reason}")
+
+
+class UnsupportedMediaTypeError(DiagnosingError):
+    """A body of a kind that is not read."""
+
+    def __init__(self, media_type: str) -> None:
+        self.media_type = media_type
+        super().__init__(f"Content-Type is {media_type!r}, allowed: multipart/form-data, application/json")

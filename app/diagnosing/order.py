@@ -1,0 +1,99 @@
+"""A diagnosis from files of recordings to what it says, for the command line and the service alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from app.diagnosing.errors import RefusedFile, UnusableRecordingsError, storable
+from diagnosis.errors import DiagnosisCancelled
+from diagnosis.holdout import drawn_trips, named_trips
+from diagnosis.recordings import read_recordings
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+    from pathlib import Path
+
+    from diagnosis.recordings import Recording
+    from diagnosis.results import Diagnosis
+    from energy.vehicle import Vehicle
+
+    Progress = Callable[[str, float], None]
+
+READING: Final = "reading"
+READING_SHARE: Final = 0.2  # of all the time, about
+
+
+@dataclass(frozen=True, slots=True)
+class DiagnosisOrder:
+    """What is to be diagnosed: files of recordings, the vehicle that drove them, and how they are used.
+
+    hidden: patterns of columns that are dropped while reading. held_out: ids of trips, or patterns of ids, that are
+    kept out of the fit; held_out_frac: and of all trips this share, drawn at random by the seed [-].
+    """
+
+    files: tuple[Path, ...]
+    vehicle: Vehicle
+    hidden: tuple[str, ...] = ()
+    held_out: tuple[str, ...] = ()
+    held_out_frac: float = 0.0
+    seed: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosed:
+    """A diagnosis, the recordings that it rests on, and the files that could not be used."""
+
+    diagnosis: Diagnosis
+    recordings: tuple[Recording, ...]
+    refused: tuple[RefusedFile, ...]
+
+
+def carry_out(
+    order: DiagnosisOrder, progress: Progress | None = None, cancelled: Callable[[], bool] | None = None
+) -> Diagnosed:
+    """Read the recordings, choose what is held out, and diagnose; a file that can't be used is left aside and told.
+
+    progress: called with the name of a stage and the share of the whole that is done. Raises UnusableRecordingsError
+    where no file is left, HoldoutError, other DiagnosisErrors of the engine, and DiagnosisCancelled.
+    """
+    from diagnosis.engine import DiagnosisSettings, diagnose  # takes a while to import, and only here it is needed
+
+    def told(done: int, count: int) -> None:
+        if cancelled is not None and cancelled():
+            raise DiagnosisCancelled(f"cancelled after {done} of {count} files were read")
+        if progress is not None:
+            progress(READING, READING_SHARE * done / count)
+
+    def advanced(stage: str, done: float) -> None:
+        if progress is not None:
+            progress(stage, READING_SHARE + (1.0 - READING_SHARE) * done)
+
+    recordings, errors = read_recordings(order.files, order.hidden, told)
+    refused = tuple(RefusedFile(storable(error.path), storable(str(error))) for error in errors)
+    if not recordings:
+        raise UnusableRecordingsError(refused)
+    diagnosis = diagnose(
+        recordings,
+        order.vehicle,
+        held_out=held_out_trips(recordings, order),
+        settings=DiagnosisSettings(seed=order.seed),
+        progress=advanced,
+        cancelled=cancelled,
+    )
+    return Diagnosed(diagnosis, tuple(recordings), refused)
+
+
+def held_out_trips(recordings: Sequence[Recording], order: DiagnosisOrder) -> frozenset[str]:
+    """Ids of the trips that an order keeps out of the fit; raises HoldoutError."""
+    trip_ids = [one.id for one in recordings]
+    drawn = drawn_trips(trip_ids, [_mean_ambient_k(one) for one in recordings], order.held_out_frac, order.seed)
+    return named_trips(trip_ids, order.held_out) | drawn
+
+
+def _mean_ambient_k(recording: Recording) -> float | None:
+    if recording.ambient_k is None or bool(np.isnan(recording.ambient_k).all()):
+        return None
+    return float(np.nanmean(recording.ambient_k))

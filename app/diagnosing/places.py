@@ -1,0 +1,78 @@
+"""A diagnosis laid upon a graph: what planning got wrong on each trip, and where on the roads differences stay."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from diagnosis.errors import DiagnosisError
+from diagnosis.matching import MapMatcher
+from diagnosis.places import TripResidual, link_features, link_residuals
+from diagnosis.profile_split import profile_split
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from app.diagnosing.order import Diagnosed
+    from diagnosis.matching import Match
+    from diagnosis.results import ProfileSplit, TripTimeline
+    from energy.vehicle import Vehicle
+    from routing.planner import Planner
+
+STAGE: Final = "matching to the graph"
+
+
+@dataclass(frozen=True, slots=True)
+class OnGraph:
+    """A diagnosis with its trips' profiles, GeoJSON text of the residuals on links, and which trips are not on it.
+
+    places: None where no trip is on the graph.
+    """
+
+    diagnosed: Diagnosed
+    places: str | None
+    unmatched: tuple[str, ...]
+
+
+def on_graph(
+    diagnosed: Diagnosed, planner: Planner, vehicle: Vehicle, progress: Callable[[str, float], None]
+) -> OnGraph:
+    """Match the recordings of a diagnosis to a graph.
+
+    Residuals are what was measured less the model with all findings. A recording that can't be matched is left out and
+    told with the reason.
+    """
+    matcher = MapMatcher(planner.graph)
+    timelines = {trip.id: trip.timeline for trip in diagnosed.diagnosis.trips}
+    residuals: list[tuple[TripResidual, Match]] = []
+    splits: list[ProfileSplit] = []
+    unmatched: list[str] = []
+    for done, recording in enumerate(diagnosed.recordings):
+        progress(STAGE, done / len(diagnosed.recordings))
+        try:
+            match = matcher.match(recording)
+            splits.append(profile_split(recording, match, planner, vehicle))
+            if recording.id in timelines:
+                residuals.append((_residual(recording.id, timelines[recording.id]), match))
+        except DiagnosisError as error:
+            unmatched.append(f"{recording.id}: {error}")
+    if not splits:
+        return OnGraph(diagnosed, None, tuple(unmatched))
+    features = link_features(link_residuals(residuals), planner.graph)
+    diagnosis = replace(diagnosed.diagnosis, profile=tuple(splits))
+    text = json.dumps(features, ensure_ascii=False, allow_nan=False)
+    return OnGraph(replace(diagnosed, diagnosis=diagnosis), text, tuple(unmatched))
+
+
+def _residual(trip_id: str, timeline: TripTimeline) -> TripResidual:
+    """What a trip's windows took more than the model with all findings; nothing between them."""
+    energy_j = (timeline.measured_w - timeline.after_w) * timeline.duration_s
+    end_s = timeline.begin_s + timeline.duration_s
+    edges_s = np.column_stack((timeline.begin_s, np.append(np.minimum(end_s[:-1], timeline.begin_s[1:]), end_s[-1])))
+    steps_j = np.column_stack((energy_j, np.zeros(energy_j.size))).ravel()[:-1]
+    flat_s = edges_s.ravel()
+    kept = np.diff(flat_s) > 0.0  # a window that follows at once leaves no time between
+    return TripResidual(trip_id, np.append(flat_s[:-1][kept], flat_s[-1]), steps_j[kept])

@@ -1,0 +1,213 @@
+"""What can be asked of diagnoses in the service: begin, list, show, cancel, remove."""
+
+from __future__ import annotations
+
+import json
+import re
+import secrets
+import shutil
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pydantic import TypeAdapter, ValidationError
+
+from app.diagnosing.errors import DiagnosisNotDoneError, SourceError, TooManyDiagnosesError
+from app.diagnosing.jobs import DiagnosisJobs, Job
+from app.diagnosing.order import DiagnosisOrder
+from app.diagnosing.sources import files_below, uploaded_name
+from app.errors import BodyTooLargeError, validation_detail
+from app.learned import DIAGNOSIS_ID_PATTERN
+from app.schemas.diagnosis import (
+    DiagnosisAnswer,
+    DiagnosisLinks,
+    DiagnosisList,
+    DiagnosisRequest,
+    DiagnosisSummary,
+    RefusedRecording,
+)
+from app.schemas.problem import Problem
+from app.store.diagnoses import UNFINISHED, DiagnosisState, DiagnosisStore, NewDiagnosis
+from app.store.errors import DiagnosisDamagedError, DiagnosisNotFoundError
+from diagnosis.holdout import named_trips
+from diagnosis.recording_files import recording_id
+from energy.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from typing import BinaryIO
+
+    from app.schemas.diagnosis import DiagnosisOptions
+    from app.schemas.learned_effects import LearnedEffects
+    from app.service import Service
+    from app.store.diagnoses import StoredDiagnosis
+
+_REFUSED = TypeAdapter(list[RefusedRecording])
+
+
+@dataclass(frozen=True, slots=True)
+class UploadedFile:
+    """A file that was sent: its name as the sender gave it, and its content."""
+
+    name: str
+    content: BinaryIO
+
+
+class Diagnoses:
+    """The diagnoses of a service; methods may be called from any thread."""
+
+    def __init__(self, service: Service) -> None:
+        self.service = service
+        self.settings = service.settings
+        self.store = DiagnosisStore(service.database)
+        self.jobs = DiagnosisJobs(self.store)
+
+    def close(self) -> None:
+        """Stop what runs."""
+        self.jobs.close()
+
+    def begin_uploaded(self, options: DiagnosisOptions, files: Sequence[UploadedFile]) -> DiagnosisAnswer:
+        """Queue a diagnosis of uploaded recordings.
+
+        Raises SourceError naming a file that can't be taken, VehicleNotFoundError, VehicleError, HoldoutError,
+        TooManyDiagnosesError or DatabaseUnavailableError.
+        """
+        names = [uploaded_name(file.name, f"recordings[{k}]") for k, file in enumerate(files)]
+        for k, name in enumerate(names):
+            if name in names[:k]:
+                raise SourceError(f"recordings[{k}]", name, "a name that no other file has")
+        self._check_count(len(names))
+        sent = DiagnosisRequest(recordings=names, **dict(options))
+        folder = self.jobs.folder()
+        try:
+            for name, file in zip(names, files, strict=True):
+                with (folder / name).open("wb") as target:
+                    shutil.copyfileobj(file.content, target)
+            return self._begin(sent, folder, [Path(name) for name in names], own=True)
+        except BaseException:
+            shutil.rmtree(folder, ignore_errors=True)
+            raise
+
+    def begin_referenced(self, sent: DiagnosisRequest) -> DiagnosisAnswer:
+        """Queue a diagnosis of recordings below the configured folder; raises as `begin_uploaded` does."""
+        folder = self.settings.recordings_dir
+        if folder is None:
+            raise SourceError("recordings", sent.recordings, "uploaded files; no folder of recordings is configured")
+        files = files_below(folder, sent.recordings)
+        self._check_count(len(files))
+        if sum((folder / file).stat().st_size for file in files) > self.settings.diagnosis_limit_bytes:
+            raise BodyTooLargeError(self.settings.diagnosis_limit_bytes)
+        return self._begin(sent, folder.resolve(), files, own=False)
+
+    def list_all(self) -> DiagnosisList:
+        """All diagnoses."""
+        rows = self._rows()
+        return DiagnosisList(diagnoses=[DiagnosisSummary(**_summary(row)) for row in rows])
+
+    def show(self, diagnosis_id: str) -> DiagnosisAnswer:
+        """One diagnosis; raises DiagnosisNotFoundError, DiagnosisDamagedError or DatabaseUnavailableError."""
+        return _answer(self._row(diagnosis_id))
+
+    def report(self, diagnosis_id: str) -> str:
+        """The HTML page of a diagnosis; raises as `show` does, and DiagnosisNotDoneError."""
+        self._done(diagnosis_id)
+        report = self.store.report(diagnosis_id)
+        if report is None:
+            raise DiagnosisNotFoundError(diagnosis_id)  # removed in this moment
+        return report
+
+    def effects(self, diagnosis_id: str) -> LearnedEffects:
+        """What a diagnosis has learned; raises as `report` does."""
+        self._done(diagnosis_id)
+        return self.service.learned.find(diagnosis_id)
+
+    def cancel_or_remove(self, diagnosis_id: str) -> DiagnosisAnswer | None:
+        """Cancel a diagnosis that is not finished, and show it; remove one that is, with its effects."""
+        row = self._row(diagnosis_id)
+        if row.state in UNFINISHED and self.store.cancel(diagnosis_id):
+            self.jobs.stop(diagnosis_id)
+            return self.show(diagnosis_id)
+        if not self.store.remove(diagnosis_id):
+            raise DiagnosisNotFoundError(diagnosis_id)
+        return None
+
+    def _begin(self, sent: DiagnosisRequest, folder: Path, files: Sequence[Path], *, own: bool) -> DiagnosisAnswer:
+        named_trips([recording_id(file) for file in files], sent.holdout)
+        vehicle, choice = self.service.chosen_vehicle(sent.vehicle)
+        if not isinstance(vehicle, Vehicle):
+            raise SourceError("vehicle", vehicle.id, "a vehicle given by its physics, not by a consumption table")
+        understood = sent.model_copy(update={"vehicle": choice})
+        diagnosis_id = f"{datetime.now(UTC):%Y%m%d}-{secrets.token_hex(6)}"
+        new = NewDiagnosis(diagnosis_id, self.jobs.worker, vehicle.id, understood.model_dump_json(exclude_none=True))
+        order = DiagnosisOrder(
+            files=tuple(files),
+            vehicle=vehicle,
+            hidden=tuple(sent.hide),
+            held_out=tuple(sent.holdout),
+            held_out_frac=sent.holdout_fraction,
+            seed=sent.seed,
+        )
+        limit = self.settings.diagnosis_queue_limit
+        self._rows()  # those that are lost don't count
+        if not self.store.submit(new, limit):
+            raise TooManyDiagnosesError(limit)
+        self.jobs.add(Job(diagnosis_id, order, folder, own))
+        return self.show(diagnosis_id)
+
+    def _rows(self) -> list[StoredDiagnosis]:
+        """All diagnoses; those that nobody carries out any more are failed."""
+        rows = self.store.all()
+        lost = [row for row in rows if self.jobs.tell_lost(row)]
+        return self.store.all() if lost else rows
+
+    def _check_count(self, count: int) -> None:
+        limit = self.settings.diagnosis_limit_files
+        if not 1 <= count <= limit:
+            raise SourceError("recordings", f"{count} files", f"1..{limit} files")
+
+    def _row(self, diagnosis_id: str) -> StoredDiagnosis:
+        if re.fullmatch(DIAGNOSIS_ID_PATTERN, diagnosis_id) is None:
+            raise DiagnosisNotFoundError(diagnosis_id)
+        row = self.store.find(diagnosis_id)
+        if row is not None and self.jobs.tell_lost(row):
+            row = self.store.find(diagnosis_id)
+        if row is None:
+            raise DiagnosisNotFoundError(diagnosis_id)
+        return row
+
+    def _done(self, diagnosis_id: str) -> None:
+        row = self._row(diagnosis_id)
+        if row.state is not DiagnosisState.DONE:
+            raise DiagnosisNotDoneError(diagnosis_id, row.state.value)
+
+
+def _summary(row: StoredDiagnosis) -> dict[str, Any]:
+    path = f"/diagnoses/{row.id}"
+    done = row.state is DiagnosisState.DONE
+    return {
+        "id": row.id,
+        "state": row.state,
+        "stage": row.stage if row.state is DiagnosisState.RUNNING else "",
+        "progress": row.progress_frac,
+        "vehicle": row.vehicle,
+        "created": row.created,
+        "links": DiagnosisLinks(
+            self=path, report=f"{path}/report" if done else None, effects=f"{path}/effects" if done else None
+        ),
+    }
+
+
+def _answer(row: StoredDiagnosis) -> DiagnosisAnswer:
+    try:
+        return DiagnosisAnswer(
+            **_summary(row),
+            request=DiagnosisRequest.model_validate_json(row.request),
+            refused=[] if row.refused is None else _REFUSED.validate_json(row.refused),
+            problem=None if row.problem is None else Problem.model_validate_json(row.problem),
+            result=None if row.result is None else json.loads(row.result),
+        )
+    except ValidationError as error:
+        raise DiagnosisDamagedError(row.id, validation_detail(error)) from error
+    except ValueError as error:
+        raise DiagnosisDamagedError(row.id, str(error)) from error
