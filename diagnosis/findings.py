@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from diagnosis.fitting import BOX
-from diagnosis.jackknife import additions, equations, solve
-from diagnosis.levels import levels
+from diagnosis.jackknife import FORM_SD_FRAC, additions, equations, solve
+from diagnosis.levels import levels, trip_wind
 from diagnosis.locate import Axis, regimes
-from diagnosis.results import Coefficient, Finding, ParameterError, Rival, Unexplained
+from diagnosis.results import Coefficient, Family, Finding, ParameterError, Rival, Unexplained
 from diagnosis.scan import CELL_M, cell_centre_deg
 from diagnosis.separation import sentence, separating
 from diagnosis.tangents import PARAMETERS
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from diagnosis.effects_library import Candidate
     from diagnosis.fitting import Model
     from diagnosis.jackknife import Equations
-    from diagnosis.levels import Level
+    from diagnosis.levels import Level, TripWind
     from diagnosis.locate import Regime
     from diagnosis.scan import Structure
     from diagnosis.tangents import Parameter
@@ -48,6 +48,9 @@ def findings(model: Model) -> tuple[Finding, ...]:
     level = levels(model)
     if level is not None:
         told.append(_level_finding(level))
+    wind = trip_wind(model)
+    if wind is not None:
+        told.append(_wind_finding(model, wind))
     return tuple(sorted(told, key=lambda one: -one.energy_share_frac))
 
 
@@ -181,9 +184,8 @@ def _located(model: Model, labels: set[str]) -> tuple[Regime, ...]:
 
 
 def _level_finding(level: Level) -> Finding:
-    half_j = 1.96 * level.energy_sd_j
-    mean = float(np.mean(level.rise_frac))
-    half = float(1.96 * np.sqrt(np.square(level.sd_frac).sum()) / len(level.sd_frac))
+    mean, half = level.rise_frac, level.half_frac
+    half_j = abs(half / mean * level.energy_j)
     text = (
         f"{sentence(level.kind.effect)}: {mean:+.0%} on {len(level.trips)} trips, {level.energy_j / J_PER_KWH:.2f} kWh."
     )
@@ -204,6 +206,28 @@ def _level_finding(level: Level) -> Finding:
         trips=level.trips,
         ambiguous_with=rivals,
         separating_recording=recording,
+    )
+
+
+def _wind_finding(model: Model, wind: TripWind) -> Finding:
+    energy_kwh = wind.energy_j / J_PER_KWH
+    spread = 1.96 * FORM_SD_FRAC * wind.mean_mps
+    half_kwh = (
+        1.96 * FORM_SD_FRAC * wind.share_frac * sum(float(one.measured_j.sum()) for one in model.windows) / J_PER_KWH
+    )
+    return Finding(
+        effect="steady_wind",
+        family=Family.WIND,
+        text=f"{sentence('steady_wind')}, other on each trip, of {wind.mean_mps:.1f} m/s at the vehicle's height moved"
+        f" {wind.share_frac:.1%} of the energy.",
+        coefficients=(
+            Coefficient("wind_speed_mps", "m/s", wind.mean_mps, (wind.mean_mps - spread, wind.mean_mps + spread)),
+        ),
+        energy_kwh=energy_kwh,
+        energy_kwh_ci95=(energy_kwh - half_kwh, energy_kwh + half_kwh),
+        energy_share_frac=wind.share_frac,
+        t=wind.ratio,
+        trips=tuple(one.trip_id for one in model.windows),
     )
 
 

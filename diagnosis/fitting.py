@@ -6,13 +6,14 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from diagnosis.driven import with_vehicle
 from diagnosis.effects_library import Candidate, candidates
 from diagnosis.jackknife import additions, equations, solve
 from diagnosis.noise import estimated
 from diagnosis.results import Family
-from diagnosis.scan import boxes, scan, strongest
+from diagnosis.scan import Box, boxes, leading, only, scan, strongest
 from diagnosis.selection import (
     Selection,
     alone_z,
@@ -29,11 +30,9 @@ from energy.errors import VehicleError
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from numpy.typing import NDArray
-
     from diagnosis.jackknife import Equations, Solution
     from diagnosis.noise import Noise
-    from diagnosis.scan import Structure
+    from diagnosis.scan import Scanned, Structure
     from diagnosis.selection import Threshold
     from diagnosis.windows import Trip, Windows
     from energy.vehicle import Vehicle
@@ -42,6 +41,7 @@ ROUNDS: Final = 3  # of noise and selection, which depend on each other
 SHAPES: Final = 9  # tried between the neighbours of a shape of the grid
 COMPANION_SHARE: Final = 0.03  # of the energy: how much a term that does not stand out may well hold
 MOST_STRUCTURES: Final = 3
+HOPES: Final = 2
 BOX: Final = "structure"
 
 
@@ -313,28 +313,65 @@ def _with_structures(model: Model, seed: int) -> Model:
     """
     places = boxes(model.windows, _own_axes(model.found))
     while len(model.structures) < MOST_STRUCTURES:
-        scatter = scatter_of(model.system, model.solution)
-        names = model.solution.names
-        index = model.system.index(names)
-        precision = _held(model, [one.label for one in model.companions]).precision[index]
-        scanned = scan(
-            model.windows,
-            model.roots,
-            [_powers(trip, names) for trip in model.windows],
-            precision,
-            precision * model.system.prior[index],
-            scatter,
-            seed + len(model.structures),
-            places,
-        )
-        structure = None if scanned is None else strongest(scanned, model.windows, model.threshold.z)
-        if structure is None:
-            break
-        grown = _with_structure(model, structure)
+        grown = _grown(model, places, seed + len(model.structures))
         if grown is None:
             break
         model = grown
     return model
+
+
+Places = tuple[tuple[Box, ...], list[NDArray[np.float64]]]
+
+
+def _grown(model: Model, places: Places, seed: int) -> Model | None:
+    """The model with one structure more, or None where nothing passes.
+
+    Structure that is left in the residuals makes their noise larger, so that it hides itself and its bounds. Noise is
+    therefore estimated anew with the structure in the model, and the structure's axis looked at again. Where nothing
+    passes at once, the two axes that stand out most are given the same chance.
+    """
+    scanned = _scanned(model, places, seed)
+    if scanned is None:
+        return None
+    structure = strongest(scanned, model.windows, model.threshold.z)
+    hopes = [structure] if structure is not None else leading(scanned, model.windows, HOPES)
+    for hope in hopes:
+        grown = _with_structure(model, hope)
+        if grown is None:
+            continue
+        calmer = _renoised(model, grown)
+        again = _scanned(calmer, only(places, hope.box.axis), seed)
+        better = None if again is None else strongest(again, calmer.windows, calmer.threshold.z)
+        if better is not None:
+            return _with_structure(calmer, better)
+        if structure is not None:
+            return grown
+    return None
+
+
+def _scanned(model: Model, places: Places, seed: int) -> Scanned | None:
+    names = model.solution.names
+    index = model.system.index(names)
+    precision = _held(model, [one.label for one in model.companions]).precision[index]
+    return scan(
+        model.windows,
+        model.roots,
+        [_powers(trip, names) for trip in model.windows],
+        precision,
+        precision * model.system.prior[index],
+        scatter_of(model.system, model.solution),
+        seed,
+        places,
+    )
+
+
+def _renoised(model: Model, grown: Model) -> Model:
+    """The model without its last structure, with the noise that is left with it."""
+    left = [grown.left_w(k, left_out=True) for k in range(len(grown.windows))]
+    noise = estimated(grown.windows, left, grown.noise.window_s)
+    roots = tuple(noise.root(trip) for trip in model.windows)
+    system = equations(model.windows, roots, model.system.precision, model.system.prior)
+    return _read(replace(model, noise=noise, roots=roots, system=system), model.found)
 
 
 def _own_axes(found: Sequence[Candidate]) -> frozenset[str]:

@@ -26,6 +26,7 @@ ENOUGH_EFFECTIVE: Final = 8.0  # below, a few trips rule the jackknife, and trip
 EVENING: Final = (0.95, 0.9, 0.8, 0.7, 0.6, 0.5)  # quantiles of the trips' information that cap their weights
 TINY: Final = 1e-30
 RIDGE: Final = 1e-12  # on normal equations in units of 1, against columns that are the same
+FORM_SD_FRAC: Final = 0.1  # assumed: an effect's real form differs from the library's, which no spread of trips shows
 LEAST_EFFECTIVE: Final = 3.0  # fewer trips that carry a column say nothing of how trips differ
 
 
@@ -77,7 +78,12 @@ class Solution:
         return float(self.coefficients[self.names.index(name)]) if name in self.names else 0.0
 
     def half_width(self, weights: NDArray[np.float64]) -> float:
-        """Half of the 95 % interval of a weighted sum of coefficients, weights (q,), by the jackknife."""
+        """Half of the 95 % interval of a sum of coefficients, weights (q,): by trips and by FORM_SD_FRAC of the sum."""
+        form = 1.96 * FORM_SD_FRAC * float(weights @ self.coefficients)
+        return float(np.hypot(self.half_width_by_trips(weights), form))
+
+    def half_width_by_trips(self, weights: NDArray[np.float64]) -> float:
+        """Half of the 95 % interval of a sum of coefficients by how trips differ: the jackknife and Student's t."""
         sums = self.without @ weights
         size = np.abs(weights * self.coefficients)
         carried = float(np.average(self.effective, weights=size)) if size.any() else float(sums.size)

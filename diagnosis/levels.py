@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from diagnosis.jackknife import equations, solve
 from diagnosis.noise import KERNELS, whitened
 from diagnosis.results import Family
 from diagnosis.windows import summed
@@ -24,12 +25,17 @@ if TYPE_CHECKING:
     from diagnosis.driven import Driven
     from diagnosis.fitting import Model
 
+LEVEL: Final = "level of some trips"
 LEAST_TRIPS: Final = 8  # fewer have no bulk that others stand out from
 LEAST_FLAGGED: Final = 2
 STANDS_OUT: Final = 4.5
 LEAST_RISE_FRAC: Final = 0.1  # of drag, mass or rolling resistance
 LEAST_SHARE_FRAC: Final = 0.01
 SAME_GAIN_FRAC: Final = 0.7  # of the best kind's gain, from which on another can't be told from it
+USUAL_WIND_MPS: Final = 4.0  # at the height of a vehicle
+LEAST_WIND_MPS: Final = 2.2
+WIND_RATIO: Final = 5.0
+WIND_SHARE_FRAC: Final = 0.04  # a breeze that nobody records holds 2 to 3 %
 NORMAL_HALF: Final = 1.349  # length of the middle half of a normal distribution over its standard deviation
 
 
@@ -44,17 +50,16 @@ class Kind:
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """Trips that carry a level: of which kind, by what share of the vehicle's own [-], with sd, and energy [J].
+    """Trips that carry a level: of which kind, and by what share of the vehicle's own on average [-].
 
-    rivals: kinds that fit as well.
+    half_frac: of its 95 % interval. energy_j: of all these trips. rivals: kinds that fit as well.
     """
 
     kind: Kind
     trips: tuple[str, ...]
-    rise_frac: tuple[float, ...]
-    sd_frac: tuple[float, ...]
+    rise_frac: float
+    half_frac: float
     energy_j: float
-    energy_sd_j: float
     share_frac: float
     z: float
     rivals: tuple[Kind, ...]
@@ -97,17 +102,34 @@ def levels(model: Model) -> Level | None:
         return None
     found.sort(key=lambda one: -one.gain)
     best = found[0]
+    rise, half, energy_j = _joint(model, best)
     return Level(
         kind=best.kind,
         trips=tuple(cut.trip_id for cut, on in zip(model.windows, best.on, strict=True) if on),
-        rise_frac=tuple(best.rise[best.on].tolist()),
-        sd_frac=tuple(best.sd[best.on].tolist()),
-        energy_j=float((best.rise * best.energy_j)[best.on].sum()),
-        energy_sd_j=float(np.sqrt(np.square(best.sd * best.energy_j)[best.on].sum())),
-        share_frac=best.share,
+        rise_frac=rise,
+        half_frac=half,
+        energy_j=energy_j,
+        share_frac=energy_j / measured_j,
         z=best.z,
         rivals=tuple(one.kind for one in found[1:] if one.gain >= SAME_GAIN_FRAC * best.gain),
     )
+
+
+def _joint(model: Model, flagged: _Flagged) -> tuple[float, float, float]:
+    """The rise that flagged trips have in common beside everything else, half of its interval, and its energy [J]."""
+    columns = [
+        summed(trip, flagged.kind.column_j(trip.drive)) * float(on)
+        for trip, on in zip(model.trips, flagged.on, strict=True)
+    ]
+    cut = [
+        replace(one, names=(*one.names, LEVEL), columns_j=np.column_stack((one.columns_j, column)))
+        for one, column in zip(model.windows, columns, strict=True)
+    ]
+    precision, prior = (np.append(values, 0.0) for values in (model.system.precision, model.system.prior))
+    solution = solve(equations(cut, model.roots, precision, prior), [*model.solution.names, LEVEL])
+    weights = np.array([float(name == LEVEL) for name in solution.names])
+    rise = solution.value(LEVEL)
+    return rise, solution.half_width(weights), rise * float(sum(column.sum() for column in columns))
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +144,64 @@ class _Flagged:
     energy_j: NDArray[np.float64]
     share: float
     z: float
+
+
+@dataclass(frozen=True, slots=True)
+class TripWind:
+    """A wind that drives speak of and that was not recorded: of each trip, towards east and north [m/s], (K,).
+
+    energy_j: of all trips; share_frac: of its sizes by trip. ratio: how much it gains over what noise would.
+    """
+
+    from_east_mps: NDArray[np.float64]
+    from_north_mps: NDArray[np.float64]
+    mean_mps: float
+    energy_j: float
+    share_frac: float
+    ratio: float
+
+
+def trip_wind(model: Model) -> TripWind | None:
+    """A wind of each trip's own, where headings were recorded and winds were not; None where nothing speaks of one.
+
+    Each trip gets the wind that explains most of what is left, about none by USUAL_WIND_MPS. Trips must gain far more
+    by it than by chance, and the wind must be more than a breeze and hold a share of the energy.
+    """
+    if any(one.term.family is Family.WIND for one in model.found):
+        return None
+    winds, gains, energies, sizes = [], [], [], []
+    for k, (trip, cut) in enumerate(zip(model.trips, model.windows, strict=True)):
+        channels = trip.drive.channels
+        if "heading_rad" not in channels or "wind_speed_mps" in channels:
+            continue
+        drag = 2.0 * model.nameplate.road_load_c_n_per_mps2 * trip.drive.speed_mps
+        columns_j = np.column_stack(
+            [summed(trip, trip.drive.work_j(drag * turned(channels["heading_rad"]))) for turned in (np.sin, np.cos)]
+        )
+        root = model.roots[k]
+        columns, left = whitened(root, columns_j / cut.duration_s[:, None]), whitened(root, model.left_w(k))
+        gram = columns.T @ columns
+        side = columns.T @ left
+        wind = np.linalg.solve(gram + np.eye(2) / USUAL_WIND_MPS**2, side)
+        winds.append(wind)
+        sizes.append(float(np.trace(gram)))
+        gains.append(float(2.0 * wind @ side - wind @ gram @ wind))
+        energies.append(float((columns_j @ wind).sum()))
+    if len(winds) < LEAST_TRIPS:
+        return None
+    measured_j = sum(float(trip.measured_j.sum()) for trip in model.windows)
+    speeds = np.hypot(*np.array(winds).T)
+    known = np.array(sizes)
+    found = TripWind(
+        np.array(winds)[:, 0],
+        np.array(winds)[:, 1],
+        float(np.sqrt(np.average(speeds**2, weights=known))),
+        float(np.sum(energies)),
+        float(np.abs(energies).sum()) / measured_j,
+        float(np.median(gains)) / 1.386,  # the median of χ² with two degrees of freedom
+    )
+    stands_out = found.ratio >= WIND_RATIO and found.mean_mps >= LEAST_WIND_MPS
+    return found if stands_out and found.share_frac >= WIND_SHARE_FRAC else None
 
 
 def _flagged(

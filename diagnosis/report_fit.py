@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from diagnosis.locate import Regime
     from diagnosis.results import Diagnosis, FitScore, ProfileSplit, TripAccount
 
-SHOWN_AXES: Final = tuple(AXIS_NAMES)
+SHOWN_AXES: Final = tuple(Axis(name) for name in AXIS_NAMES)
 KWH_PLACES: Final = 2
 SECONDS_PER_HOUR: Final = 3600.0
 NO_TRIPS: Final = "There is no drive to show."

@@ -178,13 +178,40 @@ def scan(
 
 def strongest(scanned: Scanned, trips: Sequence[Windows], least_z: float) -> Structure | None:
     """The box that stands out most, if it passes the threshold and holds a share of the energy."""
-    measured_j = sum(float(trip.measured_j.sum()) for trip in trips)
-    added = scanned.added
-    energy_j = added.coefficients * scanned.hours
-    passes = (np.abs(added.z) >= max(scanned.threshold, least_z)) & (np.abs(energy_j) >= LEAST_SHARE_FRAC * measured_j)
+    passes = _large(scanned, trips) & (np.abs(scanned.added.z) >= max(scanned.threshold, least_z))
     if not passes.any():
         return None
-    k = int(np.argmax(np.where(passes, np.abs(added.z), -1.0)))
+    return _structure(scanned, trips, int(np.argmax(np.where(passes, np.abs(scanned.added.z), -1.0))))
+
+
+def leading(scanned: Scanned, trips: Sequence[Windows], count: int) -> list[Structure]:
+    """The box that predicts left-out trips best of each axis, of the axes where this is most, thresholds aside."""
+    loss = scanned.added.losses.sum(axis=0)
+    large = _large(scanned, trips)
+    best: dict[str, int] = {}
+    for k, box in enumerate(scanned.boxes):
+        if large[k] and (box.axis not in best or loss[k] < loss[best[box.axis]]):
+            best[box.axis] = k
+    return [_structure(scanned, trips, k) for k in sorted(best.values(), key=lambda k: float(loss[k]))[:count]]
+
+
+def only(
+    places: tuple[tuple[Box, ...], list[NDArray[np.float64]]], axis: str
+) -> tuple[tuple[Box, ...], list[NDArray[np.float64]]]:
+    """The boxes of one axis."""
+    kept = np.array([box.axis == axis for box in places[0]])
+    return tuple(box for box in places[0] if box.axis == axis), [column[:, kept] for column in places[1]]
+
+
+def _large(scanned: Scanned, trips: Sequence[Windows]) -> NDArray[np.bool_]:
+    """Whether each box holds its share of the energy."""
+    measured_j = sum(float(trip.measured_j.sum()) for trip in trips)
+    least = np.array([FORM_SHARE_FRAC if box.axis in FORM_AXES else LEAST_SHARE_FRAC for box in scanned.boxes])
+    return np.asarray(np.abs(scanned.added.coefficients * scanned.hours) >= least * measured_j, np.bool_)
+
+
+def _structure(scanned: Scanned, trips: Sequence[Windows], k: int) -> Structure:
+    added = scanned.added
     half = float(stats.t.ppf(0.975, max(added.effective[k] - 1.0, 1.0)) * added.sd[k])
     inside = tuple(column[:, k] for column in scanned.columns)
     return Structure(
@@ -192,7 +219,7 @@ def strongest(scanned: Scanned, trips: Sequence[Windows], least_z: float) -> Str
         float(added.coefficients[k]),
         float(added.coefficients[k]) - half,
         float(added.coefficients[k]) + half,
-        float(energy_j[k]),
+        float(added.coefficients[k] * scanned.hours[k]),
         float(added.z[k]),
         float((scanned.highest >= abs(added.z[k])).mean()),
         tuple(trip.trip_id for trip, one in zip(trips, inside, strict=True) if one.any()),

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 LEAST_TRIPS: Final = 6  # fewer say too little about how trips differ
 NULL_DRAWS: Final = 400
 FALSE_CLAIM_FRAC: Final = 0.01  # of drives with nothing left out in which the highest term would pass
-LEAST_Z: Final = 3.0
+LEAST_Z: Final = 3.3
 LEAST_SHARE_FRAC: Final = 0.01
 OSCILLATING_SHARE_FRAC: Final = 0.02  # of what goes to and fro, which adds up to less over a trip
 LEAST_OF_LARGEST: Final = 0.1  # less than this share of the largest term may be an error of its form

@@ -109,5 +109,8 @@ def test_intervals_of_a_sum_cover_the_truth():
         _, _, system = drawn(seed, trips=12)
         found = solve(system, list("abcde"))
         weights = np.array([1.0, 1.0, 0.0, 0.0, 0.0])
-        covered += abs(float(weights @ found.coefficients) - (1.0 - 2.0)) <= found.half_width(weights)
+        covered += abs(float(weights @ found.coefficients) - (1.0 - 2.0)) <= found.half_width_by_trips(weights)
+        assert found.half_width(weights) > max(
+            found.half_width_by_trips(weights), 0.19 * abs(weights @ found.coefficients)
+        )
     assert 0.90 <= covered / 200 <= 0.99

@@ -308,7 +308,7 @@ def test_regime_table_has_each_regime_before_and_after():
     pairs = {
         (one.axis, one.low): (one, after) for one, after in zip(made.regimes_before, made.regimes_after, strict=True)
     }
-    order = (Axis.AMBIENT, Axis.SINCE_START, Axis.SPEED, Axis.POWER, Axis.STANDSTILL)
+    order = (Axis.AMBIENT, Axis.SINCE_START, Axis.SPEED, Axis.POWER, Axis.STANDSTILL, Axis.GRADE, Axis.SOC)
     expected = [pair for axis in order for (known, _), pair in pairs.items() if known is axis]
     for row, (before, after) in zip(rows, expected, strict=True):
         powers = [value for one in (before, after) for value in (one.mean_w, one.low_w, one.high_w)]
