@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 ROUNDS: Final = 3  # of noise and selection, which depend on each other
 SHAPES: Final = 9  # tried between the neighbours of a shape of the grid
 COMPANION_SHARE: Final = 0.03  # of the energy: how much a term that does not stand out may well hold
+ACCOMPANYING: Final = ("rolling_temp_per_k",)  # beside thermal terms
 MOST_STRUCTURES: Final = 3
 HOPES: Final = 2
 BOX: Final = "structure"
@@ -283,7 +284,7 @@ def _held(model: Model, labels: Sequence[str]) -> Equations:
 
 
 def _accompanied(model: Model) -> Model:
-    """The model with thermal terms that were not found, where something that depends on temperature was.
+    """The model with terms of heat and cold that were not found, where something that depends on temperature was.
 
     Each at the shape that predicts left-out trips best, and only if it adds power.
     """
@@ -292,7 +293,8 @@ def _accompanied(model: Model) -> Model:
     open_ = [
         one
         for one in candidates([trip.drive for trip in model.trips])
-        if one.term.family is Family.THERMAL and all(one.term is not other.term for other in model.found)
+        if (one.term.family is Family.THERMAL or one.term.name in ACCOMPANYING)
+        and all(one.term is not other.term for other in model.found)
     ]
     system = _held(model, [one.label for one in open_])
     chosen: list[Candidate] = []

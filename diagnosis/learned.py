@@ -76,7 +76,7 @@ def learned_effects(model: Model) -> tuple[dict[str, float], dict[str, Interval]
             values |= {"regen_cap_w": 1000.0 * one.shape, "regen_always_limited": 1.0}
         elif name == "lost_below_frac":
             values["regen_min_speed_mps"] = one.shape / 3.6
-        elif name in REASONS:
+        elif name in REASONS and one in model.found:
             left_out[name] = REASONS[name]
     for name, field in SAME.items():
         if name not in found and field not in values and _would_have_shown(model, name):

@@ -21,7 +21,6 @@ from diagnosis.report_markup import (
     table,
 )
 from diagnosis.report_plots import (
-    BASE,
     MOST_BARS,
     energy_bars,
     energy_reach,
@@ -134,7 +133,7 @@ def energy_section(diagnosis: Diagnosis) -> Html:
         (
             element(
                 "figure",
-                _legend(*((name, family_name(name)) for name in (BASE, *names)), mark=_box),
+                _legend(*((name, family_name(name)) for name in names), mark=_box),
                 element("div", energy_bars(cold_first), class_="wide"),
                 element(
                     "figcaption",

@@ -55,7 +55,6 @@ MOST_LEVEL: Final = 4  # labels on one line
 ROW_PX: Final = 20.0
 FARTHEST: Final = 3.0  # whiskers are cut at the largest mean and so many times the middle half width
 KNOWN_FAMILIES: Final = frozenset(family.value for family in Family)
-BASE: Final = "base"
 
 
 def fit_panel(
@@ -188,7 +187,7 @@ def smoothed(timeline: TripTimeline) -> TripTimeline:
 
 
 def energy_bars(trips: Sequence[TripAccount]) -> Html:
-    """A bar a trip [kWh]: what the base model takes and what each family adds, with the measured energy as a mark.
+    """A bar a trip [kWh]: what each family takes, with the measured energy as a mark.
 
     Shares below 0 lie to the left of 0. In the order given; the first MOST_BARS only.
     """
@@ -210,7 +209,7 @@ def energy_bars(trips: Sequence[TripAccount]) -> Html:
         WIDE_PX,
         bottom + 8,
         "Energy of each drive by family",
-        f"Stacked bars of {len(shown)} drives in kWh: the base model and what each family adds to it; a diamond marks "
+        f"Stacked bars of {len(shown)} drives in kWh: what each family takes; a diamond marks "
         "the measured energy. The numbers are in the table of drives.",
         element("text", "kWh", x=4, y=24, class_="label"),
         *grid,
@@ -227,12 +226,12 @@ def families(trips: Sequence[TripAccount]) -> tuple[str, ...]:
 
 def family_name(name: str) -> str:
     """What a family is called."""
-    return "base model" if name == BASE else FAMILY_NAMES.get(name, spoken(name))
+    return FAMILY_NAMES.get(name, spoken(name))
 
 
 def family_class(name: str) -> str:
     """Class of a family's colour in the style sheet; families that it does not know share one."""
-    return f"f-{name}" if name == BASE or name in KNOWN_FAMILIES else "f-other"
+    return f"f-{name}" if name in KNOWN_FAMILIES else "f-other"
 
 
 def bar_label(trip: TripAccount) -> str:
@@ -261,8 +260,8 @@ def _bar(trip: TripAccount, x: Scale, middle_px: float) -> Html:
 
 
 def _shares(trip: TripAccount) -> list[tuple[str, float]]:
-    """Base model and families with their energies [kWh]; what is not finite is left out."""
-    shares = [(BASE, trip.before_kwh), *((name, trip.by_family_kwh[name]) for name in families([trip]))]
+    """Families with their energies [kWh]; what is not finite is left out."""
+    shares = [(name, trip.by_family_kwh[name]) for name in families([trip])]
     return [(name, kwh) for name, kwh in shares if math.isfinite(kwh)]
 
 

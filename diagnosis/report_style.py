@@ -15,7 +15,7 @@ CSS: Final = """
   --before: #b4530a; --after: #1464ad; --measured: #6a757d; --speed: #6a757d;
   --thermal: #c8501c; --rolling: #1f6fb2; --aerodynamic: #2d93c4; --wind: #0f8a68; --mass: #b45c93; --grade: #85692f;
   --drivetrain: #7550a8; --recuperation: #4c8a2c; --battery: #a88400; --auxiliary: #5d6f7a; --profile: #a33b52;
-  --unexplained: #1c2429; --other: #78716c; --base: #87939b;
+  --unexplained: #1c2429; --other: #78716c;
 }
 @media screen and (prefers-color-scheme: dark) {
   :root {
@@ -23,7 +23,7 @@ CSS: Final = """
     --before: #f0a050; --after: #6cb4f2; --measured: #94a1a9; --speed: #94a1a9;
     --thermal: #f0814e; --rolling: #5aa6e6; --aerodynamic: #7fd0f5; --wind: #35bf98; --mass: #e394c3;
     --grade: #c2a162; --drivetrain: #b08fe0; --recuperation: #86c462; --battery: #e0bd3a; --auxiliary: #9db0bb;
-    --profile: #e07f93; --unexplained: #ffffff; --other: #a8a29e; --base: #66747d;
+    --profile: #e07f93; --unexplained: #ffffff; --other: #a8a29e;
   }
 }
 * { box-sizing: border-box; }
@@ -93,7 +93,7 @@ FAMILIES
     "\n".join(
         f".f-{name} {{ fill: var(--{name}); }}"
         for name in (
-            *("base", "thermal", "rolling", "aerodynamic", "wind", "mass", "grade", "drivetrain", "recuperation"),
+            *("thermal", "rolling", "aerodynamic", "wind", "mass", "grade", "drivetrain", "recuperation"),
             *("battery", "auxiliary", "profile", "unexplained", "other"),
         )
     ),

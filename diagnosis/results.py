@@ -164,7 +164,7 @@ class TripAccount:
 
     nameplate_kwh: model as the vehicle file has it. before_kwh: its own parameters refitted, no effects. after_kwh:
     with findings, the trip's own power not used. explained_kwh: its own power used for levels that a trip has, as an
-    account of where it went; by_family_kwh: of that, what each family adds to the model of before.
+    account of where it went; by_family_kwh adds up to it.
     """
 
     id: str

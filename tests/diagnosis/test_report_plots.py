@@ -155,29 +155,23 @@ def test_trip_without_windows_or_with_holes_is_still_drawn():
     assert "nan" not in trip_panel(trip(timeline=holed))
 
 
-def test_bars_add_up_from_the_base_model_and_shares_below_zero_lie_left_of_it():
-    svg = parsed(energy_bars([trip()]))
-    base, thermal, wind = (with_class(svg, f"f-{name}")[0] for name in ("base", "thermal", "wind"))
-    left, width = ({one: float(one.get(name, "")) for one in (base, thermal, wind)} for name in ("x", "width"))
-    assert left[thermal] == pytest.approx(left[base] + width[base], abs=0.2)
-    assert left[wind] + width[wind] == pytest.approx(left[base], abs=0.2)
-    per_kwh = width[base] / 1.6
+def test_bars_add_up_by_family_and_shares_below_zero_lie_left_of_nought():
+    svg = parsed(energy_bars([trip(by_family_kwh={"rolling": 1.6, "thermal": 0.5, "wind": -0.2})]))
+    thermal, rolling, wind = (with_class(svg, f"f-{name}")[0] for name in ("thermal", "rolling", "wind"))
+    left, width = ({one: float(one.get(name, "")) for one in (thermal, rolling, wind)} for name in ("x", "width"))
+    assert left[rolling] == pytest.approx(left[thermal] + width[thermal], abs=0.2)
+    assert left[wind] + width[wind] == pytest.approx(left[thermal], abs=0.2)
+    per_kwh = width[rolling] / 1.6
     assert width[thermal] == pytest.approx(0.5 * per_kwh, abs=0.2)
     assert width[wind] == pytest.approx(0.2 * per_kwh, abs=0.2)
     points = with_class(svg, "measured-mark")[0].get("points", "")
     middle = float(points.split()[1].split(",")[0])
-    assert middle == pytest.approx(left[base] + 2.0 * per_kwh, abs=0.3)
-
-
-def test_share_after_one_below_zero_still_starts_at_the_base_models_end():
-    svg = parsed(energy_bars([trip(by_family_kwh={"thermal": -0.3, "wind": 0.5})]))
-    base, wind = (with_class(svg, f"f-{name}")[0] for name in ("base", "wind"))
-    assert float(wind.get("x", "")) == pytest.approx(float(base.get("x", "")) + float(base.get("width", "")), abs=0.2)
+    assert middle == pytest.approx(left[thermal] + 2.0 * per_kwh, abs=0.3)
 
 
 def test_bars_stop_at_their_limit():
     svg = parsed(energy_bars([trip(f"T{k}") for k in range(MOST_BARS + 5)]))
-    assert len(with_class(svg, "f-base")) == MOST_BARS
+    assert len(with_class(svg, "measured-mark")) == MOST_BARS
 
 
 def test_families_keep_their_order_and_empty_ones_are_left_out():
