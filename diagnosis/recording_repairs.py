@@ -11,12 +11,14 @@ from diagnosis.recording_channels import REQUIRED, Recording, channels_of
 from diagnosis.recording_notes import Note, NoteKind
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
 FROZEN_S: Final = 30.0  # speed and power, to the last digit, don't stay the same for so long and so many samples
 FROZEN_SAMPLES: Final = 100
+CONSUMERS: Final = ("heater_w", "aircon_w", "hvac_w")
+CLIMATE: Final = ("heater_w", "aircon_w")  # which may both be on
 BEYOND_BATTERY_W: Final = 300.0  # a consumer draws more than the battery gives, beyond what delays explain
 STANDING_S: Final = 10.0
 JUMP_MPS2: Final = 10.0  # more than tyres hold on a dry road
@@ -47,22 +49,32 @@ def is_frozen(recording: Recording, first: int, last: int) -> bool:
 
 
 def without_impossible(recording: Recording) -> Recording:
-    """Take out a consumer that draws more than the whole battery gives while the car stands."""
+    """Take out consumers that draw more than the whole battery gives while the car stands, one or all together."""
+    for names in (*((name,) for name in CONSUMERS), CLIMATE):
+        known = [name for name in names if getattr(recording, name) is not None]
+        text = _beyond_battery(recording, known)
+        if text is not None:
+            for name in known:
+                recording = noted(_without(recording, name), NoteKind.STUCK, name, text)
+    return recording
+
+
+def _beyond_battery(recording: Recording, names: Sequence[str]) -> str | None:
+    """How consumers draw more than the battery gives for most of the standstill; None where they do not."""
     step_s = np.diff(recording.time_s, append=recording.time_s[-1])
     standing = recording.speed_mps == 0.0
     stands_s = float(step_s[standing].sum())
-    for name in ("heater_w", "aircon_w", "hvac_w"):
-        draw = getattr(recording, name)
-        if draw is None or stands_s < STANDING_S:
-            continue
-        beyond_s = float(step_s[standing & (draw > recording.power_w + BEYOND_BATTERY_W)].sum())
-        if beyond_s > 0.5 * stands_s:
-            text = (
-                f"taken out: at standstill above the battery's whole power for {beyond_s:.0f} of {stands_s:.0f} s, on"
-                f" average {np.nanmean(draw[standing]):.0f} W of {recording.power_w[standing].mean():.0f} W"
-            )
-            recording = noted(_without(recording, name), NoteKind.STUCK, name, text)
-    return recording
+    if not names or stands_s < STANDING_S:
+        return None
+    draw = np.sum([np.nan_to_num(getattr(recording, name)) for name in names], axis=0)
+    beyond_s = float(step_s[standing & (draw > recording.power_w + BEYOND_BATTERY_W)].sum())
+    if beyond_s <= 0.5 * stands_s:
+        return None
+    gives_w = float(recording.power_w[standing].mean())
+    return (
+        f"taken out: {'together ' if len(names) > 1 else ''}at standstill above the battery's whole power for"
+        f" {beyond_s:.0f} of {stands_s:.0f} s, on average {draw[standing].mean():.0f} W of {gives_w:.0f} W"
+    )
 
 
 def without_empty(recording: Recording) -> Recording:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import gzip
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from diagnosis.recording_repairs import without_impossible
 from diagnosis.recordings import NoteKind, Recording, RecordingError, read_recording
 
 SHARED = Path(__file__).resolve().parents[3] / "shared/data/recordings/bmw-i3"
@@ -240,6 +242,19 @@ def test_heater_beyond_the_battery_at_standstill_is_taken_out(i3_file):
     ((channel, text),) = notes(recording, NoteKind.STUCK)
     assert channel == "heater_w"
     assert text.startswith("taken out: at standstill above the battery's whole power for 60 of 61 s, on average 5262 W")
+
+
+def test_consumers_that_only_together_exceed_the_battery_are_all_taken_out():
+    time = np.arange(0.0, 400.0)
+    speed = np.where(time < 120.0, 0.0, 12.0)
+    plain = Recording("T", time, speed, np.where(speed > 0.0, 6000.0, 900.0))
+    both = replace(plain, heater_w=np.full(400, 700.0), aircon_w=np.full(400, 800.0))
+    repaired = without_impossible(both)
+    assert repaired.heater_w is None
+    assert repaired.aircon_w is None
+    assert all("together" in note.text for note in repaired.notes)
+    one = without_impossible(replace(both, aircon_w=np.full(400, 300.0)))
+    assert one.heater_w is not None
 
 
 def test_missing_samples_are_counted_and_the_end_named(i3_file):
