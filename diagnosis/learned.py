@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from diagnosis.effects_library import CABIN_K
 from diagnosis.fitting import moved
 from diagnosis.tangents import PARAMETERS
-from energy.conditions import COEFFICIENT_RANGES, ZERO_CELSIUS_K
+from energy.conditions import COEFFICIENT_FLAGS, COEFFICIENT_RANGES, ZERO_CELSIUS_K
 
 if TYPE_CHECKING:
     from diagnosis.effects_library import Candidate
     from diagnosis.fitting import Model
-    from diagnosis.results import Interval
+    from diagnosis.results import Diagnosis, Interval
+    from energy.vehicle import Vehicle
 
 TESTED_SHARE: Final = 0.01  # of the energy: what an effect must usually hold for its absence to say something
 LEAST_KELVIN: Final = 1.0
@@ -83,6 +85,15 @@ def learned_effects(model: Model) -> tuple[dict[str, float], dict[str, Interval]
             values[field] = 0.0
     _cabin(model, found, values, intervals)
     return values, intervals, left_out
+
+
+def learned_vehicle(vehicle: Vehicle, diagnosis: Diagnosis) -> Vehicle:
+    """The vehicle with what a diagnosis has learned of it; raises VehicleError or ConditionsError where it is none."""
+    effects: dict[str, Any] = {
+        name: bool(value) if name in COEFFICIENT_FLAGS else value for name, value in diagnosis.effects.items()
+    }
+    parameters: dict[str, Any] = dict(diagnosis.parameters)
+    return replace(vehicle, **parameters, effects=replace(vehicle.effects, **effects))
 
 
 def _fitted_companions(model: Model) -> list[Candidate]:

@@ -171,6 +171,7 @@ def profile_section(splits: Sequence[ProfileSplit]) -> Html:
     heads = headers(
         *("drive", "planned [kWh]", "at the driven speed [kWh]", "measured [kWh]", "planning's error [%]"),
         *("vehicle model's error [%]", "planned [min]", "driven [min]", "planned stops", "driven stops"),
+        "forecast with the findings [kWh]",
     )
     return joined((paragraphs(text), table("Planning and vehicle model", heads, [_split_row(one) for one in splits])))
 
@@ -304,6 +305,7 @@ def _split_row(split: ProfileSplit) -> list[str]:
         _places(split.driven_s / 60.0, 1),
         _places(split.planned_stops, 1),
         data(split.driven_stops, str(split.driven_stops)),
+        NONE if split.forecast_kwh is None else _places(split.forecast_kwh, KWH_PLACES),
     ]
 
 

@@ -196,7 +196,9 @@ class FitScore:
 class ProfileSplit:
     """What planning and what the vehicle model got wrong on one trip [kWh], stops and time beside.
 
-    planned: by the graph's speeds and expected stops on the matched way; driven: model at the driven speed.
+    planned: by the graph's speeds and expected stops on the matched way; driven: model at the driven speed; both with
+    the vehicle as its file has it. forecast: planned with what was learned and the trip's temperature, as it would have
+    been told before departure; a trip that was not held out has had a part in what was learned.
     """
 
     trip_id: str
@@ -207,6 +209,7 @@ class ProfileSplit:
     driven_s: float
     planned_stops: float
     driven_stops: int
+    forecast_kwh: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -334,6 +337,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
                 "driven_s": _n(one.driven_s),
                 "planned_stops": _n(one.planned_stops),
                 "driven_stops": one.driven_stops,
+                "forecast_kwh": None if one.forecast_kwh is None else _n(one.forecast_kwh),
             }
             for one in diagnosis.profile
         ],

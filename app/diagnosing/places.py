@@ -8,16 +8,20 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from diagnosis.coverage import median_ambient
 from diagnosis.errors import DiagnosisError
+from diagnosis.learned import learned_vehicle
 from diagnosis.matching import MapMatcher
 from diagnosis.places import TripResidual, link_features, link_residuals
 from diagnosis.profile_split import profile_split
+from energy.errors import EnergyError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from app.diagnosing.order import Diagnosed
     from diagnosis.matching import Match
+    from diagnosis.recordings import Recording
     from diagnosis.results import ProfileSplit, TripTimeline
     from energy.vehicle import Vehicle
     from routing.planner import Planner
@@ -54,7 +58,8 @@ def on_graph(
         progress(STAGE, done / len(diagnosed.recordings))
         try:
             match = matcher.match(recording)
-            splits.append(profile_split(recording, match, planner, vehicle))
+            split = profile_split(recording, match, planner, vehicle)
+            splits.append(replace(split, forecast_kwh=_forecast_kwh(diagnosed, recording, match, planner, vehicle)))
             if recording.id in timelines:
                 residuals.append((_residual(recording.id, timelines[recording.id]), match))
         except DiagnosisError as error:
@@ -65,6 +70,17 @@ def on_graph(
     diagnosis = replace(diagnosed.diagnosis, profile=tuple(splits))
     text = json.dumps(features, ensure_ascii=False, allow_nan=False)
     return OnGraph(replace(diagnosed, diagnosis=diagnosis), text, tuple(unmatched))
+
+
+def _forecast_kwh(
+    diagnosed: Diagnosed, recording: Recording, match: Match, planner: Planner, vehicle: Vehicle
+) -> float | None:
+    """Planned energy with what was learned, at the trip's temperature; None where that is no vehicle."""
+    try:
+        learned = learned_vehicle(vehicle, diagnosed.diagnosis)
+        return profile_split(recording, match, planner, learned, conditions=median_ambient(recording)).planned_kwh
+    except EnergyError:
+        return None
 
 
 def _residual(trip_id: str, timeline: TripTimeline) -> TripResidual:

@@ -190,6 +190,7 @@ def test_graph_adds_where_on_its_links_differences_stay(car: Vehicle, tmp_path: 
     splits = json.loads((tmp_path / "out" / "diagnosis.json").read_text(encoding="utf-8"))["profile"]
     assert len(splits) == 8
     assert all(split["planned_kwh"] > 0.0 for split in splits)
+    assert all(split["forecast_kwh"] > 0.0 for split in splits)
 
 
 def test_recordings_that_do_not_lie_on_the_graph_are_named_and_diagnosed_without_it(few: Path, tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ import pytest
 
 from diagnosis.driven import driven
 from diagnosis.engine import diagnose
+from diagnosis.learned import learned_vehicle
 from energy.conditions import Conditions
 from energy.replay import replay
 from energy.vehicle_files import load_vehicle
@@ -23,11 +24,6 @@ def car():
     return load_vehicle(ROOT / "data" / "vehicles" / "bmw-i3-60ah.toml")
 
 
-def learned_car(car, found):
-    flags = {name: bool(value) for name, value in found.effects.items() if name == "regen_always_limited"}
-    return replace(car, **found.parameters, effects=replace(car.effects, **{**found.effects, **flags}))
-
-
 def replayed_kwh(car, recording):
     """Energy by the route model's terms at the recorded speed and temperature, without the battery's own loss."""
     steps = driven(recording, car)
@@ -39,7 +35,7 @@ def replayed_kwh(car, recording):
 def test_a_learned_heater_warms_the_route_model_too(car):
     drives = [drive(car, number, heater) for number in range(16)]
     found = diagnose(drives, car, held_out=("T2", "T5", "T9"))
-    warmed = learned_car(car, found)
+    warmed = learned_vehicle(car, found)
     errors, plain = [], []
     for one in drives:
         if one.id in found.held_out_trips:
@@ -57,7 +53,7 @@ def test_a_learned_hot_climate_cools(car):
     drives = [drive(car, number, cooler, ambient_c=10.0 + 2.0 * number) for number in range(15)]
     found = diagnose(drives, car)
     assert [one.effect for one in found.findings] == ["air_conditioning"]
-    cooled = learned_car(car, found)
+    cooled = learned_vehicle(car, found)
     hottest = drives[-1]
     assert replayed_kwh(cooled, hottest) == pytest.approx(hottest.energy_j() / 3.6e6, rel=0.06)
     assert found.effects["cooling_ua_w_per_k"] == pytest.approx(110.0, rel=0.3)

@@ -128,7 +128,7 @@ MASS = ParameterError(
 PLACE = Unexplained("distance_km", "km", 4.2, 5.1, 812.4, (630.2, 994.6), 2.134, 0.0042, ("A1",), "Odd at one place.")
 BEFORE = FitScore(0.1748, (0.1391, 0.2143), -0.0712, 0.1934, 1840.4)
 AFTER = FitScore(0.0589, (0.0471, 0.0724), 0.0043, 0.0713, 1130.2)
-SPLIT = ProfileSplit("A1", 5.123, 4.012, 4.567, 1500.0, 1800.0, 12.4, 15)
+SPLIT = ProfileSplit("A1", 5.123, 4.012, 4.567, 1500.0, 1800.0, 12.4, 15, 4.321)
 
 
 def diagnosis(verdict: Verdict = Verdict.LEFT_OUT_PHYSICS, **changes: object) -> Diagnosis:
@@ -319,7 +319,7 @@ def test_planning_is_split_from_the_vehicle_model_in_percent_of_the_measured_ene
     page = Page(report_html(diagnosis()))
     row = page.tables["Planning and vehicle model"][1]
     errors = [100.0 * (5.123 - 4.012) / 4.567, 100.0 * (4.012 - 4.567) / 4.567]
-    assert values(row) == pytest.approx([5.123, 4.012, 4.567, *errors, 25.0, 30.0, 12.4, 15], rel=1e-5)
+    assert values(row) == pytest.approx([5.123, 4.012, 4.567, *errors, 25.0, 30.0, 12.4, 15, 4.321], rel=1e-5)
     assert "planning errs by +24.3 %" in page.text
     assert "Planning and vehicle model apart" not in Page(report_html(diagnosis(profile=()))).text
 
