@@ -1,5 +1,6 @@
 # Every target does its own set-up: it finds Python >= 3.11, makes .venv and installs the locked dependencies.
-# Variables: PYTHON (interpreter to use), HOST and PORT (serve), ARGS (serve, bench), PYTEST_ARGS (test).
+# Variables: PYTHON (interpreter to use), HOST and PORT (serve), ARGS (serve, bench, prove), PYTEST_ARGS (test),
+# RECORDINGS (prove: folder of real drives).
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
@@ -14,9 +15,10 @@ HOST ?= 127.0.0.1
 PORT ?= 8000
 ARGS ?=
 PYTEST_ARGS ?=
+RECORDINGS ?= $(wildcard ../shared/data/recordings/bmw-i3)
 CANDIDATES = $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python)
 
-.PHONY: help serve test test-jit test-nojit lint check format bench lock clean
+.PHONY: help serve test test-jit test-nojit lint check format bench prove lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
@@ -46,6 +48,9 @@ format: $(VENV)/.dev ## Format the code and mend what ruff can mend
 
 bench: $(VENV)/.runtime ## Print the benchmarks
 	$(BIN)/joulepath bench $(ARGS)
+
+prove: $(VENV)/.dev ## Prove the diagnosis where the cause is known and concealed
+	$(BIN)/joulepath prove $(if $(RECORDINGS),--recordings "$(RECORDINGS)") $(ARGS)
 
 lock: $(VENV)/.created ## Resolve the dependencies anew into both lock files
 	$(PIP) install --quiet uv

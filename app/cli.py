@@ -15,6 +15,7 @@ from app.commands.compare import comparing
 from app.commands.diagnose import diagnosing
 from app.commands.graphs import graphs, making
 from app.commands.output import CommandError, GraphOption, service_for
+from app.commands.prove import proving
 from app.commands.queries import queries
 from app.commands.vehicles import vehicles
 from app.store.errors import StoreError
@@ -55,6 +56,7 @@ cli.add_typer(queries)
 cli.add_typer(comparing)
 cli.add_typer(diagnosing)
 cli.add_typer(making)
+cli.add_typer(proving)
 cli.add_typer(vehicles, name="vehicles")
 cli.add_typer(graphs, name="graphs")
 

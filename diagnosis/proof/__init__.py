@@ -1,0 +1,1 @@
+"""The concealed-effect proof: worlds are sealed, the tool is asked, and only then are the labels opened and scored."""
