@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from diagnosis.windows import Trip, Windows
 
 DRAWS: Final = 2000
+LEAST_OF_MEDIAN: Final = 0.1
 SLOW: Final = ("wander_120s", "wander_480s", "wander_1800s", "level")
 PART_FAMILY: Final = {
     "rolling": Family.ROLLING,
@@ -35,8 +36,30 @@ PART_FAMILY: Final = {
     "drivetrain_loss": Family.DRIVETRAIN,
     "recuperation_loss": Family.RECUPERATION,
     "auxiliary": Family.AUXILIARY,
+    "regen_limit": Family.RECUPERATION,
+    "load_loss": Family.DRIVETRAIN,
+    "battery_resistance": Family.BATTERY,
+    "tyre_warm_up": Family.ROLLING,
+    "tyre_temperature": Family.ROLLING,
+    "road_surface": Family.ROLLING,
+    "payload": Family.MASS,
+    "air_density": Family.AERODYNAMIC,
+    "drag": Family.AERODYNAMIC,
+    "wind": Family.WIND,
+    "cabin": Family.THERMAL,
+    "consumption_table": Family.UNEXPLAINED,
 }
-TERM_FAMILY: Final = {term.name: term.family for term in LIBRARY} | {one.name: one.family for one in PARAMETERS}
+# what sensors do to a recording, by what it is like
+SENSOR_FAMILY: Final = {
+    "acceleration_gain": Family.MASS,
+    "grade_gain": Family.GRADE,
+    "kink_noise": Family.RECUPERATION,
+    "load_curvature": Family.DRIVETRAIN,
+    "recuperation_curvature": Family.RECUPERATION,
+}
+TERM_FAMILY: Final = (
+    {term.name: term.family for term in LIBRARY} | {one.name: one.family for one in PARAMETERS} | SENSOR_FAMILY
+)
 
 
 def account(
@@ -86,8 +109,8 @@ def account(
 
 
 def score(accounts: Sequence[TripAccount], *, after: bool, seed: int) -> FitScore | None:
-    """Errors over trips, with the interval of the mean size of errors over drawn trips; None without trips."""
-    used = [one for one in accounts if one.measured_kwh > 0.0]
+    """Errors over trips that are scored, with the interval of the mean size of errors over drawn trips; or None."""
+    used = scored(accounts)
     if not used:
         return None
     error = np.array([(one.after_kwh if after else one.before_kwh) / one.measured_kwh - 1.0 for one in used])
@@ -106,6 +129,13 @@ def score(accounts: Sequence[TripAccount], *, after: bool, seed: int) -> FitScor
         sd=float(error.std(ddof=1)) if error.size > 1 else 0.0,
         rmse_w=float(np.sqrt(np.average(left**2, weights=weight))),
     )
+
+
+def scored(accounts: Sequence[TripAccount]) -> list[TripAccount]:
+    """Trips whose relative error says something: those with LEAST_OF_MEDIAN of the median measured energy, or more."""
+    sizes = [abs(one.measured_kwh) for one in accounts]
+    least_kwh = LEAST_OF_MEDIAN * float(np.median(sizes)) if sizes else 0.0
+    return [one for one in accounts if one.measured_kwh >= least_kwh and one.measured_kwh > 0.0]
 
 
 def _model_w(cut: Windows, solution: Solution, beta: NDArray[np.float64]) -> NDArray[np.float64]:

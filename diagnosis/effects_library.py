@@ -280,7 +280,7 @@ LIBRARY: Final[tuple[Term, ...]] = (
         "pull_down_w_per_k",
         "W/K",
         Family.THERMAL,
-        lambda d, tau: _hot_k(d, 291.15) * decaying_s(d, tau),
+        lambda d, tau: _hot_k(d) * decaying_s(d, tau),
         TAU,
         needs_ambient=True,
         most=600.0,

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from diagnosis.accounts import account, nameplate_j, score
+from diagnosis.accounts import account, nameplate_j, score, scored
 from diagnosis.driven import driven, with_vehicle
 from diagnosis.errors import DiagnosisCancelled, DiagnosisError
-from diagnosis.findings import findings, parameter_errors, unexplained
+from diagnosis.findings import findings, odd_trips, parameter_errors, unexplained
 from diagnosis.fitting import BOX, fit, left_w
-from diagnosis.learned import learned_effects, learned_parameters
+from diagnosis.learned import NOTHING, applied, learned, replayed_j
 from diagnosis.locate import Axis, regimes
 from diagnosis.results import Diagnosis, QualityNote, TripAccount, TripTimeline, Verdict
 from diagnosis.scan import in_box
@@ -26,12 +26,17 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
     from diagnosis.fitting import Model
+    from diagnosis.learned import Learned
     from diagnosis.locate import Regime
     from diagnosis.recordings import Recording
-    from diagnosis.results import Finding, ParameterError, Unexplained
+    from diagnosis.results import Finding, FitScore, ParameterError, Unexplained
     from diagnosis.windows import Trip
     from energy.vehicle import Vehicle
 
+COARSEST_STEP_S: Final = 4.0
+OFF_FRAC: Final = 0.03  # of trips' energies, from which on a file's numbers are off
+OFF_GAIN: Final = 0.5  # of that, that refitted numbers may leave
+LEAST_GAIN_FRAC: Final = 0.005
 STAGES: Final = (
     "replaying the drives",
     "fitting",
@@ -76,11 +81,18 @@ def diagnose(
     """
     _check(recordings, held_out)
 
+    furthest = 0.0
+
+    def share(stage: str) -> float:
+        nonlocal furthest
+        furthest = max(furthest, STAGES.index(stage) / len(STAGES))  # a second fit begins no earlier
+        return furthest
+
     def on_step(stage: str) -> None:
         if cancelled is not None and cancelled():
             raise DiagnosisCancelled("the diagnosis was cancelled")
         if progress is not None:
-            progress(stage, STAGES.index(stage) / len(STAGES))
+            progress(stage, share(stage))
 
     on_step(STAGES[0])
     trips = []
@@ -94,19 +106,32 @@ def diagnose(
     quality = tuple(
         QualityNote(one.id, note.kind.value, note.channel, note.text) for one in recordings for note in one.notes
     )
+    trips, unfit = _fit_for_it(trips)
     fitted = [trip for trip in trips if trip.recording.id not in held_out]
     kept = [trip for trip in trips if trip.recording.id in held_out]
     if len(fitted) < LEAST_TRIPS:
-        return _too_few(fitted, kept, vehicle, quality, settings)
+        return _too_few(fitted, [*kept, *unfit], vehicle, (*quality, *map(_why_unfit, unfit)), settings)
     on_step(STAGES[1])
-    model = fit(fitted, vehicle, settings.seed, settings.window_s, on_step)
-    on_step(STAGES[5])
-    found, wrong, strange = findings(model), parameter_errors(model), unexplained(model)
-    accounts = _accounts(model, kept)
-    scored = [one for one in accounts if one.held_out] or accounts
-    before, after = (score(scored, after=which, seed=settings.seed) for which in (False, True))
-    effects, intervals, left_out = learned_effects(model)
-    verdict, text = _verdict(found, wrong, strange, len(fitted))
+    try:
+        model = fit(fitted, vehicle, settings.seed, settings.window_s, on_step)
+        odd = odd_trips(model)
+        if odd:
+            on_step(STAGES[1])
+            kept = [*kept, *(trip for trip in fitted if trip.recording.id in odd)]
+            fitted = [trip for trip in fitted if trip.recording.id not in odd]
+            model = fit(fitted, vehicle, settings.seed, settings.window_s, on_step)
+        on_step(STAGES[5])
+        accounts = _accounts(model, kept, held_out)
+    except EnergyError as error:
+        raise DiagnosisError(f"vehicle {vehicle.id!r} cannot be fitted: {error}") from error
+    asked = [one for one in accounts if one.id in held_out] or [one for one in accounts if one.id not in odd]
+    before, after = (score(asked, after=which, seed=settings.seed) for which in (False, True))
+    found, strange = findings(model), (*map(odd.__getitem__, odd), *unexplained(model))
+    off = _file_is_off(accounts, odd)
+    wrong = parameter_errors(model) if off is not None else ()
+    verdict, text = _verdict(found, wrong, strange, off, len(fitted))
+    carried = learned(model) if found or wrong or (off is not None and off.clear) else NOTHING
+    routes = _routes_score(model, vehicle, carried, [*model.trips, *kept], asked, settings.seed)
     return Diagnosis(
         vehicle_id=vehicle.id,
         verdict=verdict,
@@ -114,18 +139,19 @@ def diagnose(
         findings=found,
         parameter_errors=wrong,
         unexplained=strange,
-        data_quality=quality,
+        data_quality=(*quality, *map(_why_unfit, unfit)),
         fitted_trips=tuple(trip.recording.id for trip in fitted),
-        held_out_trips=tuple(trip.recording.id for trip in kept),
+        held_out_trips=tuple(one for one in (trip.recording.id for trip in kept) if one in held_out),
         before=before,
         after=after,
+        routes=routes,
         regimes_before=_all_regimes(model, after=False),
         regimes_after=_all_regimes(model, after=True),
         trips=accounts,
-        effects=effects,
-        effects_ci95=intervals,
-        parameters=learned_parameters(model, wanted=bool(found or wrong)),
-        not_carried=left_out,
+        effects=carried.effects,
+        effects_ci95=carried.effects_ci95,
+        parameters=carried.parameters,
+        not_carried=carried.not_carried,
         model=_told(model, settings),
     )
 
@@ -142,7 +168,7 @@ def _check(recordings: Sequence[Recording], held_out: Collection[str]) -> None:
             raise DiagnosisError(f"held-out trip {one!r} is none of the {len(ids)} recordings")
 
 
-def _accounts(model: Model, kept: Sequence[Trip]) -> tuple[TripAccount, ...]:
+def _accounts(model: Model, kept: Sequence[Trip], held_out: Collection[str]) -> tuple[TripAccount, ...]:
     names = model.solution.names
     found = [
         account(model, trip, nameplate_j(model, trip), cut, k, held_out=False)
@@ -158,7 +184,9 @@ def _accounts(model: Model, kept: Sequence[Trip]) -> tuple[TripAccount, ...]:
             columns_j=np.column_stack((cut.columns_j, *boxed)),
         )
         assert set(names) <= set(cut.names), "held-out trips have all columns of the model"
-        found.append(account(model, again, nameplate_j(model, again), cut, None, held_out=True))
+        found.append(
+            account(model, again, nameplate_j(model, again), cut, None, held_out=again.recording.id in held_out)
+        )
     return tuple(found)
 
 
@@ -169,20 +197,99 @@ def _all_regimes(model: Model, *, after: bool) -> tuple[Regime, ...]:
     return tuple(one for axis in Axis for one in regimes(model.windows, axis, left))
 
 
+@dataclass(frozen=True, slots=True)
+class _Off:
+    """How the vehicle's file and its own numbers refitted meet fitted trips: mean size of errors [-]."""
+
+    nameplate: float
+    before: float
+
+    @property
+    def clear(self) -> bool:
+        """Whether the file's numbers are off, whichever of them it is."""
+        return self.nameplate >= OFF_FRAC and self.before <= OFF_GAIN * self.nameplate
+
+
+def _file_is_off(accounts: Sequence[TripAccount], odd: Collection[str]) -> _Off | None:
+    """Whether other numbers of the vehicle meet trips' energies better than those of its file; None where not."""
+    used = scored([one for one in accounts if not one.held_out and one.id not in odd])
+    if not used:
+        return None
+    nameplate = float(np.mean([abs(one.nameplate_kwh / one.measured_kwh - 1.0) for one in used]))
+    before = float(np.mean([abs(one.before_kwh / one.measured_kwh - 1.0) for one in used]))
+    return _Off(nameplate, before) if nameplate - before >= max(LEAST_GAIN_FRAC, 0.1 * nameplate) else None
+
+
 def _verdict(
-    found: Sequence[Finding], wrong: Sequence[ParameterError], strange: Sequence[Unexplained], trips: int
+    found: Sequence[Finding],
+    wrong: Sequence[ParameterError],
+    strange: Sequence[Unexplained],
+    off: _Off | None,
+    trips: int,
 ) -> tuple[Verdict, str]:
-    clear = [one for one in found if not one.ambiguous_with]
-    if clear:
-        text = " ".join(one.text for one in found)
+    """The verdict and everything that was concluded, in one text."""
+    text = " ".join(
+        [
+            *(
+                one.text if one.separating_recording is None else f"{one.text} {one.separating_recording}"
+                for one in found
+            ),
+            *(one.text for one in wrong),
+            *(one.text for one in strange),
+        ]
+    )
+    if any(not one.ambiguous_with for one in found):
         return Verdict.LEFT_OUT_PHYSICS, text
     if found:
-        return Verdict.CANNOT_TELL, " ".join(f"{one.text} {one.separating_recording}" for one in found)
+        return Verdict.CANNOT_TELL, text
     if strange:
-        return Verdict.UNEXPLAINED, strange[0].text
+        return Verdict.UNEXPLAINED, text
     if wrong:
-        return Verdict.PARAMETER_ERROR, " ".join(one.text for one in wrong)
+        return Verdict.PARAMETER_ERROR, text
+    if off is not None and off.clear:
+        return Verdict.PARAMETER_ERROR, (
+            f"The vehicle's numbers are off: with those of its file trips err by {off.nameplate:.1%}, with fitted ones"
+            f" by {off.before:.1%}. Which of them it is can't be told from these drives."
+        )
     return Verdict.NOTHING_MISSING, f"In {trips} drives nothing stands out that the model leaves out."
+
+
+def _fit_for_it(trips: Sequence[Trip]) -> tuple[list[Trip], list[Trip]]:
+    """Trips that can be fitted, and those sampled too coarsely or without a window."""
+    fine = [trip for trip in trips if not _too_coarse(trip) and bool((trip.window >= 0).any())]
+    if fine and not any(trip.drive.profile.step_m().any() for trip in fine):
+        raise DiagnosisError("no recording moves: allowed: drives of more than 0 m")
+    if fine and not any(bool(trip.recording.power_w.any()) for trip in fine):
+        raise DiagnosisError("power_w is 0 in every recording, allowed: measured power")
+    return fine, [trip for trip in trips if trip not in fine]
+
+
+def _too_coarse(trip: Trip) -> bool:
+    return float(np.median(np.diff(trip.recording.time_s))) > COARSEST_STEP_S
+
+
+def _why_unfit(trip: Trip) -> QualityNote:
+    step_s = float(np.median(np.diff(trip.recording.time_s)))
+    text = f"not fitted: a sample each {step_s:.1f} s, at most {COARSEST_STEP_S:g} s are needed to see accelerations"
+    if step_s <= COARSEST_STEP_S:
+        text = "not fitted: nothing is left beside its gaps"
+    return QualityNote(trip.recording.id, "unfit", "time_s", text)
+
+
+def _routes_score(
+    model: Model,
+    vehicle: Vehicle,
+    carried: Learned,
+    trips: Sequence[Trip],
+    asked: Sequence[TripAccount],
+    seed: int,
+) -> FitScore | None:
+    """How what routes carry meets the trips that are asked for, replayed at their speed and temperature."""
+    if not carried.parameters:
+        return None
+    car = applied(vehicle, carried)
+    replayed = {trip.recording.id: replayed_j(car, trip) / J_PER_KWH for trip in trips}
+    return score([replace(one, after_kwh=replayed[one.id]) for one in asked], after=True, seed=seed)
 
 
 def _told(model: Model, settings: DiagnosisSettings) -> dict[str, Any]:
@@ -246,6 +353,7 @@ def _too_few(
         held_out_trips=tuple(trip.recording.id for trip in kept),
         before=None,
         after=None,
+        routes=None,
         regimes_before=(),
         regimes_after=(),
         trips=tuple(accounts),

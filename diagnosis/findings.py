@@ -12,11 +12,12 @@ from diagnosis.jackknife import FORM_SD_FRAC, additions, equations, solve
 from diagnosis.levels import levels, trip_wind
 from diagnosis.locate import Axis, regimes
 from diagnosis.results import Coefficient, Family, Finding, ParameterError, Rival, Unexplained
-from diagnosis.scan import CELL_M, cell_centre_deg
+from diagnosis.scan import CELL_M, DRAWS, cell_centre_deg
+from diagnosis.selection import LEAST_TRIPS, NULL_DRAWS
 from diagnosis.separation import sentence, separating
 from diagnosis.tangents import PARAMETERS
 from diagnosis.trips import J_PER_KWH
-from diagnosis.windows import SENSORS
+from diagnosis.windows import SENSORS, measured_size_j
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -33,6 +34,10 @@ if TYPE_CHECKING:
 
 MOST_REGIMES: Final = 4
 LEAST_SHARE_FRAC: Final = 0.01
+ODD_FRAC: Final = 0.25  # of a trip's energy
+ODD_TYPICAL: Final = 8.0  # typical errors
+MOST_ODD_FRAC: Final = 0.2
+GAINS: Final = ("acceleration_gain", "grade_gain")  # together the same as mass
 SHOWN_AXES: Final = (Axis.AMBIENT, Axis.SINCE_START, Axis.SPEED, Axis.STANDSTILL, Axis.POWER, Axis.SOC)
 
 
@@ -45,20 +50,21 @@ def findings(model: Model) -> tuple[Finding, ...]:
     for effect, terms in effects.items():
         beside = [one for one in model.companions if one.term.effect == effect and one.label in model.solution.names]
         told.append(_finding(model, effect, terms, beside))
-    level = levels(model)
-    if level is not None:
-        told.append(_level_finding(level))
     wind = trip_wind(model)
+    level = levels(model) if wind is None else None
     if wind is not None:
         told.append(_wind_finding(model, wind))
+    if level is not None:
+        told.append(_level_finding(level))
     return tuple(sorted(told, key=lambda one: -one.energy_share_frac))
 
 
 def parameter_errors(model: Model) -> tuple[ParameterError, ...]:
     """Parameters that must differ from the file's, found like effects beside everything else that was found."""
     system = _about_nameplate(model)
-    beside = [*SENSORS, *(name for name in model.solution.names if name not in SENSORS and not _is_parameter(name))]
-    measured_j = sum(float(trip.measured_j.sum()) for trip in model.windows)
+    beside = [*(name for name in SENSORS if name not in GAINS)]
+    beside += [*(name for name in model.solution.names if name not in SENSORS and not _is_parameter(name))]
+    measured_j = measured_size_j(model.windows)
     open_ = list(PARAMETERS)
     wrong: list[Parameter] = []
     while open_:
@@ -79,6 +85,8 @@ def parameter_errors(model: Model) -> tuple[ParameterError, ...]:
         energy_j = shift * sum(float(trip.column(one.name).sum()) for trip in model.windows)
         if abs(shift) <= half or abs(energy_j) < LEAST_SHARE_FRAC * measured_j:
             continue  # another parameter that came later has taken it over
+        if not one.least <= nameplate + shift <= one.most:
+            continue  # no vehicle has that
         others = [
             other.name for other in PARAMETERS if other not in wrong and _alike(system, beside, wrong, one, other)
         ]
@@ -100,6 +108,36 @@ def parameter_errors(model: Model) -> tuple[ParameterError, ...]:
     return tuple(told)
 
 
+def odd_trips(model: Model) -> dict[str, Unexplained]:
+    """Trips by the fit of the others so far off that they are no drives of this vehicle, or no sound recordings.
+
+    Only few can be; more would say that the model is wrong for all.
+    """
+    names, errors, left_j = [], [], []
+    for k, trip in enumerate(model.windows):
+        left = float((model.left_w(k, left_out=True) * trip.duration_s).sum())
+        names.append(trip.trip_id)
+        left_j.append(left)
+        errors.append(left / max(float(np.abs(trip.measured_j).sum()), 1.0))
+    values = np.array(errors)
+    away = np.abs(values - np.median(values))
+    typical = 1.4826 * float(np.median(away))
+    odd = away > max(ODD_FRAC, ODD_TYPICAL * typical)
+    if not 0 < int(odd.sum()) <= MOST_ODD_FRAC * odd.size or odd.size - int(odd.sum()) < LEAST_TRIPS:
+        return {}
+    told = {}
+    for k in np.flatnonzero(odd).tolist():
+        mean_w = left_j[k] / float(model.windows[k].duration_s.sum())
+        text = (
+            f"Trip {names[k]} took {values[k]:+.0%} of the energy that it moved more than the others tell: another vehicle or load,"
+            " or a faulty recording. It was left out of the fit."
+        )
+        told[names[k]] = Unexplained(
+            "trip", "", float(k), float(k), mean_w, None, left_j[k] / J_PER_KWH, 1.0 / NULL_DRAWS, (names[k],), text
+        )
+    return told
+
+
 def unexplained(model: Model) -> tuple[Unexplained, ...]:
     """Structures that no effect explains, the largest first."""
     told = [
@@ -118,7 +156,7 @@ def _finding(model: Model, effect: str, terms: Sequence[Candidate], beside: Sequ
     )
     energy_j = float(sums @ model.solution.coefficients)
     half_j = model.solution.half_width(sums)
-    measured_j = sum(float(trip.measured_j.sum()) for trip in model.windows)
+    measured_j = measured_size_j(model.windows)
     by_trip = [float((_own_w(model, k, labels) * trip.duration_s).sum()) for k, trip in enumerate(model.windows)]
     moved_j = float(np.abs(by_trip).sum())
     rivals = (
@@ -171,13 +209,13 @@ def _own_w(model: Model, k: int, labels: set[str]) -> NDArray[np.float64]:
 
 
 def _located(model: Model, labels: set[str]) -> tuple[Regime, ...]:
-    """Regimes in which what is left without some terms departs, those in which the terms are largest."""
+    """Regimes in which what is left without some terms departs, those in which the terms took most energy."""
     left = [model.left_w(k) + _own_w(model, k, labels) for k in range(len(model.windows))]
     own = [_own_w(model, k, labels) for k in range(len(model.windows))]
     found = []
     for axis in SHOWN_AXES:
         known = zip(regimes(model.windows, axis, left), regimes(model.windows, axis, own), strict=True)
-        departing = [(abs(each.mean_w), one) for one, each in known if one.departs]
+        departing = [(abs(each.energy_kwh), one) for one, each in known if one.departs]
         if departing:
             found.append(max(departing, key=lambda pair: pair[0]))
     return tuple(one for _, one in sorted(found, key=lambda pair: -pair[0])[:MOST_REGIMES])
@@ -212,9 +250,7 @@ def _level_finding(level: Level) -> Finding:
 def _wind_finding(model: Model, wind: TripWind) -> Finding:
     energy_kwh = wind.energy_j / J_PER_KWH
     spread = 1.96 * FORM_SD_FRAC * wind.mean_mps
-    half_kwh = (
-        1.96 * FORM_SD_FRAC * wind.share_frac * sum(float(one.measured_j.sum()) for one in model.windows) / J_PER_KWH
-    )
+    half_kwh = 1.96 * FORM_SD_FRAC * wind.share_frac * measured_size_j(model.windows) / J_PER_KWH
     return Finding(
         effect="steady_wind",
         family=Family.WIND,
@@ -249,7 +285,7 @@ def _told(model: Model, structure: Structure, mean_w: float, k: int) -> Unexplai
         mean_w=mean_w,
         ci95_w=(mean_w - half_w, mean_w + half_w),
         energy_kwh=energy_kwh,
-        p=max(structure.p, 1.0 / 400.0),
+        p=max(structure.p, 1.0 / DRAWS),
         trips=structure.trips,
         text=f"{mean_w:+.0f} ± {half_w:.0f} W {where}, {energy_kwh:.2f} kWh on {len(structure.trips)} trips, that no"
         " effect of the library explains.",
@@ -257,15 +293,13 @@ def _told(model: Model, structure: Structure, mean_w: float, k: int) -> Unexplai
 
 
 def _about_nameplate(model: Model) -> Equations:
-    """The equations of what the vehicle's file leaves, with no prior on its parameters."""
+    """The equations of what the vehicle's file leaves, its parameters about those of the file."""
     shifts = {one.name: _shift(model, one) for one in PARAMETERS}
     moved = []
     for trip in model.windows:
         more_j = sum((shift * trip.column(name) for name, shift in shifts.items()), np.zeros(trip.begin_s.size))
         moved.append(replace(trip, simulated_j=trip.simulated_j - more_j))
-    precision = model.system.precision.copy()
-    precision[model.system.index(list(shifts))] = 0.0
-    return equations(moved, model.roots, precision, np.zeros_like(precision))
+    return equations(moved, model.roots, model.system.precision, np.zeros_like(model.system.precision))
 
 
 def _shift(model: Model, one: Parameter) -> float:

@@ -24,7 +24,7 @@ from diagnosis.selection import (
     threshold,
 )
 from diagnosis.tangents import PARAMETERS, SENSOR_COLUMNS
-from diagnosis.windows import FREE, windows
+from diagnosis.windows import FREE, measured_size_j, windows
 from energy.errors import VehicleError
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 
 ROUNDS: Final = 3  # of noise and selection, which depend on each other
 SHAPES: Final = 9  # tried between the neighbours of a shape of the grid
+TRIP_SD_FRAC: Final = 0.02  # of a trip's energy, that its whole may be off
 COMPANION_SHARE: Final = 0.03  # of the energy: how much a term that does not stand out may well hold
 ACCOMPANYING: Final = ("rolling_temp_per_k",)  # beside thermal terms
 MOST_STRUCTURES: Final = 3
@@ -108,6 +109,8 @@ def moved(vehicle: Vehicle, solution: Solution) -> Vehicle:
             one.name: float(getattr(vehicle, one.name)) + step * solution.value(one.name) for one in PARAMETERS
         }
         values["aux_power_w"] = max(values["aux_power_w"], 0.0)
+        values["road_load_a_n"] = max(values["road_load_a_n"], 0.2 * vehicle.road_load_a_n)
+        values["road_load_c_n_per_mps2"] = max(values["road_load_c_n_per_mps2"], 0.2 * vehicle.road_load_c_n_per_mps2)
         values["drive_eff"] = float(np.clip(values["drive_eff"], 0.5, 0.99))
         values["recuperation_eff"] = float(np.clip(values["recuperation_eff"], 0.05, 0.98))
         try:
@@ -263,24 +266,44 @@ def _solution(model: Model, found: Sequence[Candidate]) -> Solution:
     """The fit of found terms, companions, each about none by COMPANION_SHARE of the energy, and structures."""
     companions = [one for one in model.companions if all(one.term is not other.term for other in found)]
     labels = [one.label for one in companions]
-    system = _held(model, labels)
+    system = with_wholes(_held(model, labels), model.windows)
     boxed = [f"{BOX}{k}" for k in range(len(model.structures))]
     while True:
         solution = solve(system, [*FREE, *(one.label for one in found), *labels, *boxed])
-        negative = [label for label in labels if solution.value(label) < 0.0]
-        if not negative:
+        most = {one.label: one.term.most for one in companions}
+        wrong = [label for label in labels if not 0.0 <= solution.value(label) <= most[label]]
+        if not wrong:
             return solution
-        labels = [label for label in labels if label not in negative]
+        labels = [label for label in labels if label not in wrong]
+
+
+def with_wholes(system: Equations, trips: Sequence[Windows]) -> Equations:
+    """The equations with trips' whole energies counted beside their windows, each as if known to TRIP_SD_FRAC.
+
+    What is wanted of a fit is the energy of a trip; windows alone would trade it for steady stretches.
+    """
+    gram, vector = system.gram.copy(), system.vector.copy()
+    for k, trip in enumerate(trips):
+        size_j = TRIP_SD_FRAC * max(abs(float(trip.measured_j.sum())), 1.0)
+        whole = trip.columns_j.sum(axis=0) / size_j
+        gram[k] += np.outer(whole, whole)
+        vector[k] += whole * float(trip.residual_j().sum()) / size_j
+    return replace(system, gram=gram, vector=vector)
 
 
 def _held(model: Model, labels: Sequence[str]) -> Equations:
     """The equations with a prior about 0 on some terms."""
-    precision = model.system.precision.copy()
-    measured_j = sum(float(trip.measured_j.sum()) for trip in model.windows)
+    return replace(model.system, precision=companion_precision(model.system, model.windows, labels))
+
+
+def companion_precision(system: Equations, trips: Sequence[Windows], labels: Sequence[str]) -> NDArray[np.float64]:
+    """Precision of all columns with some held about 0 by COMPANION_SHARE of the energy, float64 (p,)."""
+    precision = system.precision.copy()
+    measured_j = measured_size_j(trips)
     for label in labels:
-        size_j = sum(abs(float(trip.column(label).sum())) for trip in model.windows)
-        precision[model.system.names.index(label)] = (size_j / (COMPANION_SHARE * measured_j)) ** 2
-    return replace(model.system, precision=precision)
+        size_j = sum(abs(float(trip.column(label).sum())) for trip in trips)
+        precision[system.names.index(label)] = (size_j / (COMPANION_SHARE * measured_j)) ** 2
+    return precision
 
 
 def _accompanied(model: Model) -> Model:
@@ -303,7 +326,7 @@ def _accompanied(model: Model) -> Model:
         beside = [*FREE, *(one.label for one in (*model.found, *chosen))]
         added = additions(system, beside, [one.label for one in shapes])
         best = int(np.argmin(added.losses.sum(axis=0)))
-        if float(added.coefficients[best]) > 0.0:
+        if 0.0 < float(added.coefficients[best]) <= term.most:
             chosen.append(shapes[best])
     return _read(replace(model, companions=tuple(chosen)), model.found)
 

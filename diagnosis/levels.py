@@ -1,7 +1,8 @@
 """Levels that single trips have of their own: a roof box, a load, soft tyres, on some drives and not on others.
 
-After everything else is fitted, each trip is given its own drag, mass or rolling resistance. Trips that lie
-far above what the bulk of trips scatter by are named; which of the three it was is told by what fits best.
+After everything else is fitted, each trip is given its own drag, mass or rolling resistance. Where trips differ by more
+of it than clean drives do, the upper of two groups of them is named; which of the three it was is told by what fits
+best.
 """
 
 from __future__ import annotations
@@ -14,7 +15,7 @@ import numpy as np
 from diagnosis.jackknife import equations, solve
 from diagnosis.noise import KERNELS, whitened
 from diagnosis.results import Family
-from diagnosis.windows import summed
+from diagnosis.windows import measured_size_j, summed
 from energy.vehicle import GRAVITY_MPS2
 
 if TYPE_CHECKING:
@@ -27,25 +28,27 @@ if TYPE_CHECKING:
 
 LEVEL: Final = "level of some trips"
 LEAST_TRIPS: Final = 8  # fewer have no bulk that others stand out from
-LEAST_FLAGGED: Final = 2
-STANDS_OUT: Final = 4.5
-LEAST_RISE_FRAC: Final = 0.1  # of drag, mass or rolling resistance
-LEAST_SHARE_FRAC: Final = 0.01
+LEAST_GAIN: Final = 20.0  # mean square of trips' differences over what noise makes of them; clean drives reach 30
 SAME_GAIN_FRAC: Final = 0.7  # of the best kind's gain, from which on another can't be told from it
 USUAL_WIND_MPS: Final = 4.0  # at the height of a vehicle
 LEAST_WIND_MPS: Final = 2.2
 WIND_RATIO: Final = 5.0
 WIND_SHARE_FRAC: Final = 0.04  # a breeze that nobody records holds 2 to 3 %
-NORMAL_HALF: Final = 1.349  # length of the middle half of a normal distribution over its standard deviation
 
 
 @dataclass(frozen=True, slots=True)
 class Kind:
-    """Something that a trip can have more of: its energy for twice the vehicle's own, float64 (n,) [J]."""
+    """Something that a trip can have more of: its energy for twice the vehicle's own, float64 (n,) [J].
+
+    least_rise_frac: of the vehicle's own, below which days differ anyway; least_share_frac: of the energy likewise, of
+    all trips' differences together.
+    """
 
     effect: str
     family: Family
     column_j: Callable[[Driven], NDArray[np.float64]]
+    least_rise_frac: float
+    least_share_frac: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,28 +83,36 @@ def _rolling(drive: Driven) -> NDArray[np.float64]:
 
 
 KINDS: Final = (
-    Kind("roof_load", Family.AERODYNAMIC, _drag),
-    Kind("trip_payload", Family.MASS, _mass),
-    Kind("trip_rolling", Family.ROLLING, _rolling),
+    Kind("roof_load", Family.AERODYNAMIC, _drag, 0.1, 0.045),
+    Kind("trip_payload", Family.MASS, _mass, 0.03, 0.0125),
+    Kind("trip_rolling", Family.ROLLING, _rolling, 0.15, 0.045),
 )
 
 
 def levels(model: Model) -> Level | None:
     """The level that some trips carry, if any stands out."""
-    if len(model.windows) < LEAST_TRIPS:
+    if len(model.windows) < LEAST_TRIPS or model.structures:
         return None
     variance = model.noise.variance.copy()
     for name in ("rolling", "drag"):
         variance[KERNELS.index(name)] = 0.0
     noise = replace(model.noise, variance=variance)
-    measured_j = sum(float(trip.measured_j.sum()) for trip in model.windows)
+    measured_j = measured_size_j(model.windows)
     roots = [noise.root(cut) for cut in model.windows]
     left = [whitened(root, model.left_w(k)) for k, root in enumerate(roots)]
-    found = [one for kind in KINDS if (one := _flagged(model, kind, roots, left, measured_j)) is not None]
+    known = {one.term.family for one in model.found}
+    tried = [
+        _flagged(model, kind, roots, left, measured_j)
+        for kind in KINDS
+        if kind.family is not Family.MASS or Family.MASS not in known
+    ]
+    found = [one for one in tried if one is not None]
     if not found:
         return None
     found.sort(key=lambda one: -one.gain)
     best = found[0]
+    if not best.clear:
+        return None
     rise, half, energy_j = _joint(model, best)
     return Level(
         kind=best.kind,
@@ -110,7 +121,7 @@ def levels(model: Model) -> Level | None:
         half_frac=half,
         energy_j=energy_j,
         share_frac=energy_j / measured_j,
-        z=best.z,
+        z=float(np.sqrt(best.gain)),
         rivals=tuple(one.kind for one in found[1:] if one.gain >= SAME_GAIN_FRAC * best.gain),
     )
 
@@ -134,16 +145,15 @@ def _joint(model: Model, flagged: _Flagged) -> tuple[float, float, float]:
 
 @dataclass(frozen=True, slots=True)
 class _Flagged:
-    """Trips that stand out by one kind: which, rise and sd of all trips [-], energy of a rise of 1 [J]."""
+    """Trips that differ by one kind: how much is gained by it over what noise would, and which trips carry it.
+
+    clear: whether it is more than clean drives differ by.
+    """
 
     kind: Kind
     gain: float
     on: NDArray[np.bool_]
-    rise: NDArray[np.float64]
-    sd: NDArray[np.float64]
-    energy_j: NDArray[np.float64]
-    share: float
-    z: float
+    clear: bool
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,7 +199,7 @@ def trip_wind(model: Model) -> TripWind | None:
         energies.append(float((columns_j @ wind).sum()))
     if len(winds) < LEAST_TRIPS:
         return None
-    measured_j = sum(float(trip.measured_j.sum()) for trip in model.windows)
+    measured_j = measured_size_j(model.windows)
     speeds = np.hypot(*np.array(winds).T)
     known = np.array(sizes)
     found = TripWind(
@@ -219,21 +229,21 @@ def _flagged(
         size = float(column @ column)
         if size > 0.0:
             rise[k], sd[k], energy_j[k] = float(column @ left[k]) / size, 1.0 / np.sqrt(size), float(column_j.sum())
-    centre, spread = _bulk(rise)
-    above = rise - centre
-    z = above / np.sqrt(sd**2 + spread**2)
-    on = (z > STANDS_OUT) & (above > LEAST_RISE_FRAC)
-    share = float((above * energy_j)[on].sum()) / measured_j
-    if not LEAST_FLAGGED <= int(on.sum()) <= 0.5 * count or share < LEAST_SHARE_FRAC:
+    share = float((np.abs(rise - np.median(rise)) * energy_j).sum()) / measured_j
+    gain = float(np.mean(np.square((rise - np.median(rise)) / sd)))
+    on = _upper(rise)
+    apart = float(rise[on].mean() - rise[~on].mean()) if 0 < int(on.sum()) < count else 0.0
+    if not 0 < int(on.sum()) < count:
         return None
-    gain = float(np.square(above / sd)[on].sum())
-    return _Flagged(kind, gain, on, above, np.hypot(sd, spread), energy_j, share, float(z[on].min()))
+    clear = share >= kind.least_share_frac and gain >= LEAST_GAIN and apart >= kind.least_rise_frac
+    return _Flagged(kind, gain, on, clear)
 
 
-def _bulk(values: NDArray[np.float64]) -> tuple[float, float]:
-    """Centre and standard deviation of the bulk: of the shortest interval that holds half of the values."""
+def _upper(values: NDArray[np.float64]) -> NDArray[np.bool_]:
+    """Which values belong to the upper of the two groups that differ most (Otsu's split), bool (n,)."""
     ordered = np.sort(values)
-    half = ordered.size // 2 + 1
-    width = ordered[half - 1 :] - ordered[: ordered.size - half + 1]
-    first = int(np.argmin(width))
-    return float(np.median(ordered[first : first + half])), float(width[first]) / NORMAL_HALF
+    below = np.arange(1, ordered.size)
+    low = np.cumsum(ordered)[:-1] / below
+    high = (ordered.sum() - np.cumsum(ordered)[:-1]) / (ordered.size - below)
+    between = below * (ordered.size - below) * np.square(high - low)
+    return np.asarray(values > ordered[int(np.argmax(between))], np.bool_)

@@ -8,7 +8,7 @@ little is uncertain, tells of power that does not move the car; inference rests 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -24,10 +24,12 @@ if TYPE_CHECKING:
 
 WANDER_S: Final = (30.0, 120.0, 480.0, 1800.0)
 DYNAMIC_WANDER_S: Final = 30.0
+TINY: Final = 1e-30
 FLOOR_W: Final = 25.0  # of white noise in a window: what resolution of sensors leaves
 LEVEL_FLOOR_W: Final = 20.0  # of a trip's level: lights, fans
 ROLLING_FLOOR_N: Final = 2.0  # of a trip's rolling resistance: tyres and load differ from day to day
 BINS: Final = 8
+MOST_WINDOWS: Final = 400  # of a trip, for the estimate of noise
 OUTLIER: Final = 5.0  # windows beyond so many typical sizes count as that many when scatter is estimated
 FULL_WINDOW_FRAC: Final = 0.3  # ends of trips are shorter and noisier, but not without bound
 KERNELS: Final = (
@@ -84,7 +86,8 @@ def estimated(trips: Sequence[Windows], left_w: Sequence[NDArray[np.float64]], w
     floor, share = _rough(trips, left_w)
     size = len(KERNELS)
     matrix, vector = np.zeros((size, size)), np.zeros(size)
-    for trip, left in zip(trips, left_w, strict=True):
+    for whole, all_left in zip(trips, left_w, strict=True):
+        trip, left = _beginning(whole), all_left[:MOST_WINDOWS]
         scale = np.sqrt(floor**2 + (share * trip.dynamic_w) ** 2)
         units = np.clip(left / scale, -OUTLIER, OUTLIER)
         outer = np.outer(units, units)
@@ -93,13 +96,28 @@ def estimated(trips: Sequence[Windows], left_w: Sequence[NDArray[np.float64]], w
         weight = 1.0 / units.size  # the trip is the unit
         matrix += weight * (flat @ flat.T)
         vector += weight * (flat @ outer.ravel())
-    norm = 1.0 / np.sqrt(np.diag(matrix))
+    norm = 1.0 / np.sqrt(np.maximum(np.diag(matrix), TINY))
     found, _ = nnls(matrix * np.outer(norm, norm) + 1e-9 * np.eye(size), vector * norm)
     variance = found * norm
     variance[KERNELS.index("white")] = max(variance[0], FLOOR_W**2)
     variance[KERNELS.index("level")] = max(variance[KERNELS.index("level")], LEVEL_FLOOR_W**2)
     variance[KERNELS.index("rolling")] = max(variance[KERNELS.index("rolling")], ROLLING_FLOOR_N**2)
     return Noise(variance, window_s)
+
+
+def _beginning(trip: Windows) -> Windows:
+    """The first windows of a long trip, since products of all pairs grow with the square of their number."""
+    if trip.begin_s.size <= MOST_WINDOWS:
+        return trip
+    cut = slice(0, MOST_WINDOWS)
+    return replace(
+        trip,
+        begin_s=trip.begin_s[cut],
+        duration_s=trip.duration_s[cut],
+        simulated_j=trip.simulated_j[cut],
+        dynamic_w=trip.dynamic_w[cut],
+        columns_j=trip.columns_j[cut],
+    )
 
 
 def _kernels(trip: Windows, window_s: float) -> Iterator[NDArray[np.float64]]:

@@ -216,6 +216,9 @@ class ProfileSplit:
 class Diagnosis:
     """The whole answer; scores are of held-out trips, or of trips left out one at a time where none was held out.
 
+    A trip left out one at a time has had no part in the coefficients, but in what was selected. routes: what routes
+    carry, replayed at the recorded speed and temperature.
+
     effects: the model that was learned, as energy.conditions.EffectCoefficients has it (fields that the drives say
     something about only). parameters: fields of the vehicle that replace its own. not_carried: findings that routes and
     ranges cannot use, and why.
@@ -232,6 +235,7 @@ class Diagnosis:
     held_out_trips: tuple[str, ...]
     before: FitScore | None
     after: FitScore | None
+    routes: FitScore | None
     regimes_before: tuple[Regime, ...]
     regimes_after: tuple[Regime, ...]
     trips: tuple[TripAccount, ...]
@@ -306,6 +310,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             "held_out_trips": list(diagnosis.held_out_trips),
             "before": _score(diagnosis.before),
             "after": _score(diagnosis.after),
+            "routes": _score(diagnosis.routes),
         },
         "regimes": {
             "before": [_regime(one) for one in diagnosis.regimes_before],

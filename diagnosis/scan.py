@@ -15,6 +15,7 @@ from scipy import stats
 
 from diagnosis.jackknife import Added, simulated_z, tried
 from diagnosis.noise import whitened
+from diagnosis.windows import measured_size_j
 from energy.conditions import ZERO_CELSIUS_K
 from energy.vehicle import KMH_PER_MPS
 
@@ -205,7 +206,7 @@ def only(
 
 def _large(scanned: Scanned, trips: Sequence[Windows]) -> NDArray[np.bool_]:
     """Whether each box holds its share of the energy."""
-    measured_j = sum(float(trip.measured_j.sum()) for trip in trips)
+    measured_j = measured_size_j(trips)
     least = np.array([FORM_SHARE_FRAC if box.axis in FORM_AXES else LEAST_SHARE_FRAC for box in scanned.boxes])
     return np.asarray(np.abs(scanned.added.coefficients * scanned.hours) >= least * measured_j, np.bool_)
 

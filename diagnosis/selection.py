@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from diagnosis.jackknife import additions, simulated_additions, solve
+from diagnosis.windows import measured_size_j
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -97,7 +98,7 @@ def select(
     One term is taken at one value of its shape only.
     """
     sizes = {one.label: _size_j(one, trips) for one in candidates}
-    measured_j = sum(float(trip.measured_j.sum()) for trip in trips)
+    measured_j = measured_size_j(trips)
     found: list[Candidate] = []
     while len(found) < MOST_TERMS:
         open_ = [one for one in candidates if all(one.term is not other.term for other in found)]
@@ -174,7 +175,7 @@ def still_standing(
     system: Equations, free: Sequence[str], found: Sequence[Candidate], trips: Sequence[Windows], least_z: float
 ) -> list[Candidate]:
     """Found terms without those that others, or free columns, have taken over; the weakest goes first."""
-    measured_j = sum(float(trip.measured_j.sum()) for trip in trips)
+    measured_j = measured_size_j(trips)
     sizes = {one.label: _size_j(one, trips) for one in found}
     kept = list(found)
     while kept:

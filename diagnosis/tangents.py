@@ -6,6 +6,7 @@ the sensor columns is the recording's own doing. Without the latter every select
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Final
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from diagnosis.results import Family
 from energy.replay import replay
-from energy.vehicle import GRAVITY_MPS2
+from energy.vehicle import CHECKED_SPEED_MPS, GRAVITY_MPS2
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -33,7 +34,8 @@ NOISE_SEED: Final = 20170926
 class Parameter:
     """A field of the vehicle: its name, unit and family, the step of its derivative, and how far off it may well be.
 
-    sd: of the file's value about the true one, absolute, or as a share of it where relative.
+    sd: of the file's value about the true one, absolute, or as a share of it where relative. least, most: that a
+    vehicle can have.
     """
 
     name: str
@@ -42,29 +44,39 @@ class Parameter:
     step: float
     sd: float
     relative: bool = True
+    least: float = -math.inf
+    most: float = math.inf
     aliases: tuple[str, ...] = ()
 
     def sd_of(self, value: float) -> float:
         """Standard deviation in the parameter's unit."""
-        return self.sd * abs(value) if self.relative else self.sd
+        return max(self.sd * abs(value), 1e-6) if self.relative else self.sd
 
     def column_j(self, drive: Driven) -> NDArray[np.float64]:
         """Energy of one unit more, by the central difference of the replay, float64 (n,) [J]."""
         value = float(getattr(drive.vehicle, self.name))
-        low = max(value - self.step, 0.0) if self.name == "aux_power_w" else value - self.step
-        changes: tuple[dict[str, Any], ...] = ({self.name: value + self.step}, {self.name: low})
+        low, high = max(value - self.step, self.least), min(value + self.step, self.most)
+        changes: tuple[dict[str, Any], ...] = ({self.name: high}, {self.name: low})
         above, below = (replay(replace(drive.vehicle, **changed), drive.profile).step_energy_j for changed in changes)
-        return np.asarray((above - below) / (value + self.step - low), np.float64)
+        return np.asarray((above - below) / (high - low), np.float64)
 
 
 PARAMETERS: Final[tuple[Parameter, ...]] = (
-    Parameter("mass_kg", "kg", Family.MASS, 5.0, 0.1, aliases=("a factor on the recorded speed",)),
+    Parameter(
+        "mass_kg",
+        "kg",
+        Family.MASS,
+        5.0,
+        0.1,
+        aliases=("a factor on the recorded acceleration and grade", "a factor on the recorded speed"),
+    ),
     Parameter(
         "road_load_a_n",
         "N",
         Family.ROLLING,
         1.0,
         0.2,
+        least=0.0,
         aliases=("a constant bias of the grade", "a drivetrain loss that grows with way"),
     ),
     Parameter(
@@ -72,7 +84,7 @@ PARAMETERS: Final[tuple[Parameter, ...]] = (
         "N/(m/s)",
         Family.AERODYNAMIC,
         0.05,
-        2.0,
+        1.0,
         relative=False,
         aliases=("spin loss of the motor", "a factor on the recorded speed"),
     ),
@@ -84,8 +96,26 @@ PARAMETERS: Final[tuple[Parameter, ...]] = (
         0.2,
         aliases=("a factor on the recorded speed",),
     ),
-    Parameter("drive_eff", "1", Family.DRIVETRAIN, 0.002, 0.06, aliases=("a factor on the recorded power",)),
-    Parameter("recuperation_eff", "1", Family.RECUPERATION, 0.005, 0.25, aliases=("friction braking",)),
+    Parameter(
+        "drive_eff",
+        "1",
+        Family.DRIVETRAIN,
+        0.002,
+        0.06,
+        least=0.3,
+        most=1.0,
+        aliases=("a factor on the recorded power",),
+    ),
+    Parameter(
+        "recuperation_eff",
+        "1",
+        Family.RECUPERATION,
+        0.005,
+        0.25,
+        least=0.0,
+        most=1.0,
+        aliases=("friction braking",),
+    ),
     Parameter(
         "aux_power_w",
         "W",
@@ -93,6 +123,7 @@ PARAMETERS: Final[tuple[Parameter, ...]] = (
         5.0,
         500.0,
         relative=False,
+        least=0.0,
         aliases=("a constant offset of the recorded current",),
     ),
 )
@@ -139,7 +170,9 @@ def _noise(drive: Driven, rougher: DrivenProfile) -> NDArray[np.float64]:
     del rougher
     speed = drive.profile.speed_mps
     shaken = speed + np.random.default_rng(NOISE_SEED).normal(0.0, NOISE_MPS, speed.size)
-    return _replayed(drive, replace(drive.profile, speed_mps=np.where(speed > 0.0, np.maximum(shaken, 0.0), 0.0)))
+    return _replayed(
+        drive, replace(drive.profile, speed_mps=np.where(speed > 0.0, np.clip(shaken, 0.0, CHECKED_SPEED_MPS), 0.0))
+    )
 
 
 def _smoothing(drive: Driven, rougher: DrivenProfile) -> NDArray[np.float64]:

@@ -118,6 +118,11 @@ def with_column(trip: Trip, old: Windows, label: str, candidate: Candidate) -> W
     return replace(old, names=names, columns_j=columns)
 
 
+def measured_size_j(trips: Sequence[Windows]) -> float:
+    """Energy that trips moved, their sizes added up, so that shares of it have a meaning where some gave back [J]."""
+    return sum(abs(float(trip.measured_j.sum())) for trip in trips)
+
+
 def summed(trip: Trip, values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Sum over the steps of each window, float64 (n,)."""
     inside = trip.window >= 0

@@ -1,0 +1,88 @@
+"""Drives that carry no conclusion, or should not be there, are told as such and break nothing."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from diagnosis.engine import diagnose
+from diagnosis.errors import DiagnosisError
+from diagnosis.recordings import Recording
+from diagnosis.results import Verdict
+from energy.conditions import EffectCoefficients
+from energy.vehicle_files import load_vehicle
+from tests.diagnosis.planted_drives import drive
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(scope="module")
+def car():
+    return load_vehicle(ROOT / "data" / "vehicles" / "bmw-i3-60ah.toml")
+
+
+def test_a_trip_of_another_vehicle_is_told_and_left_out(car):
+    drives = [drive(car, number) for number in range(12)]
+    drives[5] = replace(drive(replace(car, mass_kg=2.2 * car.mass_kg, road_load_a_n=300.0), 5), id="T5")
+    found = diagnose(drives, car)
+    (odd,) = [one for one in found.unexplained if one.axis == "trip"]
+    assert odd.trips == ("T5",)
+    assert "T5" not in found.fitted_trips
+    assert found.findings == ()
+    assert found.after.mape < 0.03
+
+
+def test_coarse_recordings_are_not_fitted_and_named(car):
+    fine = drive(car, 1)
+    kept = slice(0, None, 10)
+    coarse = [
+        replace(one, time_s=one.time_s[kept], speed_mps=one.speed_mps[kept], power_w=one.power_w[kept],
+                elevation_m=one.elevation_m[kept], ambient_k=one.ambient_k[kept])
+        for one in (drive(car, number) for number in range(8))
+    ]  # fmt: skip
+    found = diagnose([*coarse[:1], *coarse[2:], fine], car)
+    assert found.verdict is Verdict.TOO_FEW_TRIPS
+    assert {one.trip_id for one in found.data_quality if one.kind == "unfit"} == {one.id for one in coarse} - {"T1"}
+
+
+def test_drives_that_never_move_or_draw_nothing_are_refused(car):
+    time = np.arange(200.0)
+    still = [Recording(f"S{k}", time, np.zeros(200), np.full(200, 500.0)) for k in range(8)]
+    with pytest.raises(DiagnosisError, match="no recording moves"):
+        diagnose(still, car)
+    idle = [replace(drive(car, k), power_w=np.zeros_like(drive(car, k).power_w)) for k in range(7)]
+    with pytest.raises(DiagnosisError, match="power_w is 0"):
+        diagnose(idle, car)
+
+
+def test_a_wrong_mass_is_not_called_nothing(car):
+    heavy = replace(car, mass_kg=1.25 * car.mass_kg)
+    found = diagnose([drive(car, number) for number in range(14)], heavy)
+    assert found.verdict is Verdict.PARAMETER_ERROR
+    assert found.findings == ()
+    assert found.parameters
+    assert found.routes.mape < 0.03
+
+
+def test_vehicles_at_the_edge_of_what_a_vehicle_can_be_are_fitted(car):
+    for edge in (
+        replace(car, aux_power_w=0.0),
+        replace(car, recuperation_eff=0.0),
+        replace(car, drive_eff=1.0),
+        replace(
+            car, effects=EffectCoefficients(drive_loss_w_per_n2=1e-4, regen_always_limited=True, tyre_warm_up_frac=0.1)
+        ),
+    ):
+        found = diagnose([drive(car, number) for number in range(7)], edge)
+        assert all(np.isfinite(one.explained_kwh) for one in found.trips)
+
+
+def test_drives_that_give_back_more_than_they_take_have_no_relative_error(car):
+    drives = [drive(car, number) for number in range(8)]
+    charged = [replace(one, power_w=one.power_w - 40_000.0) for one in drives]
+    found = diagnose(charged, car)
+    assert found.before is None
+    assert found.verdict is not Verdict.NOTHING_MISSING or found.parameter_errors == ()
