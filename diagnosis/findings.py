@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 MOST_REGIMES: Final = 4
 LEAST_SHARE_FRAC: Final = 0.01
-ODD_FRAC: Final = 0.25  # of a trip's energy
+ODD_FRAC: Final = 0.3  # of the energy that a trip moved
 ODD_TYPICAL: Final = 8.0  # typical errors
 MOST_ODD_FRAC: Final = 0.2
 GAINS: Final = ("acceleration_gain", "grade_gain")  # together the same as mass
@@ -129,8 +129,8 @@ def odd_trips(model: Model) -> dict[str, Unexplained]:
     for k in np.flatnonzero(odd).tolist():
         mean_w = left_j[k] / float(model.windows[k].duration_s.sum())
         text = (
-            f"Trip {names[k]} took {values[k]:+.0%} of the energy that it moved more than the others tell: another vehicle or load,"
-            " or a faulty recording. It was left out of the fit."
+            f"Trip {names[k]} took {values[k]:+.0%} of the energy that it moved more than the others tell: another"
+            " vehicle or load, or a faulty recording. It was left out of the fit."
         )
         told[names[k]] = Unexplained(
             "trip", "", float(k), float(k), mean_w, None, left_j[k] / J_PER_KWH, 1.0 / NULL_DRAWS, (names[k],), text

@@ -37,7 +37,7 @@ def test_a_roof_box_is_found_on_the_trips_that_carried_it(car):
     for number in range(TRIPS):
         one = drive(car, number)
         if number in BOXED:
-            one, more_kwh = with_drag(one, car, 0.8)
+            one, more_kwh = with_drag(one, car, 0.6)
             energy_kwh += more_kwh
         drives.append(one)
     found = diagnose(drives, car).findings
