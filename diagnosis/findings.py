@@ -125,6 +125,13 @@ def odd_trips(model: Model) -> dict[str, Unexplained]:
     odd = away > max(ODD_FRAC, ODD_TYPICAL * typical)
     if not 0 < int(odd.sum()) <= MOST_ODD_FRAC * odd.size or odd.size - int(odd.sum()) < LEAST_TRIPS:
         return {}
+    level = levels(model)
+    if (
+        level is not None
+        and set(np.array(names)[odd].tolist()) <= set(level.trips)
+        and len(level.trips) > int(odd.sum())
+    ):
+        return {}  # a box or a load that other trips carry too
     told = {}
     for k in np.flatnonzero(odd).tolist():
         mean_w = left_j[k] / float(model.windows[k].duration_s.sum())

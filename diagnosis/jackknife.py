@@ -26,7 +26,7 @@ ENOUGH_EFFECTIVE: Final = 8.0  # below, a few trips rule the jackknife, and trip
 EVENING: Final = (0.95, 0.9, 0.8, 0.7, 0.6, 0.5)  # quantiles of the trips' information that cap their weights
 TINY: Final = 1e-30
 RIDGE: Final = 1e-12  # on normal equations in units of 1, against columns that are the same
-FORM_SD_FRAC: Final = 0.1  # assumed: an effect's real form differs from the library's, which no spread of trips shows
+FORM_SD_FRAC: Final = 0.15  # assumed: an effect's real form differs from the library's, which no spread of trips shows
 LEAST_EFFECTIVE: Final = 3.0  # fewer trips that carry a column say nothing of how trips differ
 
 
