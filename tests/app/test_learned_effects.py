@@ -41,6 +41,7 @@ NOTHING = Diagnosis(
     held_out_trips=("c",),
     before=None,
     after=None,
+    routes=None,
     regimes_before=(),
     regimes_after=(),
     trips=(),

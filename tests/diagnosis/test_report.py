@@ -145,6 +145,7 @@ def diagnosis(verdict: Verdict = Verdict.LEFT_OUT_PHYSICS, **changes: object) ->
         ("B1",),
         BEFORE,
         AFTER,
+        None,
         regimes(1.0),
         regimes(0.1),
         trips,
@@ -159,7 +160,7 @@ def diagnosis(verdict: Verdict = Verdict.LEFT_OUT_PHYSICS, **changes: object) ->
 
 
 def bare(verdict: Verdict = Verdict.TOO_FEW_TRIPS) -> Diagnosis:
-    return Diagnosis("i3", verdict, "", (), (), (), (), (), (), None, None, (), (), (), {}, {}, {}, {})
+    return Diagnosis("i3", verdict, "", (), (), (), (), (), (), None, None, None, (), (), (), {}, {}, {}, {})
 
 
 def hostile(thing: object) -> object:
