@@ -212,9 +212,12 @@ class _Off:
 
 def _file_is_off(accounts: Sequence[TripAccount], odd: Collection[str]) -> _Off | None:
     """Whether other numbers of the vehicle meet trips' energies better than those of its file; None where not."""
-    used = scored([one for one in accounts if not one.held_out and one.id not in odd])
-    if not used:
-        return None
+    fitted = [one for one in accounts if not one.held_out and one.id not in odd]
+    used = scored(fitted)
+    if not used:  # trips that give back more than they take have no relative error each, but all of them have
+        size_kwh = sum(abs(one.measured_kwh) for one in fitted)
+        nameplate = sum(abs(one.nameplate_kwh - one.measured_kwh) for one in fitted) / size_kwh
+        return _Off(nameplate, sum(abs(one.before_kwh - one.measured_kwh) for one in fitted) / size_kwh)
     nameplate = float(np.mean([abs(one.nameplate_kwh / one.measured_kwh - 1.0) for one in used]))
     before = float(np.mean([abs(one.before_kwh / one.measured_kwh - 1.0) for one in used]))
     return _Off(nameplate, before) if nameplate - before >= max(LEAST_GAIN_FRAC, 0.1 * nameplate) else None
