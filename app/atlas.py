@@ -46,6 +46,12 @@ class Atlas:
         """Names of all graphs."""
         return tuple(self._folders)
 
+    def folder(self, name: str) -> Path:
+        """The folder of one graph; raises GraphNotFoundError."""
+        if name not in self._folders:
+            raise GraphNotFoundError(name, self.names)
+        return self._folders[name]
+
     def planner(self, name: str) -> Planner:
         """The planner of one graph; raises GraphNotFoundError, or GraphFormatError while loading it."""
         if name not in self._folders:

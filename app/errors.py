@@ -30,9 +30,11 @@ from app.store.errors import (
     DiagnosisDamagedError,
     DiagnosisNotFoundError,
     EffectsNotFoundError,
+    TripNotFoundError,
     VehicleDamagedError,
     VehicleIsBundledError,
 )
+from app.tiles.errors import HeightsAbsentError, TileOutOfRangeError
 from diagnosis.errors import DiagnosisError
 from diagnosis.holdout import HoldoutError
 from energy.errors import ConditionsError, LinkError, VehicleError, VehicleNotFoundError
@@ -98,6 +100,7 @@ KINDS: Final[Mapping[ErrorCode, Kind]] = {
     ErrorCode.UNKNOWN_GRAPH: Kind(404, "No graph of that name"),
     ErrorCode.UNKNOWN_EFFECTS: Kind(404, "No learned effects of that id"),
     ErrorCode.UNKNOWN_DIAGNOSIS: Kind(404, "No diagnosis of that id"),
+    ErrorCode.UNKNOWN_TRIP: Kind(404, "No trip of that id in the diagnosis"),
     ErrorCode.DIAGNOSIS_NOT_DONE: Kind(409, "Only a diagnosis that is done has this"),
     ErrorCode.DIAGNOSIS_DAMAGED: Kind(409, "The stored diagnosis can't be read"),
     ErrorCode.UNUSABLE_RECORDINGS: Kind(422, "None of the recordings can be used"),
@@ -202,6 +205,10 @@ def _diagnosis_id_fields(error: DiagnosisNotFoundError | DiagnosisDamagedError) 
     return [_field("id", error.diagnosis_id, "the id of a diagnosis that can be read")]
 
 
+def _unknown_trip_fields(error: TripNotFoundError) -> list[FieldProblem]:
+    return [_field("trip", error.trip, f"an id of GET /diagnoses/{error.diagnosis_id}/trips")]
+
+
 def _not_done_fields(error: DiagnosisNotDoneError) -> list[FieldProblem]:
     return [_field("id", error.diagnosis_id, f"a diagnosis that is done, this is {error.state}")]
 
@@ -230,6 +237,8 @@ TABLE: Final[Mapping[type[Exception], tuple[ErrorCode, Callable[[Any], list[Fiel
     GraphNotFoundError: (ErrorCode.UNKNOWN_GRAPH, _unknown_graph_fields),
     PointOutsideMapError: (ErrorCode.POINT_OUTSIDE_MAP, _outside_fields),
     PointFarFromRoadError: (ErrorCode.POINT_FAR_FROM_ROAD, _far_fields),
+    TileOutOfRangeError: (ErrorCode.INVALID_REQUEST, _named_fields),
+    HeightsAbsentError: (ErrorCode.NOT_FOUND, _named_fields),
     QueryError: (ErrorCode.INVALID_REQUEST, _query_fields),
     NoPathError: (ErrorCode.NO_PATH, _no_fields),
     NegativeCycleError: (ErrorCode.ENERGY_GAIN, _energy_gain_fields),
@@ -237,6 +246,7 @@ TABLE: Final[Mapping[type[Exception], tuple[ErrorCode, Callable[[Any], list[Fiel
     EffectsNotFoundError: (ErrorCode.UNKNOWN_EFFECTS, _unknown_effects_fields),
     DiagnosisNotFoundError: (ErrorCode.UNKNOWN_DIAGNOSIS, _diagnosis_id_fields),
     DiagnosisDamagedError: (ErrorCode.DIAGNOSIS_DAMAGED, _diagnosis_id_fields),
+    TripNotFoundError: (ErrorCode.UNKNOWN_TRIP, _unknown_trip_fields),
     DiagnosisNotDoneError: (ErrorCode.DIAGNOSIS_NOT_DONE, _not_done_fields),
     SourceError: (ErrorCode.INVALID_REQUEST, _named_fields),
     HoldoutError: (ErrorCode.INVALID_REQUEST, _named_fields),

@@ -12,18 +12,18 @@ from fastapi_offline import FastAPIOffline
 from pydantic.json_schema import models_json_schema
 from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import GZipMiddleware
-from starlette.responses import RedirectResponse
 
 from app import VERSION
 from app.body_limit import BodyLimit
 from app.deadline import DeadlinePool
 from app.diagnosing.use_cases import Diagnoses
 from app.errors import PROBLEM_TYPE, install_error_handlers
-from app.routes import diagnoses, graphs, health, range, route, simulate, vehicles
+from app.routes import diagnoses, graphs, health, range, route, simulate, tiles, vehicles
 from app.schemas.diagnosis import DiagnosisRequest
 from app.schemas.route import RouteFeatureCollection
 from app.service import Service
 from app.settings import Settings
+from app.web import install_web
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator, Awaitable, Callable
@@ -41,6 +41,7 @@ ROUTERS: Final = (
     vehicles.router,
     diagnoses.router,
     graphs.router,
+    tiles.router,
     health.router,
 )
 # the bundled pages need inline scripts; nothing may come from another host
@@ -85,9 +86,7 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
     for router in ROUTERS:
         app.include_router(router)
 
-    @app.get("/", include_in_schema=False)
-    def root() -> RedirectResponse:
-        return RedirectResponse("/docs")
+    install_web(app, chosen)
 
     @app.middleware("http")
     async def keep_pages_offline(request: Request, call_next: Callable[[Request], Awaitable[Response]]) -> Response:

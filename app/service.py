@@ -26,6 +26,7 @@ from app.store.database import Database
 from app.store.diagnoses import LearnedEffectsStore
 from app.store.errors import DatabaseUnavailableError
 from app.store.vehicles import VehicleStore
+from app.tiles.shelf import TileShelf
 from energy.errors import LinkError
 from energy.stops import StopSettings
 from energy.vehicle_files import load_published, load_vehicles
@@ -57,6 +58,7 @@ class Service:
         found = graph_folders(settings.graph_dirs) if folders is None else folders
         self.settings = settings
         self.atlas = Atlas(found, snap_limit_m=settings.snap_limit_m, label_limit=settings.label_limit)
+        self.tiles = TileShelf(self.atlas)
         self.vehicles: Mapping[str, AnyVehicle] = load_vehicles(settings.vehicle_dir)  # the bundled ones
         self.database = Database(settings.database_url)
         self.fleet = Fleet(self.vehicles, VehicleStore(self.database), settings.default_vehicle)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
 from typing import Annotated
 
@@ -12,6 +13,10 @@ from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 from app.schemas.base import refusal
 
 BUNDLED_DATA = Path(__file__).resolve().parent.parent / "data"
+STYLE_FORMS = "https://HOST/PATH, http://HOST/PATH or /PATH on this host"
+ORIGIN_FORMS = "https://HOST, http://HOST or either with :PORT, separated by commas"
+_ORIGIN_FORM = re.compile(r"https?://[A-Za-z0-9.*-]+(:[0-9]+)?\Z|https?://\[[0-9a-fA-F:]+\](:[0-9]+)?\Z")
+_STYLE_FORM = re.compile(r"(https?://[A-Za-z0-9.-]+(:[0-9]+)?)?/[!-~]*\Z")
 DATABASE_FORMS = "sqlite:///PATH or postgresql://USER:PASSWORD@HOST/NAME"
 
 
@@ -61,6 +66,13 @@ class Settings(BaseSettings):
     cors_origins: Annotated[tuple[str, ...], NoDecode] = Field(
         default=(), description="web origins that may call the service from a browser; * for all"
     )
+    map_style_url: str | None = Field(
+        default=None,
+        description="MapLibre style of the web map's ground; without it, the graph's own roads and heights",
+    )
+    map_origins: Annotated[tuple[str, ...], NoDecode] = Field(
+        default=(), description="origins that the style draws from, besides its own"
+    )
 
     @field_validator("database_url")
     @classmethod
@@ -78,12 +90,29 @@ class Settings(BaseSettings):
     def _no_folder_where_empty(cls, value: object) -> object:
         return None if value == "" else value  # which would be the working directory
 
+    @field_validator("map_style_url")
+    @classmethod
+    def _reachable_style(cls, value: str | None) -> str | None:
+        if not value:
+            return None
+        if not _STYLE_FORM.match(value):
+            raise refusal("", value, STYLE_FORMS)
+        return value
+
+    @field_validator("map_origins")
+    @classmethod
+    def _whole_origins(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        for origin in value:
+            if not _ORIGIN_FORM.match(origin):
+                raise refusal("", origin, ORIGIN_FORMS)
+        return value
+
     @field_validator("graph_dirs", mode="before")
     @classmethod
     def _split_paths(cls, value: object) -> object:
         return tuple(Path(part) for part in value.split(os.pathsep) if part) if isinstance(value, str) else value
 
-    @field_validator("cors_origins", mode="before")
+    @field_validator("cors_origins", "map_origins", mode="before")
     @classmethod
     def _split_origins(cls, value: object) -> object:
         return tuple(part.strip() for part in value.split(",") if part.strip()) if isinstance(value, str) else value

@@ -26,6 +26,7 @@ class ErrorCode(StrEnum):
     UNKNOWN_GRAPH = "unknown_graph"
     UNKNOWN_EFFECTS = "unknown_effects"
     UNKNOWN_DIAGNOSIS = "unknown_diagnosis"
+    UNKNOWN_TRIP = "unknown_trip"
     DIAGNOSIS_NOT_DONE = "diagnosis_not_done"
     DIAGNOSIS_DAMAGED = "diagnosis_damaged"
     UNUSABLE_RECORDINGS = "unusable_recordings"

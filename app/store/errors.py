@@ -41,6 +41,15 @@ class DiagnosisNotFoundError(StoreError):
         super().__init__(f"diagnosis {diagnosis_id!r} is unknown")
 
 
+class TripNotFoundError(StoreError):
+    """No trip of that id in a diagnosis."""
+
+    def __init__(self, diagnosis_id: str, trip: str) -> None:
+        self.diagnosis_id = diagnosis_id
+        self.trip = trip
+        super().__init__(f"trip {trip!r} of diagnosis {diagnosis_id!r} is unknown")
+
+
 class DiagnosisDamagedError(StoreError):
     """A stored diagnosis, or the effects that it has learned, that can't be read."""
 

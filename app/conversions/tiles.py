@@ -1,0 +1,55 @@
+"""The tiles of a graph as TileJSON."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+from urllib.parse import quote
+
+from app.schemas.tiles import GraphTileJSON, HeightTilesNote, VectorLayer
+from app.tiles.heights import TILE_SIZE
+from app.tiles.roads import CLASS_NAMES, DETAILS_FROM_ZOOM, LAYER, MAX_ZOOM, MIN_ZOOM, NAMES_FROM_ZOOM
+
+if TYPE_CHECKING:
+    from app.tiles.shelf import GraphTiles
+
+ROAD_LAYER: Final = VectorLayer(
+    id=LAYER,
+    description="one line a road, the most important ones last",
+    minzoom=MIN_ZOOM,
+    maxzoom=MAX_ZOOM,
+    fields={
+        "class": "functional class: " + ", ".join(CLASS_NAMES),
+        "name": f"name of the road, where it has one; from zoom {NAMES_FROM_ZOOM}",
+        "speed_kmh": f"speed limit, rounded; from zoom {DETAILS_FROM_ZOOM}",
+        "oneway": f"whether it is driven in the direction of the line only; from zoom {DETAILS_FROM_ZOOM}",
+        "structure": f"whether it is on a bridge or in a tunnel; from zoom {DETAILS_FROM_ZOOM}",
+    },
+)
+
+
+def tile_json(tiles: GraphTiles, path_prefix: str) -> GraphTileJSON:
+    """What a map needs to know of a graph's tiles; path_prefix goes before their addresses."""
+    meta = tiles.graph.meta
+    root = f"{path_prefix}/graphs/{quote(meta.name, safe='')}"
+    heights = None
+    if tiles.heights is not None:
+        heights = HeightTilesNote(
+            tiles=[f"{root}/heights/{{z}}/{{x}}/{{y}}.png?v={tiles.digest}"],
+            encoding="terrarium",
+            tileSize=TILE_SIZE,
+            minzoom=0,
+            maxzoom=tiles.heights.max_zoom,
+            bounds=tiles.heights.bounds_deg,
+        )
+    return GraphTileJSON(
+        tilejson="3.0.0",
+        name=meta.name,
+        attribution=meta.attribution,
+        scheme="xyz",
+        tiles=[f"{root}/tiles/{{z}}/{{x}}/{{y}}.mvt?v={tiles.digest}"],
+        minzoom=MIN_ZOOM,
+        maxzoom=MAX_ZOOM,
+        bounds=meta.bbox,
+        vector_layers=[ROAD_LAYER],
+        heights=heights,
+    )

@@ -1,0 +1,36 @@
+"""Tiles that were made, kept in memory up to a number of bytes."""
+
+from __future__ import annotations
+
+from collections import OrderedDict
+from threading import Lock
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Hashable
+
+
+class TileCache:
+    """Bytes by key; the ones least recently asked for are dropped first. For any number of threads."""
+
+    def __init__(self, limit_bytes: int) -> None:
+        self._limit_bytes = limit_bytes
+        self._kept: OrderedDict[Hashable, bytes] = OrderedDict()
+        self._size_bytes = 0
+        self._lock = Lock()
+
+    def get(self, key: Hashable, make: Callable[[], bytes]) -> bytes:
+        """What is kept under a key, made where it is not; threads that ask for it meanwhile may make it again."""
+        with self._lock:
+            kept = self._kept.get(key)
+            if kept is not None:
+                self._kept.move_to_end(key)
+                return kept
+        made = make()
+        with self._lock:
+            self._size_bytes += len(made) - len(self._kept.pop(key, b""))
+            self._kept[key] = made
+            while self._size_bytes > self._limit_bytes:
+                _, dropped = self._kept.popitem(last=False)
+                self._size_bytes -= len(dropped)
+        return made

@@ -1,0 +1,92 @@
+"""The tiles of all graphs of a process."""
+
+from __future__ import annotations
+
+import gzip
+import hashlib
+import json
+from threading import Lock
+from typing import TYPE_CHECKING, Final
+
+from app import VERSION
+from app.tiles.cache import TileCache
+from app.tiles.errors import HeightsAbsentError
+from app.tiles.heights import HeightTiles
+from app.tiles.roads import RoadTiles
+from routing.graph import Terrain, meta_fields
+
+if TYPE_CHECKING:
+    from app.atlas import Atlas
+    from app.tiles.address import TileAddress
+    from routing.graph import RoadGraph
+
+CACHE_BYTES: Final = 64 * 1024 * 1024
+DIGEST_BYTES: Final = 8
+TILE_FORMAT: Final = 1  # to be counted up when the same graph is drawn otherwise: browsers keep tiles for a year
+# what tiles show of a graph
+SHOWN_ARRAYS: Final = (
+    *("node_height_m", "tail", "head", "speed_limit_mps", "functional_class", "structure", "name_idx", "reverse_idx"),
+    *("geometry_first", "geometry_lon_e7", "geometry_lat_e7"),
+)
+
+
+class GraphTiles:
+    """Tiles of one graph, each made once while it is kept.
+
+    digest: names the contents of all of them, in hexadecimal; it changes with what they show of the graph and with the
+    version of the program. heights: none where the graph has no terrain.
+    """
+
+    def __init__(self, graph: RoadGraph, cache: TileCache) -> None:
+        self.graph = graph
+        self.digest = tiles_digest(graph)
+        self._cache = cache
+        self._roads = RoadTiles(graph)
+        self.heights = None if graph.meta.terrain is Terrain.ABSENT else HeightTiles(graph)
+
+    def roads_gzip(self, address: TileAddress) -> bytes:
+        """Roads of one tile as a vector tile, compressed by gzip; without roads, that of no bytes."""
+        return self._cache.get(
+            (self.digest, "roads", address), lambda: gzip.compress(self._roads.tile(address), compresslevel=6, mtime=0)
+        )
+
+    def heights_png(self, address: TileAddress) -> bytes:
+        """Heights of one tile as a terrarium picture.
+
+        Raises HeightsAbsentError where the graph has none, and TileOutOfRangeError where the tile is finer than they.
+        """
+        heights = self.heights
+        if heights is None:
+            raise HeightsAbsentError(self.graph.meta.name)
+        return self._cache.get((self.digest, "heights", address), lambda: heights.tile(address))
+
+
+class TileShelf:
+    """Tiles by graph name, in one cache."""
+
+    def __init__(self, atlas: Atlas, cache_bytes: int = CACHE_BYTES) -> None:
+        self._atlas = atlas
+        self._cache = TileCache(cache_bytes)
+        self._by_name: dict[str, GraphTiles] = {}
+        self._lock = Lock()
+
+    def graph_tiles(self, name: str) -> GraphTiles:
+        """The tiles of one graph; raises GraphNotFoundError, or GraphFormatError while loading the graph."""
+        graph = self._atlas.planner(name).graph
+        with self._lock:
+            if name not in self._by_name:
+                self._by_name[name] = GraphTiles(graph, self._cache)
+            return self._by_name[name]
+
+
+def tiles_digest(graph: RoadGraph) -> str:
+    """A name for the contents of a graph's tiles.
+
+    It reads all that tiles show: 0.1 s a million links from memory, once a process. Sizes and times of files would be
+    quicker, but would name the same tiles otherwise on every host, and a sample would miss a corrected name.
+    """
+    digest = hashlib.blake2b(digest_size=DIGEST_BYTES)
+    digest.update(json.dumps([VERSION, TILE_FORMAT, meta_fields(graph.meta), graph.names]).encode())
+    for name in SHOWN_ARRAYS:
+        digest.update(getattr(graph, name).data)
+    return digest.hexdigest()
