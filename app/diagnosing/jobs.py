@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Final
 from app.diagnosing.errors import DiagnosisInterruptedError
 from app.diagnosing.worker import Advanced, Failed, Finished, Message, portable, work
 from app.errors import problem_of
-from app.store.diagnoses import UNFINISHED, DiagnosisDocuments
+from app.store.diagnoses import UNFINISHED
 from app.store.errors import DatabaseUnavailableError
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
     from multiprocessing.context import SpawnProcess
 
-    from app.diagnosing.order import DiagnosisOrder
+    from app.diagnosing.worker import Task
     from app.store.diagnoses import DiagnosisStore, StoredDiagnosis
 
 LOG: Final = logging.getLogger(__name__)
@@ -43,13 +43,16 @@ _running_here: Final[set[str]] = set()  # workers of this process
 
 @dataclass(slots=True)
 class Job:
-    """A diagnosis in the queue; folder: what its files are relative to, own: removed with the job."""
+    """A diagnosis in the queue; own: whether its folder of files is removed with it."""
 
-    id: str
-    order: DiagnosisOrder
-    folder: Path
+    task: Task
     own: bool
     cancelled: threading.Event = field(default_factory=threading.Event)
+
+    @property
+    def id(self) -> str:
+        """Id of the diagnosis."""
+        return self.task.diagnosis_id
 
 
 class DiagnosisJobs:
@@ -133,14 +136,14 @@ class DiagnosisJobs:
                 if not self._closing.is_set():
                     self._jobs.pop(job.id, None)
                 if job.own:
-                    shutil.rmtree(job.folder, ignore_errors=True)
+                    shutil.rmtree(job.task.folder, ignore_errors=True)
 
     def _carry_out(self, job: Job) -> None:
         if job.cancelled.is_set() or not self._stored(lambda: self.store.begin(job.id)):
             return
         context = multiprocessing.get_context("spawn")
         receiver, sender = context.Pipe(duplex=False)
-        arguments = (portable(job.order), job.folder, job.id, f"/diagnoses/{job.id}", sender)
+        arguments = (portable(job.task), sender)
         process = context.Process(target=work, args=arguments, name=f"diagnosis {job.id}", daemon=True)
         process.start()
         sender.close()
@@ -179,9 +182,7 @@ class DiagnosisJobs:
     def _kept(self, job: Job, outcome: Finished | Failed) -> bool:
         if isinstance(outcome, Failed):
             return self.store.fail(job.id, outcome.problem, outcome.refused)
-        texts = outcome.documents
-        documents = DiagnosisDocuments(texts.result, texts.report, texts.effects, outcome.refused)
-        return self.store.finish(job.id, documents)
+        return self.store.finish(job.id, outcome.documents)
 
     def _stored(self, call: Callable[[], bool]) -> bool:
         """What a change of the database returns, tried again for a while when it is away."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from app.diagnosing.residuals import window_residuals
 from diagnosis.coverage import median_ambient
 from diagnosis.errors import DiagnosisError
 from diagnosis.learned import learned_vehicle
@@ -46,8 +47,8 @@ def on_graph(
 ) -> OnGraph:
     """Match the recordings of a diagnosis to a graph.
 
-    Residuals are what was measured less the model with all findings. A recording that can't be matched is left out and
-    told with the reason.
+    Residuals are what was measured less the model with all findings. A recording that can't be matched, or be driven on
+    the graph's heights, is left out and told with the reason.
     """
     matcher = MapMatcher(planner.graph)
     timelines = {trip.id: trip.timeline for trip in diagnosed.diagnosis.trips}
@@ -60,15 +61,16 @@ def on_graph(
             match = matcher.match(recording)
             split = profile_split(recording, match, planner, vehicle)
             splits.append(replace(split, forecast_kwh=_forecast_kwh(diagnosed, recording, match, planner, vehicle)))
-            if recording.id in timelines:
-                residuals.append((_residual(recording.id, timelines[recording.id]), match))
-        except DiagnosisError as error:
+            if recording.id in timelines and timelines[recording.id].begin_s.size:
+                residuals.append((_residual(timelines[recording.id], recording), match))
+        except (DiagnosisError, EnergyError) as error:
             unmatched.append(f"{recording.id}: {error}")
     if not splits:
         return OnGraph(diagnosed, None, tuple(unmatched))
     features = link_features(link_residuals(residuals), planner.graph)
     diagnosis = replace(diagnosed.diagnosis, profile=tuple(splits))
-    text = json.dumps(features, ensure_ascii=False, allow_nan=False)
+    told = {"type": features["type"], "kind": "links", "graph": planner.graph.meta.name, **features}
+    text = json.dumps(told, ensure_ascii=False, allow_nan=False)
     return OnGraph(replace(diagnosed, diagnosis=diagnosis), text, tuple(unmatched))
 
 
@@ -83,12 +85,10 @@ def _forecast_kwh(
         return None
 
 
-def _residual(trip_id: str, timeline: TripTimeline) -> TripResidual:
+def _residual(timeline: TripTimeline, recording: Recording) -> TripResidual:
     """What a trip's windows took more than the model with all findings; nothing between them."""
-    energy_j = (timeline.measured_w - timeline.after_w) * timeline.duration_s
-    end_s = timeline.begin_s + timeline.duration_s
-    edges_s = np.column_stack((timeline.begin_s, np.append(np.minimum(end_s[:-1], timeline.begin_s[1:]), end_s[-1])))
-    steps_j = np.column_stack((energy_j, np.zeros(energy_j.size))).ravel()[:-1]
-    flat_s = edges_s.ravel()
-    kept = np.diff(flat_s) > 0.0  # a window that follows at once leaves no time between
-    return TripResidual(trip_id, np.append(flat_s[:-1][kept], flat_s[-1]), steps_j[kept])
+    windows = window_residuals(timeline, recording)
+    edges_s = np.column_stack((windows.begin_s, windows.end_s)).ravel()
+    steps_j = np.column_stack((windows.energy_j, np.zeros(windows.energy_j.size))).ravel()[:-1]
+    kept = np.diff(edges_s) > 0.0  # a window that follows at once leaves no time between
+    return TripResidual(recording.id, np.append(edges_s[:-1][kept], edges_s[-1]), steps_j[kept])

@@ -13,10 +13,11 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from app.diagnosing.errors import DiagnosisNotDoneError, SourceError, TooManyDiagnosesError
+from app.diagnosing.errors import DiagnosisNotDoneError, SourceError, TooManyDiagnosesError, storable
 from app.diagnosing.jobs import DiagnosisJobs, Job
 from app.diagnosing.order import DiagnosisOrder
 from app.diagnosing.sources import files_below, uploaded_name
+from app.diagnosing.worker import Task
 from app.errors import BodyTooLargeError, validation_detail
 from app.learned import DIAGNOSIS_ID_PATTERN
 from app.schemas.diagnosis import (
@@ -26,12 +27,16 @@ from app.schemas.diagnosis import (
     DiagnosisRequest,
     DiagnosisSummary,
     RefusedRecording,
+    ResidualCollection,
+    TripList,
+    TripOutline,
 )
 from app.schemas.problem import Problem
 from app.store.diagnoses import UNFINISHED, DiagnosisState, DiagnosisStore, NewDiagnosis
-from app.store.errors import DiagnosisDamagedError, DiagnosisNotFoundError
+from app.store.errors import DiagnosisDamagedError, DiagnosisNotFoundError, TripNotFoundError
 from diagnosis.holdout import named_trips
 from diagnosis.recording_files import recording_id
+from diagnosis.results import Verdict
 from energy.vehicle import Vehicle
 
 if TYPE_CHECKING:
@@ -44,6 +49,8 @@ if TYPE_CHECKING:
     from app.store.diagnoses import StoredDiagnosis
 
 _REFUSED = TypeAdapter(list[RefusedRecording])
+_WARNINGS = TypeAdapter(list[str])
+_NO_RESIDUALS = ResidualCollection(kind="tracks", graph=None, features=[]).model_dump_json()
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,8 +77,8 @@ class Diagnoses:
     def begin_uploaded(self, options: DiagnosisOptions, files: Sequence[UploadedFile]) -> DiagnosisAnswer:
         """Queue a diagnosis of uploaded recordings.
 
-        Raises SourceError naming a file that can't be taken, VehicleNotFoundError, VehicleError, HoldoutError,
-        TooManyDiagnosesError or DatabaseUnavailableError.
+        Raises SourceError naming a file that can't be taken, VehicleNotFoundError, VehicleError, GraphNotFoundError,
+        HoldoutError, TooManyDiagnosesError or DatabaseUnavailableError.
         """
         names = [uploaded_name(file.name, f"recordings[{k}]") for k, file in enumerate(files)]
         for k, name in enumerate(names):
@@ -122,6 +129,31 @@ class Diagnoses:
         self._done(diagnosis_id)
         return self.service.learned.find(diagnosis_id)
 
+    def residuals(self, diagnosis_id: str) -> str:
+        """GeoJSON text of where a diagnosis differs from measurement, without features where that was not kept.
+
+        Raises as `report` does.
+        """
+        self._done(diagnosis_id)
+        return self.store.residuals(diagnosis_id) or _NO_RESIDUALS
+
+    def trips(self, diagnosis_id: str) -> TripList:
+        """The trips of a diagnosis, none where they were not kept; raises as `report` does."""
+        self._done(diagnosis_id)
+        try:
+            outlines = [TripOutline.model_validate_json(one) for one in self.store.trip_outlines(diagnosis_id)]
+        except ValidationError as error:
+            raise DiagnosisDamagedError(diagnosis_id, validation_detail(error)) from error
+        return TripList(trips=outlines)
+
+    def timeline(self, diagnosis_id: str, trip: str) -> str:
+        """JSON text of one trip along time; raises as `report` does, and TripNotFoundError."""
+        self._done(diagnosis_id)
+        timeline = self.store.timeline(diagnosis_id, storable(trip))
+        if timeline is None:
+            raise TripNotFoundError(diagnosis_id, trip)
+        return timeline
+
     def cancel_or_remove(self, diagnosis_id: str) -> DiagnosisAnswer | None:
         """Cancel a diagnosis that is not finished, and show it; remove one that is, with its effects."""
         row = self._row(diagnosis_id)
@@ -137,9 +169,10 @@ class Diagnoses:
         vehicle, choice = self.service.chosen_vehicle(sent.vehicle)
         if not isinstance(vehicle, Vehicle):
             raise SourceError("vehicle", vehicle.id, "a vehicle given by its physics, not by a consumption table")
-        understood = sent.model_copy(update={"vehicle": choice})
+        graph_dir = None if sent.graph is None else self.service.atlas.folder(sent.graph).resolve()
+        understood = sent.model_copy(update={"vehicle": choice}).model_dump_json(exclude_none=True)
         diagnosis_id = f"{datetime.now(UTC):%Y%m%d}-{secrets.token_hex(6)}"
-        new = NewDiagnosis(diagnosis_id, self.jobs.worker, vehicle.id, understood.model_dump_json(exclude_none=True))
+        new = NewDiagnosis(diagnosis_id, self.jobs.worker, vehicle.id, understood, len(files))
         order = DiagnosisOrder(
             files=tuple(files),
             vehicle=vehicle,
@@ -152,7 +185,7 @@ class Diagnoses:
         self._rows()  # those that are lost don't count
         if not self.store.submit(new, limit):
             raise TooManyDiagnosesError(limit)
-        self.jobs.add(Job(diagnosis_id, order, folder, own))
+        self.jobs.add(Job(Task(diagnosis_id, order, folder, graph_dir), own))
         return self.show(diagnosis_id)
 
     def _rows(self) -> list[StoredDiagnosis]:
@@ -192,8 +225,15 @@ def _summary(row: StoredDiagnosis) -> dict[str, Any]:
         "progress": row.progress_frac,
         "vehicle": row.vehicle,
         "created": row.created,
+        "recordings": row.recordings,
+        "verdict": row.verdict if row.verdict in set(Verdict) else None,  # one of another version is not told
+        "text": row.text,
         "links": DiagnosisLinks(
-            self=path, report=f"{path}/report" if done else None, effects=f"{path}/effects" if done else None
+            self=path,
+            report=f"{path}/report" if done else None,
+            effects=f"{path}/effects" if done else None,
+            residuals=f"{path}/residuals" if done else None,
+            trips=f"{path}/trips" if done else None,
         ),
     }
 
@@ -204,6 +244,7 @@ def _answer(row: StoredDiagnosis) -> DiagnosisAnswer:
             **_summary(row),
             request=DiagnosisRequest.model_validate_json(row.request),
             refused=[] if row.refused is None else _REFUSED.validate_json(row.refused),
+            warnings=[] if row.warnings is None else _WARNINGS.validate_json(row.warnings),
             problem=None if row.problem is None else Problem.model_validate_json(row.problem),
             result=None if row.result is None else json.loads(row.result),
         )

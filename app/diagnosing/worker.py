@@ -11,21 +11,37 @@ from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
-from app.diagnosing.documents import Documents, documents_of
-from app.diagnosing.errors import RefusedFile, UnusableRecordingsError
+from app.diagnosing.documents import documents_of
+from app.diagnosing.errors import RefusedFile, UnusableRecordingsError, storable
 from app.diagnosing.order import carry_out
 from app.errors import problem_of
+from app.store.diagnoses import DiagnosisDocuments
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
     from multiprocessing.connection import Connection
     from pathlib import Path
 
-    from app.diagnosing.order import DiagnosisOrder
+    from app.diagnosing.order import Diagnosed, DiagnosisOrder, Progress
+    from diagnosis.results import Diagnosis
 
 LOG: Final = logging.getLogger(__name__)
 NICENESS: Final = 10  # of 19: what the service answers meanwhile goes first
 TOLD_EVERY_S: Final = 0.2
+DIAGNOSING_SHARE: Final = 0.7  # of all the time, about, where a graph is matched to as well
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """An order that is stored under an id; folder: what its files are relative to.
+
+    graph_dir: folder of the graph to which its recordings are matched, None for none.
+    """
+
+    diagnosis_id: str
+    order: DiagnosisOrder
+    folder: Path
+    graph_dir: Path | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,10 +54,9 @@ class Advanced:
 
 @dataclass(frozen=True, slots=True)
 class Finished:
-    """It is done; refused: JSON text."""
+    """It is done, and this is what it leaves."""
 
-    documents: Documents
-    refused: str
+    documents: DiagnosisDocuments
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,40 +70,84 @@ class Failed:
 Message = Advanced | Finished | Failed
 
 
-def portable(order: DiagnosisOrder) -> DiagnosisOrder:
-    """An order that can be sent to another process: read-only views of mappings can't."""
-    vehicle = replace(order.vehicle, sources=dict(order.vehicle.sources), sd=dict(order.vehicle.sd))
-    return replace(order, vehicle=vehicle)
+def portable(task: Task) -> Task:
+    """A task that can be sent to another process: read-only views of mappings can't."""
+    vehicle = task.order.vehicle
+    plain = replace(vehicle, sources=dict(vehicle.sources), sd=dict(vehicle.sd))
+    return replace(task, order=replace(task.order, vehicle=plain))
 
 
-def work(order: DiagnosisOrder, folder: Path, diagnosis_id: str, address: str, sender: Connection) -> None:
-    """Carry out an order whose files are relative to a folder, and send what comes of it; runs in its own process.
-
-    address: path of the diagnosis in the service, which problems name.
-    """
+def work(task: Task, sender: Connection) -> None:
+    """Carry out a task, and send what comes of it; runs in its own process."""
     with suppress(OSError):
         os.nice(NICENESS)
-    os.chdir(folder)  # so that messages name files as they were sent
+    os.chdir(task.folder)  # so that messages name files as they were sent
     parent = multiprocessing.parent_process()
     reporter = _Reporter(sender)
     message: Message
     try:
-        diagnosed = carry_out(order, reporter.told, lambda: parent is not None and not parent.is_alive())
-        documents = documents_of(diagnosed, diagnosis_id=diagnosis_id)
-        message = Finished(documents, refused_json(diagnosed.refused))
+        message = Finished(_documents(task, reporter.told, lambda: parent is not None and not parent.is_alive()))
     except Exception as error:  # whatever it is, the diagnosis has failed by it
-        problem = problem_of(error, address)
+        problem = problem_of(error, f"/diagnoses/{task.diagnosis_id}")
         if problem.status >= 500:
-            LOG.exception("diagnosis %s", diagnosis_id)
+            LOG.exception("diagnosis %s", task.diagnosis_id)
         refused = error.refused if isinstance(error, UnusableRecordingsError) else ()
         message = Failed(problem.model_dump_json(), refused_json(refused))
     sender.send(message)
     sender.close()
 
 
+def headline(diagnosis: Diagnosis) -> str:
+    """The first thing that a diagnosis concludes."""
+    concluded = [one.text for one in diagnosis.findings] + [one.text for one in diagnosis.parameter_errors]
+    concluded += [one.text for one in diagnosis.unexplained]
+    return concluded[0] if concluded else diagnosis.text
+
+
 def refused_json(refused: Sequence[RefusedFile]) -> str:
     """Files that could not be used, as they are stored."""
     return json.dumps([{"file": one.file, "error": one.error} for one in refused])
+
+
+def _documents(task: Task, told: Progress, cancelled: Callable[[], bool]) -> DiagnosisDocuments:
+    """What a task leaves; raises what carrying it out raises."""
+    # what is imported here takes a while, and the process that serves needs none of it
+    from app.diagnosing.timelines import trip_documents
+    from app.diagnosing.tracks import track_features
+
+    share = 1.0 if task.graph_dir is None else DIAGNOSING_SHARE
+    diagnosed = carry_out(task.order, lambda stage, done: told(stage, share * done), cancelled)
+    residuals: str | None = None
+    warnings: tuple[str, ...] = ()
+    if task.graph_dir is not None:
+        diagnosed, residuals, warnings = _on_graph(
+            task, task.graph_dir, diagnosed, lambda stage, done: told(stage, share + (1.0 - share) * done)
+        )
+    documents = documents_of(diagnosed, diagnosis_id=task.diagnosis_id)
+    return DiagnosisDocuments(
+        result=documents.result,
+        report=documents.report,
+        effects=documents.effects,
+        refused=refused_json(diagnosed.refused),
+        verdict=diagnosed.diagnosis.verdict.value,
+        text=storable(headline(diagnosed.diagnosis)),
+        warnings=json.dumps([storable(one) for one in warnings]),
+        residuals=storable(residuals or json.dumps(track_features(diagnosed), ensure_ascii=False, allow_nan=False)),
+        trips=trip_documents(diagnosed, task.diagnosis_id),
+    )
+
+
+def _on_graph(
+    task: Task, graph_dir: Path, diagnosed: Diagnosed, told: Progress
+) -> tuple[Diagnosed, str | None, tuple[str, ...]]:
+    """A diagnosis laid upon the graph of a folder, its residuals on links, and which trips are not on it."""
+    from app.diagnosing.places import STAGE, on_graph
+    from routing.graph_files import load_graph
+    from routing.planner import Planner
+
+    told(STAGE, 0.0)
+    laid = on_graph(diagnosed, Planner(load_graph(graph_dir)), task.order.vehicle, told)
+    return laid.diagnosed, laid.places, tuple(f"not on the graph: {one}" for one in laid.unmatched)
 
 
 class _Reporter:

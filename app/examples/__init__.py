@@ -150,6 +150,15 @@ DIAGNOSIS_REQUESTS: Final[dict[str, Any]] = {
         "summary": "Recordings in a folder on the server, three tenths of the trips kept out of the fit",
         "value": {"recordings": ["winter"], "vehicle": "bmw-i3-60ah", "holdout_fraction": 0.3},
     },
+    "on a graph": {
+        "summary": "Recordings with positions, matched to the roads of a graph",
+        "value": {
+            "recordings": ["winter"],
+            "vehicle": "hyundai-kona-64",
+            "holdout_fraction": 0.2,
+            "graph": "highlands",
+        },
+    },
     "hidden": {
         "summary": "Without the columns that tell of heating",
         "value": {"recordings": ["winter/*.csv.gz"], "vehicle": "bmw-i3-60ah", "hide": ["*Heat*"], "seed": 7},
@@ -166,16 +175,22 @@ VEHICLE_STORED: Final = _answer("vehicle_stored")
 GRAPH_LIST: Final = _answer("graphs")
 GRAPH_DETAIL: Final = _answer("graph")
 DIAGNOSIS_ANSWER: Final = _answer("diagnosis")
+DIAGNOSIS_RESIDUALS: Final = _answer("diagnosis_residuals")
+DIAGNOSIS_TRIPS: Final = _answer("diagnosis_trips")
+DIAGNOSIS_TRIP: Final = _answer("diagnosis_trip")
 LEARNED_EFFECTS: Final = _answer("learned_effects")
-_SUMMARY: Final = {
-    name: DIAGNOSIS_ANSWER[name] for name in ("id", "state", "stage", "progress", "vehicle", "created", "links")
+_OF_ONE: Final = ("request", "refused", "warnings", "problem", "result")
+DIAGNOSIS_LIST: Final = {
+    "diagnoses": [{name: value for name, value in DIAGNOSIS_ANSWER.items() if name not in _OF_ONE}]
 }
-DIAGNOSIS_LIST: Final = {"diagnoses": [_SUMMARY]}
 DIAGNOSIS_QUEUED: Final = {
     **DIAGNOSIS_ANSWER,
     "state": "queued",
     "progress": 0.0,
-    "links": {"self": DIAGNOSIS_ANSWER["links"]["self"], "report": None, "effects": None},
+    "verdict": None,
+    "text": None,
+    "links": {name: path if name == "self" else None for name, path in DIAGNOSIS_ANSWER["links"].items()},
     "refused": [],
+    "warnings": [],
     "result": None,
 }

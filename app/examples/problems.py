@@ -99,6 +99,10 @@ EXAMPLES: Final = {
         "diagnosis '20260301-0c9f2a7b1d4e' is unknown",
         FieldProblem(field="id", value="20260301-0c9f2a7b1d4e", allowed="the id of a diagnosis that can be read"),
     ),
+    ErrorCode.UNKNOWN_TRIP: (
+        "trip 'monday' of diagnosis '20260301-0c9f2a7b1d4e' is unknown",
+        FieldProblem(field="trip", value="monday", allowed="an id of GET /diagnoses/20260301-0c9f2a7b1d4e/trips"),
+    ),
     ErrorCode.DIAGNOSIS_DAMAGED: (
         "stored diagnosis '20260301-0c9f2a7b1d4e' can't be read: Expecting value; remove it",
         FieldProblem(field="id", value="20260301-0c9f2a7b1d4e", allowed="the id of a diagnosis that can be read"),

@@ -1,13 +1,18 @@
-"""Ask the bundled graph for the answers that the OpenAPI document shows: `python -m app.examples.refresh`."""
+"""Ask the bundled graph for the answers that the OpenAPI document shows: `python -m app.examples.refresh`.
+
+With `--diagnoses`, only for those of diagnoses, which take half a minute.
+"""
 
 from __future__ import annotations
 
 import json
+import sys
 import tempfile
 from pathlib import Path
 from typing import Any
 
 from app.examples import RANGE_REQUESTS, ROUTE_REQUESTS, SIMULATE_REQUESTS, VEHICLE_BODIES
+from app.examples.diagnoses import diagnosis_answers
 from app.schemas.range import RangeRequest
 from app.schemas.route import RouteRequest
 from app.schemas.simulation import SimulateRequest
@@ -17,15 +22,25 @@ from app.settings import Settings
 
 SHOWN = {"links": 2, "vehicles": 3}
 SHOWN_POINTS = 4
+SHOWN_OF_DIAGNOSES = 2
 
 
-def refresh() -> None:
+def refresh(*, diagnoses_only: bool = False) -> None:
     """Write one file an answer, with lists of links and points shortened."""
     with tempfile.TemporaryDirectory() as folder:
-        _refresh(Service(Settings(database_url=f"sqlite:///{folder}/vehicles.sqlite")))
+        recordings = Path(folder) / "recordings"
+        recordings.mkdir()
+        database = f"sqlite:///{folder}/vehicles.sqlite"
+        service = Service(Settings(database_url=database, recordings_dir=recordings))
+        answers = {name: _first(answer) for name, answer in diagnosis_answers(service).items()}
+        if not diagnoses_only:
+            answers |= _answers(service)
+    for name, answer in answers.items():
+        text = json.dumps(_shortened(answer), indent=1, ensure_ascii=False)
+        (Path(__file__).parent / f"{name}.json").write_text(text + "\n", encoding="utf-8")
 
 
-def _refresh(service: Service) -> None:
+def _answers(service: Service) -> dict[str, Any]:
     eco = RouteRequest.model_validate(ROUTE_REQUESTS["eco"]["value"])
     bands = RangeRequest.model_validate(RANGE_REQUESTS["charges left"]["value"])
     chain = SimulateRequest.model_validate(SIMULATE_REQUESTS["chain"]["value"])
@@ -41,9 +56,17 @@ def _refresh(service: Service) -> None:
         "graphs": service.list_graphs(),
         "graph": service.show_graph(service.settings.default_graph),
     }
-    for name, answer in answers.items():
-        text = json.dumps(_shortened(answer.model_dump(mode="json")), indent=1, ensure_ascii=False)
-        (Path(__file__).parent / f"{name}.json").write_text(text + "\n", encoding="utf-8")
+    return {name: answer.model_dump(mode="json") for name, answer in answers.items()}
+
+
+def _first(value: Any) -> Any:
+    """A diagnosis with the first few of what it lists; numbers that stand together are kept as they are."""
+    if isinstance(value, dict):
+        return {key: _first(item) for key, item in value.items()}
+    if isinstance(value, list) and value and isinstance(value[0], (dict, str)):
+        return [_first(item) for item in value[:SHOWN_OF_DIAGNOSES]]
+    is_series = isinstance(value, list) and bool(value) and not isinstance(value[0], list)
+    return value[:SHOWN_POINTS] if is_series else value
 
 
 def _shortened(value: Any) -> Any:
@@ -74,4 +97,4 @@ def _is_position(value: object) -> bool:
 
 
 if __name__ == "__main__":
-    refresh()
+    refresh(diagnoses_only="--diagnoses" in sys.argv[1:])

@@ -1,4 +1,4 @@
-"""POST and GET /diagnoses, and GET and DELETE /diagnoses/{id} with its report and effects."""
+"""POST and GET /diagnoses, and GET and DELETE /diagnoses/{id} with what belongs to it."""
 
 from __future__ import annotations
 
@@ -10,11 +10,28 @@ from fastapi import APIRouter, Depends, Path, Request, Response
 
 from app.diagnosing.use_cases import Diagnoses, UploadedFile
 from app.errors import NotReadyError
-from app.examples import DIAGNOSIS_ANSWER, DIAGNOSIS_LIST, DIAGNOSIS_QUEUED, DIAGNOSIS_REQUESTS, LEARNED_EFFECTS
+from app.examples import (
+    DIAGNOSIS_ANSWER,
+    DIAGNOSIS_LIST,
+    DIAGNOSIS_QUEUED,
+    DIAGNOSIS_REQUESTS,
+    DIAGNOSIS_RESIDUALS,
+    DIAGNOSIS_TRIP,
+    DIAGNOSIS_TRIPS,
+    LEARNED_EFFECTS,
+)
 from app.examples.problems import problems
-from app.routes.access import JSON, answer
+from app.routes.access import GEOJSON, JSON, GeoJSONResponse, answer
 from app.routes.diagnosis_body import FORM_EXAMPLE, FORM_SCHEMA, MULTIPART, received_body
-from app.schemas.diagnosis import DiagnosisAnswer, DiagnosisList, DiagnosisOptions, DiagnosisRequest
+from app.schemas.diagnosis import (
+    DiagnosisAnswer,
+    DiagnosisList,
+    DiagnosisOptions,
+    DiagnosisRequest,
+    ResidualCollection,
+    TripList,
+    TripTimelineAnswer,
+)
 from app.schemas.learned_effects import LearnedEffects
 from app.schemas.problem import ErrorCode
 
@@ -28,8 +45,12 @@ REPORT_POLICY: Final = (
 SHARED: Final = (ErrorCode.DATABASE_UNAVAILABLE, ErrorCode.NOT_READY)
 ONE: Final = (ErrorCode.UNKNOWN_DIAGNOSIS, ErrorCode.DIAGNOSIS_DAMAGED, ErrorCode.INVALID_REQUEST, *SHARED)
 EXAMPLE_ID: Final = DIAGNOSIS_ANSWER["id"]
+EXAMPLE_TRIP: Final = DIAGNOSIS_TRIP["id"]
 
 AnyId = Annotated[str, Path(max_length=200, description="id of a diagnosis", examples=[EXAMPLE_ID])]
+AnyTrip = Annotated[
+    str, Path(max_length=1000, description="id of a trip, each character of it URL-encoded", examples=[EXAMPLE_TRIP])
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +117,7 @@ def _json(example: dict[str, Any]) -> dict[str, Any]:
             ErrorCode.UNSUPPORTED_MEDIA_TYPE,
             ErrorCode.INVALID_VEHICLE,
             ErrorCode.UNKNOWN_VEHICLE,
+            ErrorCode.UNKNOWN_GRAPH,
             ErrorCode.VEHICLE_DAMAGED,
             ErrorCode.BODY_TOO_LARGE,
             ErrorCode.TOO_MANY_DIAGNOSES,
@@ -107,7 +129,8 @@ def begin_diagnosis(body: Annotated[Received, Depends(received)], diagnoses: Run
     """Queues a diagnosis of recordings that are uploaded as a form, or that lie on the server.
 
     It runs in a process of its own, one at a time; GET of its Location says how far it is, and in the end what it has
-    found. What it has learned can then be named by its id as the `effects` of routes and areas.
+    found. What it has learned can then be named by its id as the `effects` of routes and areas. With a `graph`,
+    recordings with positions are matched to its roads.
     """
     if isinstance(body.sent, DiagnosisRequest):
         queued = diagnoses.begin_referenced(body.sent)
@@ -172,6 +195,57 @@ def show_effects(id: AnyId, diagnoses: RunningDiagnoses) -> Response:
     return Response(diagnoses.effects(id).model_dump_json(exclude_none=True), media_type=JSON)
 
 
+@router.get(
+    "/diagnoses/{id}/residuals",
+    summary="Where a diagnosis differs from measurement, as GeoJSON",
+    response_class=GeoJSONResponse,
+    response_model=ResidualCollection,
+    responses={
+        200: {"content": {GEOJSON: {"example": DIAGNOSIS_RESIDUALS}}},
+        **problems(f"/diagnoses/{EXAMPLE_ID}/residuals", *ONE, ErrorCode.DIAGNOSIS_NOT_DONE),
+    },
+)
+def show_residuals(id: AnyId, diagnoses: RunningDiagnoses) -> Response:
+    """Measured power less that of the model with all findings: on the links of the graph that was asked for.
+
+    Without a graph, along the recorded tracks, in stretches of about 250 m; without positions, no features.
+    """
+    return Response(diagnoses.residuals(id), media_type=GEOJSON)
+
+
+@router.get(
+    "/diagnoses/{id}/trips",
+    summary="The trips of a diagnosis",
+    response_model=TripList,
+    responses={
+        200: _json(DIAGNOSIS_TRIPS),
+        **problems(f"/diagnoses/{EXAMPLE_ID}/trips", *ONE, ErrorCode.DIAGNOSIS_NOT_DONE),
+    },
+)
+def list_trips(id: AnyId, diagnoses: RunningDiagnoses) -> Response:
+    """What there is along time of each; energies of trips are in the diagnosis."""
+    return answer(diagnoses.trips(id))
+
+
+@router.get(
+    "/diagnoses/{id}/trips/{trip}",
+    summary="One trip of a diagnosis along time",
+    response_model=TripTimelineAnswer,
+    responses={
+        200: _json(DIAGNOSIS_TRIP),
+        **problems(
+            f"/diagnoses/{EXAMPLE_ID}/trips/{EXAMPLE_TRIP}",
+            *ONE,
+            ErrorCode.UNKNOWN_TRIP,
+            ErrorCode.DIAGNOSIS_NOT_DONE,
+        ),
+    },
+)
+def show_trip(id: AnyId, trip: AnyTrip, diagnoses: RunningDiagnoses) -> Response:
+    """Speed and power, measured and modelled, in windows of 10 s, or longer ones on long trips, with positions."""
+    return Response(diagnoses.timeline(id, trip), media_type=JSON)
+
+
 @router.delete(
     "/diagnoses/{id}",
     summary="Cancel or remove a diagnosis",
@@ -181,7 +255,7 @@ def show_effects(id: AnyId, diagnoses: RunningDiagnoses) -> Response:
             **_json({**DIAGNOSIS_QUEUED, "state": "cancelled"}),
             "description": "It was not finished and is cancelled",
         },
-        204: {"description": "It was finished and is removed, with the effects that it has learned"},
+        204: {"description": "It was finished and is removed, with its trips and the effects that it has learned"},
         **problems(f"/diagnoses/{EXAMPLE_ID}", *ONE),
     },
 )

@@ -59,6 +59,11 @@ FORM_SCHEMA: Final[dict[str, Any]] = {
         },
         "holdout_fraction": {"type": "number", "minimum": 0, "maximum": MOST_FRAC},
         "seed": {"type": "integer", "minimum": 0, "maximum": 2**31 - 1},
+        "graph": {
+            "type": "string",
+            "maxLength": 200,
+            "description": "name of a graph to which recordings with positions are matched",
+        },
     },
 }
 FORM_EXAMPLE: Final[dict[str, Any]] = {

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 from sqlalchemy import CursorResult, delete, func, select, update
 
-from app.store.tables import MAX_STAGE_CHARS, DiagnosisRow, LearnedEffectsRow
+from app.store.tables import MAX_STAGE_CHARS, DiagnosisRow, DiagnosisTripRow, LearnedEffectsRow
 
 if TYPE_CHECKING:
     from sqlalchemy import Update
@@ -30,21 +30,30 @@ class DiagnosisState(StrEnum):
 
 UNFINISHED: Final = (DiagnosisState.QUEUED, DiagnosisState.RUNNING)
 _UNFINISHED_VALUES: Final = tuple(state.value for state in UNFINISHED)
+# a report takes megabytes; who asks how far a diagnosis is must not have it read
+_LARGE: Final = ("report", "residuals")
 
 
 @dataclass(frozen=True, slots=True)
 class NewDiagnosis:
-    """A diagnosis as it is put into the queue; request: JSON text, worker: host and process that will carry it out."""
+    """A diagnosis as it is put into the queue; request: JSON text, worker: host and process that will carry it out.
+
+    recordings: number of files.
+    """
 
     id: str
     worker: str
     vehicle: str
     request: str
+    recordings: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class StoredDiagnosis:
-    """A diagnosis as it is stored; request, refused, problem and result are JSON text, result is left out of lists."""
+    """A diagnosis as it is stored; request, refused, problem, result and warnings are JSON text.
+
+    result is left out of lists. recordings, verdict, text and warnings are None where they are not known.
+    """
 
     id: str
     state: DiagnosisState
@@ -58,16 +67,37 @@ class StoredDiagnosis:
     result: str | None
     created: datetime
     updated: datetime
+    recordings: int | None
+    verdict: str | None
+    text: str | None
+    warnings: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class TripDocument:
+    """One trip along time, by its id: an outline for lists, and the whole timeline, both JSON text."""
+
+    trip: str
+    outline: str
+    timeline: str
 
 
 @dataclass(frozen=True, slots=True)
 class DiagnosisDocuments:
-    """What a finished diagnosis leaves: JSON texts, but the report, which is HTML."""
+    """What a finished diagnosis leaves: JSON texts, but the report, which is HTML, and the plain verdict and text.
+
+    residuals: GeoJSON.
+    """
 
     result: str
     report: str
     effects: str
     refused: str
+    verdict: str | None = None
+    text: str | None = None
+    warnings: str = "[]"
+    residuals: str | None = None
+    trips: tuple[TripDocument, ...] = ()
 
 
 class DiagnosisStore:
@@ -92,6 +122,7 @@ class DiagnosisStore:
                     worker=new.worker,
                     vehicle=new.vehicle,
                     request=new.request,
+                    recordings=new.recordings,
                     created=now,
                     updated=now,
                 )
@@ -100,13 +131,14 @@ class DiagnosisStore:
 
     def find(self, diagnosis_id: str) -> StoredDiagnosis | None:
         """One diagnosis with its result, or None."""
+        columns = [column for column in DiagnosisRow.__table__.columns if column.name not in _LARGE]
         with self.database.reading() as session:
-            row = session.get(DiagnosisRow, diagnosis_id)
-            return None if row is None else _stored(row, row.result)
+            row = session.execute(select(*columns).where(DiagnosisRow.id == diagnosis_id)).one_or_none()
+        return None if row is None else _stored(row, row.result)
 
     def all(self) -> list[StoredDiagnosis]:
         """All diagnoses without their results, the latest first."""
-        columns = [column for column in DiagnosisRow.__table__.columns if column.name not in ("result", "report")]
+        columns = [column for column in DiagnosisRow.__table__.columns if column.name not in ("result", *_LARGE)]
         with self.database.reading() as session:
             rows = session.execute(select(*columns)).all()
         found = [_stored(row, None) for row in rows]
@@ -116,6 +148,25 @@ class DiagnosisStore:
         """The report of a finished diagnosis."""
         with self.database.reading() as session:
             return session.scalar(select(DiagnosisRow.report).where(DiagnosisRow.id == diagnosis_id))
+
+    def residuals(self, diagnosis_id: str) -> str | None:
+        """GeoJSON text of where a finished diagnosis differs from what was measured; None where that was not kept."""
+        with self.database.reading() as session:
+            return session.scalar(select(DiagnosisRow.residuals).where(DiagnosisRow.id == diagnosis_id))
+
+    def trip_outlines(self, diagnosis_id: str) -> list[str]:
+        """Outlines of a finished diagnosis' trips, JSON text each, in its order; none where they were not kept."""
+        mine = select(DiagnosisTripRow.outline).where(DiagnosisTripRow.diagnosis == diagnosis_id)
+        with self.database.reading() as session:
+            return list(session.scalars(mine.order_by(DiagnosisTripRow.position)))
+
+    def timeline(self, diagnosis_id: str, trip: str) -> str | None:
+        """The timeline of one trip, JSON text, or None."""
+        one = select(DiagnosisTripRow.timeline).where(
+            DiagnosisTripRow.diagnosis == diagnosis_id, DiagnosisTripRow.trip == trip
+        )
+        with self.database.reading() as session:
+            return session.scalars(one.order_by(DiagnosisTripRow.position).limit(1)).first()
 
     def is_running(self, diagnosis_id: str) -> bool:
         """Whether a diagnosis is there and running."""
@@ -134,7 +185,8 @@ class DiagnosisStore:
 
     def finish(self, diagnosis_id: str, documents: DiagnosisDocuments) -> bool:
         """From running to done, with the effects that it has learned; False where it does not run any more."""
-        values = {"result": documents.result, "report": documents.report, "refused": documents.refused}
+        named = ("result", "report", "refused", "verdict", "text", "warnings", "residuals")
+        values = {name: getattr(documents, name) for name in named}
         done = _of(diagnosis_id, (DiagnosisState.RUNNING,)).values(
             state=DiagnosisState.DONE.value, stage="", progress_frac=1.0, **values
         )
@@ -144,6 +196,12 @@ class DiagnosisStore:
             vehicle = session.execute(select(DiagnosisRow.vehicle).where(DiagnosisRow.id == diagnosis_id)).scalar_one()
             now = datetime.now(UTC)
             session.add(LearnedEffectsRow(id=diagnosis_id, vehicle=vehicle, document=documents.effects, created=now))
+            session.add_all(
+                DiagnosisTripRow(
+                    diagnosis=diagnosis_id, position=k, trip=one.trip, outline=one.outline, timeline=one.timeline
+                )
+                for k, one in enumerate(documents.trips)
+            )
             return True
 
     def fail(self, diagnosis_id: str, problem: str, refused: str | None = None) -> bool:
@@ -156,7 +214,7 @@ class DiagnosisStore:
         return self._changed(_of(diagnosis_id, UNFINISHED).values(state=DiagnosisState.CANCELLED.value))
 
     def remove(self, diagnosis_id: str) -> bool:
-        """Remove a finished diagnosis with the effects that it has learned; False where there is none."""
+        """Remove a finished diagnosis with its trips and the effects that it has learned; False where there is none."""
         finished = DiagnosisRow.state.not_in(_UNFINISHED_VALUES)
         with self.database.writing() as session:
             removed = session.execute(delete(DiagnosisRow).where(DiagnosisRow.id == diagnosis_id, finished))
@@ -164,6 +222,7 @@ class DiagnosisStore:
             if removed.rowcount == 0:
                 return False
             session.execute(delete(LearnedEffectsRow).where(LearnedEffectsRow.id == diagnosis_id))
+            session.execute(delete(DiagnosisTripRow).where(DiagnosisTripRow.diagnosis == diagnosis_id))
             return True
 
     def show_alive(self, worker: str) -> None:

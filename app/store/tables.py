@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from datetime import datetime
 
-from sqlalchemy import DateTime, Float, String, Text
+from sqlalchemy import DateTime, Float, Integer, String, Text
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 
 MAX_ID_CHARS = 100
@@ -49,6 +49,26 @@ class DiagnosisRow(Base):
     report: Mapped[str | None] = mapped_column(Text)
     created: Mapped[datetime] = mapped_column(DateTime(timezone=True))  # UTC
     updated: Mapped[datetime] = mapped_column(DateTime(timezone=True))  # UTC; while it runs, its worker's sign of life
+    recordings: Mapped[int | None] = mapped_column(Integer)  # None where it was queued before this was kept
+    verdict: Mapped[str | None] = mapped_column(String(MAX_KIND_CHARS))
+    text: Mapped[str | None] = mapped_column(Text)
+    warnings: Mapped[str | None] = mapped_column(Text)
+    residuals: Mapped[str | None] = mapped_column(Text)
+
+
+class DiagnosisTripRow(Base):
+    """One trip of a finished diagnosis along time; position: in the order of the answer, both documents are JSON text.
+
+    The key is not the trip's id, of which two may look alike once they are text.
+    """
+
+    __tablename__ = "diagnosis_trips"
+
+    diagnosis: Mapped[str] = mapped_column(String(MAX_ID_CHARS), primary_key=True)
+    position: Mapped[int] = mapped_column(Integer, primary_key=True)
+    trip: Mapped[str] = mapped_column(Text)
+    outline: Mapped[str] = mapped_column(Text)
+    timeline: Mapped[str] = mapped_column(Text)
 
 
 class LearnedEffectsRow(Base):

@@ -112,7 +112,7 @@ def test_migration_from_nothing_makes_the_tables_that_the_code_describes(tmp_pat
 def test_migration_of_a_database_of_vehicles_keeps_them_and_adds_diagnoses(tmp_path: Path) -> None:
     store = VehicleStore(Database(database_in(tmp_path)))
     store.put(CAR)
-    for table in ("diagnoses", "learned_effects"):
+    for table in ("diagnoses", "learned_effects", "diagnosis_trips"):
         run_sql(tmp_path, f"DROP TABLE {table}")
     run_sql(tmp_path, "UPDATE alembic_version SET version_num = '0001'")
     later = Database(database_in(tmp_path))
@@ -139,7 +139,7 @@ def test_processes_that_start_at_once_on_no_database_all_find_it_ready(tmp_path:
     started = [subprocess.Popen(command, cwd=root, stderr=subprocess.PIPE, text=True) for _ in range(4)]
     ended = [(process.communicate()[1], process.returncode) for process in started]
     assert ended == [("", 0)] * 4
-    assert run_sql(tmp_path / "new", "SELECT version_num FROM alembic_version") == [("0002",)]
+    assert run_sql(tmp_path / "new", "SELECT version_num FROM alembic_version") == [("0003",)]
 
 
 def test_threads_that_open_a_database_at_once_all_find_it_ready(tmp_path: Path) -> None:
