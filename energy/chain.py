@@ -50,7 +50,8 @@ class Chain:
 
     length_m: float64 (n,) > 0. grade_frac: float64 (n,) sin θ, -1..1. speed_limit_mps: float64 (n,) > 0.
     stop_probability_frac: float64 (n,) 0..1, stop_time_s: float64 (n,) ≥ 0, at the end of the link.
-    stop_class: int8 (n,) counter that the link's end belongs to, for the rule `counted`: 4·urban + cross.
+    stop_class: int8 (n,) counter that the link's end belongs to, for the rule `counted`: 4·urban + cross; or
+    energy.kernels.REST where the vehicle comes to rest at the link's end for stop_time_s, whatever the rule.
     altitude_m: float64 (n,) mean height, for the density of the air. heading: float64 (n, 2) east and north part of the
     way over its length, for wind. Both may be absent; conditions that need them then raise ConditionsError.
     """
@@ -236,7 +237,7 @@ def _check_chain(chain: Chain) -> None:
             "0..1",
         ),
         ("stop_time_s", chain.stop_time_s, chain.stop_time_s >= 0.0, "a non-negative finite number"),
-        ("stop_class", chain.stop_class, (chain.stop_class >= 0) & (chain.stop_class < 8), "0..7"),
+        ("stop_class", chain.stop_class, (chain.stop_class >= 0) & (chain.stop_class <= kernels.REST), "0..8"),
     )
     for name, values, good, allowed in checks:
         if values.shape != (n,):

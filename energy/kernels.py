@@ -273,6 +273,7 @@ def add_link_parts(
 
 EXPECTED, COUNTED, NO_STOPS, CROSSINGS = range(4)
 MEDIUM = 2  # Cross.MEDIUM: a minor road meeting a major one, an entry to a roundabout
+REST = 8  # stop class of a link at whose end the vehicle comes to rest for certain, whatever the rule
 
 
 @njit(nogil=True, cache=True)
@@ -284,6 +285,8 @@ def stop_at(
     stops: NDArray[np.float64],
 ) -> float:
     """Probability of stopping at a link's end under a rule; counters (8,) are carried from link to link."""
+    if stop_class == REST:
+        return 1.0
     if rule == NO_STOPS:
         return 0.0
     if rule == CROSSINGS:
@@ -357,6 +360,7 @@ __all__ = [
     "EXPECTED",
     "NO_STOPS",
     "PART_COUNT",
+    "REST",
     "LinkPhysics",
     "Road",
     "add_link_parts",

@@ -40,6 +40,7 @@ MOST_SAMPLES: Final = 10_000
 SEED: Final = 20_220_923
 TRIES: Final = 64  # draws for one vehicle before its standard deviations are refused
 QUANTILES: Final = (0.1, 0.5, 0.9)
+OUTER_QUANTILES: Final = (0.1, 0.9)
 FACTOR_RANGE: Final = (0.05, 20.0)
 MOST_AUX_W: Final = 100_000.0
 CHUNK: Final = 256  # samples at a time, which bounds memory
@@ -57,6 +58,8 @@ class EnergyDistribution:
     a share of the samples, so in steps of 1/samples.
     duration_s: the same in all samples. parameter_sd_frac: standard deviation of the dissipated energy by the
     vehicle's parameters, over its mean; residual_sd_frac: that of the model's residual.
+    soc_p10_frac, soc_p90_frac: float64 (n,) charge at each link's end that is not exceeded with a probability of 10 and
+    90 %, each link for itself; the last are those of the arrival. None unless asked for.
     """
 
     energy_p10_j: float
@@ -71,6 +74,8 @@ class EnergyDistribution:
     seed: int
     parameter_sd_frac: float
     residual_sd_frac: float
+    soc_p10_frac: NDArray[np.float64] | None = None
+    soc_p90_frac: NDArray[np.float64] | None = None
 
 
 def sampled_vehicles(
@@ -118,9 +123,11 @@ def chain_distribution(
     samples: int = SAMPLES,
     seed: int = SEED,
     residual_sd_frac: float = RESIDUAL_SD_FRAC,
+    along: bool = False,
 ) -> EnergyDistribution:
     """Quantiles of the energy of driving a chain, and the probability of keeping above the reserve.
 
+    along: with those of the charge at each link's end, which keeps all samples of all links in memory.
     Without standard deviations and residual, all quantiles are those of simulate_chain and energy.battery.soc_along to
     the bit. Raises as simulate_chain does, and ConditionsError for a state of charge, a count or a residual that is
     out of range; VehicleError as sampled_vehicles does.
@@ -129,6 +136,7 @@ def chain_distribution(
     _check("reserve_soc_frac", reserve_soc_frac, 0.0, 1.0)
     residual = residual_fracs(samples, seed, residual_sd_frac)
     total, dissipated, arrival, lowest = (np.empty(samples) for _ in range(4))
+    charge = np.empty((chain.length_m.size, samples)) if along else None
     duration_s = 0.0
     drives = _driven(
         vehicle,
@@ -147,9 +155,11 @@ def chain_distribution(
         dissipated[at] = [row.sum() for row in lost]
         energy += residual[at, None] * lost
         total[at] = [row.sum() for row in energy]
-        arrival[at], lowest[at] = _soc(energy, soc_start_frac, capacity_j)
+        kept = None if charge is None else charge[:, at]
+        arrival[at], lowest[at] = _soc(energy, soc_start_frac, capacity_j, kept)
     energy_p10_j, energy_p50_j, energy_p90_j = np.quantile(total, QUANTILES).tolist()
     soc_p10_frac, soc_p50_frac, soc_p90_frac = np.quantile(arrival, QUANTILES).tolist()
+    low, high = (None, None) if charge is None else np.quantile(charge, OUTER_QUANTILES, axis=1)
     return EnergyDistribution(
         energy_p10_j=energy_p10_j,
         energy_p50_j=energy_p50_j,
@@ -163,6 +173,8 @@ def chain_distribution(
         seed=seed,
         parameter_sd_frac=_spread_frac(dissipated),
         residual_sd_frac=residual_sd_frac,
+        soc_p10_frac=low,
+        soc_p90_frac=high,
     )
 
 
@@ -354,15 +366,23 @@ def _driven(
 
 
 def _soc(
-    energy: NDArray[np.float64], soc_start_frac: float, capacity_j: NDArray[np.float64]
+    energy: NDArray[np.float64],
+    soc_start_frac: float,
+    capacity_j: NDArray[np.float64],
+    charge: NDArray[np.float64] | None,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Charge on arrival and the lowest on the way, float64 (samples,), as energy.battery.soc_along for each sample."""
+    """Charge on arrival and the lowest on the way, float64 (samples,), as energy.battery.soc_along for each sample.
+
+    charge: (n, samples) is filled with that at each link's end.
+    """
     soc = np.full(capacity_j.size, soc_start_frac)
     lowest = soc.copy()
-    for used in np.ascontiguousarray((energy / capacity_j[:, None]).T):
+    for k, used in enumerate(np.ascontiguousarray((energy / capacity_j[:, None]).T)):
         soc -= used
         np.minimum(soc, 1.0, out=soc)
         np.minimum(lowest, soc, out=lowest)
+        if charge is not None:
+            charge[k] = soc
     return soc, lowest
 
 

@@ -135,12 +135,15 @@ def is_ancestor(index: NDArray[np.int32], label: int, candidate: int) -> bool:
 
 
 @njit(nogil=True, cache=True)
-def start_label(g: LinkArrays, p: LinkPhysics, r: SearchRules, ws: Workspace, link: int, offset: float) -> None:
-    """Put a start, at rest somewhere on a link, into the heap; it takes part in no dominance."""
+def start_label(
+    g: LinkArrays, p: LinkPhysics, r: SearchRules, ws: Workspace, link: int, offset: float, begin_s: float
+) -> None:
+    """Put a start, at rest on a link begin_s after departure, into the heap; it takes part in no dominance."""
     new = ws.counter[LABELS]
     ws.counter[LABELS] = new + 1
     ws.number[new, :] = 0.0
     ws.number[new, OFFSET] = offset
+    ws.number[new, TIME] = begin_s
     ws.pointer[new, LINK] = link
     ws.pointer[new, PARENT] = -1
     ws.pointer[new, NEXT] = -1

@@ -28,20 +28,21 @@ from routing.query import (
 )
 from routing.route_answer import no_route, route_of
 from routing.route_search import RouteSearch, charge_limits, method_name
-from routing.search import Limits, LinkPosition, Reach, find_path, reach
+from routing.search import Limits, LinkPosition, SearchCounts, find_path, reach
 from routing.snap import RoadIndex
 from routing.spans import ChainMaker
 
 if TYPE_CHECKING:
+from routing.via import WayFinder
     from energy.chain import Chain, ChainResult
     from energy.vehicle_files import AnyVehicle
     from routing.graph import RoadGraph
     from routing.query import RangeQuery, RouteQuery, Weights
 
-SAME_PLACE_M: Final = 0.5
 SAMPLE_LINKS: Final = 300  # on which the spread of what driving dissipates is taken
 LEAST_FACTOR: Final = FACTOR_RANGE[0]
 
+    from routing.via import Way
 
 class Planner:
     """Answers queries on one frozen graph; safe to share between threads."""
@@ -64,7 +65,7 @@ class Planner:
         self._roads.snap("warm-up", Point((south + north) / 2.0, (west + east) / 2.0), math.inf)
 
     def route(self, query: RouteQuery) -> RouteAnswer:
-        """One route for each weighting of the query, from rest at the start to rest at the goal.
+        """One route for each weighting of the query, from rest at the start over its via points to rest at the goal.
 
         Raises QueryError, PointOutsideMapError, PointFarFromRoadError, NoPathError, NegativeCycleError,
         SearchLimitError. A goal out of reach on this charge is an answer, with `feasible` false.
@@ -74,30 +75,26 @@ class Planner:
             raise QueryError("weightings", "empty", "at least one weighting")
         for name, weights in query.weightings:
             _check_weights(name, weights)
-        start, starts = self._roads.snap("start", query.start, self._snap_limit_m)
-        goal, goals = self._roads.snap("goal", query.goal, self._snap_limit_m)
-        routes, stats, bounded = [], [], []
+        asked = [("start", query.start), *((f"via[{k}]", place) for k, place in enumerate(query.via))]
+        snapped = [self._roads.snap(*place, self._snap_limit_m) for place in (*asked, ("goal", query.goal))]
+        points, places = [point for point, _ in snapped], [positions for _, positions in snapped]
+        routes, stats, unproven = [], [], []
+        finder = WayFinder(self._search, query, places)
         crowded = False
         for name, weights in query.weightings:
-            if start.link_idx == goal.link_idx and abs(start.offset_m - goal.offset_m) < SAME_PLACE_M:
-                routes.append(no_route(name, weights, query, start))
-                stats.append(SearchStats(0, 0, 0.0, "none"))
-                continue
-            found = self._search.best_path(query, weights, starts, goals)
-            counts = found.counts
-            crowded |= counts.crowded > 0
-            routes.append(route_of(self._chains, name, weights, query, self._search.spans(found.path)))
-            stats.append(SearchStats(counts.labels_made, counts.labels_settled, counts.seconds, found.method))
-            if found.short_by > 0.0:
-                bounded.append(
-                    f"route {name!r} is good but not proven best: near the battery's limits too many ways compare; "
-                    f"a better one would cost at most {found.short_by:.3g} less (of {found.short_by + found.bound:.3g})"
-                )
-        warnings = self._warnings(query, crowded) + tuple(bounded)
+            way = finder.best(weights)
+            crowded |= any(found.counts.crowded > 0 for found in way.found)
+            if way.spans:
+                routes.append(route_of(self._chains, name, weights, query, way.spans, way.first))
+            else:
+                routes.append(no_route(self.graph, name, weights, query, points[0]))
+            stats.append(_search_stats(way))
+            unproven += [f"route {name!r} {note}" for note in way.notes]
+        warnings = self._warnings(query, crowded) + tuple(unproven)
         for route in routes:
             if not route.feasible and route.weights != ECO and query.stop_rule is not StopRule.COUNTED:
                 warnings += (f"no route reaches the goal on this charge: {route.name!r} shows the least-energy way",)
-        return RouteAnswer(tuple(routes), start, goal, tuple(stats), warnings)
+        return RouteAnswer(tuple(routes), points[0], points[-1], tuple(stats), warnings, tuple(points[1:-1]))
 
     def range(self, query: RangeQuery) -> RangeAnswer:
         """The area that can be reached before the charge falls below the reserve, with its inner bands.
@@ -221,3 +218,14 @@ def _check_weights(name: str, weights: Weights) -> None:
             raise QueryError(f"weights.{field} ({name})", value, "0..1e6")
     if max(values) == 0.0:
         raise QueryError(f"weights ({name})", values, "at least one above 0")
+def _search_stats(way: Way) -> SearchStats:
+    """The work of all searches of a route."""
+    counts = [found.counts for found in way.found]
+    return SearchStats(
+        labels_made=sum(one.labels_made for one in counts),
+        labels_settled=sum(one.labels_settled for one in counts),
+        seconds=sum(one.seconds for one in counts),
+        method=", ".join(dict.fromkeys(found.method for found in way.found)) or "none",
+    )
+
+

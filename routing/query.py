@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from energy.chain import LinkModel, StopRule
@@ -50,7 +51,8 @@ NAMED_WEIGHTS = {"eco": ECO, "fastest": FASTEST, "balanced": BALANCED}
 class RouteQuery:
     """One route request; a name is given to each weighting, one route is answered for each.
 
-    soc_frac, reserve_soc_frac: 0..1, reserve ≤ soc.
+    soc_frac, reserve_soc_frac: 0..1, reserve ≤ soc. via: places on the way, in order; the vehicle comes to rest at each
+    and goes on at once, in any direction that the road permits.
     """
 
     start: Point
@@ -100,7 +102,11 @@ class SnappedPoint:
 
 @dataclass(frozen=True, slots=True)
 class LinkSpan:
-    """A directed link driven from from_m to to_m of its length [m]."""
+    """A directed link driven from from_m to to_m of its length [m].
+
+    rest: the vehicle comes to rest there, for no time and whatever the stop rule. The next stretch may then go on
+    from that place on the same link, or turn there.
+    """
 
     link_idx: int
     from_m: float
@@ -109,13 +115,19 @@ class LinkSpan:
 
 @dataclass(frozen=True, slots=True)
 class RouteLink:
-    """One link of a route, driven from from_m to to_m of its length; result has energy, parts, time, speeds."""
+    """One link of a route, driven from from_m to to_m of its length; result has energy, parts, time, speeds.
+
+    rest: its end is a via point. geometry_end_idx: row of the route's geometry at which it ends.
+    soc_end_p10_frac, soc_end_p90_frac: charge at its end that is not exceeded with a probability of 10 and 90 %, each
+    place for itself; None where uncertainty was not asked for.
+    """
 
     link_idx: int
     from_m: float
     to_m: float
     grade_frac: float  # rise over length, sin θ
     speed_limit_mps: float
+    rest: bool = False
     stop_probability_frac: float
     road_name: str
     result: LinkResult
@@ -132,12 +144,36 @@ class Remedy:
     """
 
     soc_start_needed_frac: float
+    rest: bool
+    height_end_m: float  # above sea, 0 on a graph without terrain
+    geometry_end_idx: int
+    soc_end_p10_frac: float | None = None
+    soc_end_p90_frac: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RouteLeg:
+    """A route from one of its places to the next, from_m to to_m along the route [m].
+
+    first_link, last_link: positions in the route's links; None where the places are the same and nothing is driven.
+    """
+
+    from_m: float
+    to_m: float
+    duration_s: float
+    energy_j: float
+    soc_end_frac: float
+    first_link: int | None
+    last_link: int | None
     charge_needed_wh: float
 
 
 @dataclass(frozen=True, slots=True)
 class Route:
-    """One route. Not feasible: soc goes below the reserve, deficit_j > 0 and furthest is where it does."""
+    """One route. Not feasible: soc goes below the reserve, deficit_j > 0 and furthest is where it does.
+
+    legs: from start to first via point and so on to the goal, one where there are no via points.
+    """
 
     name: str
     weights: Weights
@@ -165,6 +201,8 @@ class Route:
 class SearchStats:
     """What a search did."""
 
+    legs: tuple[RouteLeg, ...]
+    height_start_m: float  # above sea, 0 on a graph without terrain
     labels_made: int
     labels_settled: int
     seconds: float
@@ -191,6 +229,7 @@ class RangeBand:
 
     soc_left_frac: float
     area: MultiPolygon
+    via: tuple[SnappedPoint, ...] = ()
     area_m2: float
     node_count: int
     false_in_frac: float  # share of the covered nodes that can't be reached

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,10 +12,12 @@ from energy.battery import JOULE_PER_WH, soc_along
 from energy.chain import EnergyParts, simulate_chain
 from energy.uncertainty import chain_distribution
 from routing.hot_links import RouteLinks, hot_stretches
-from routing.query import Point, Remedy, Route, RouteLink
+from routing.query import Point, Remedy, Route, RouteLeg, RouteLink
 from routing.snap import part_of_line
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from energy.chain import Chain, ChainResult
@@ -25,8 +28,18 @@ if TYPE_CHECKING:
     from routing.spans import ChainMaker
 
 
-def route_of(chains: ChainMaker, name: str, weights: Weights, query: RouteQuery, spans: tuple[LinkSpan, ...]) -> Route:
-    """The route along stretches of links, as a query's vehicle drives them."""
+def route_of(
+    chains: ChainMaker,
+    name: str,
+    weights: Weights,
+    query: RouteQuery,
+    spans: tuple[LinkSpan, ...],
+    leg_first: tuple[int, ...],
+) -> Route:
+    """The route along stretches of links, as a query's vehicle drives them.
+
+    leg_first: for each leg, the position of its first stretch, and the number of stretches at the end.
+    """
     graph = chains.graph
     chain = chains.chain(spans, query.stop_settings)
     result = simulate_chain(
@@ -40,25 +53,30 @@ def route_of(chains: ChainMaker, name: str, weights: Weights, query: RouteQuery,
     capacity_wh = query.vehicle.usable_capacity_wh
     energy_j = np.array([link.energy_j for link in result.links])
     soc, braked = soc_along(energy_j, query.soc_frac, capacity_wh)
-    links, lines = [], []
-    for k, span in enumerate(spans):
-        length_m = float(graph.length_m[span.link_idx])
-        line = part_of_line(graph.geometry(span.link_idx), span.from_m / length_m, span.to_m / length_m)
-        lines.append(line if k == 0 else line[1:])
-        links.append(
-            RouteLink(
-                link_idx=span.link_idx,
-                from_m=span.from_m,
-                to_m=span.to_m,
-                grade_frac=float(chain.grade_frac[k]),
-                speed_limit_mps=float(chain.speed_limit_mps[k]),
-                stop_probability_frac=result.links[k].stop_probability_frac,
-                road_name=graph.names[int(graph.name_idx[span.link_idx])],
-                result=result.links[k],
-                soc_end_frac=float(soc[k]),
-                braked_away_j=float(braked[k]),
-            )
+    spread = _distribution(query, chain) if query.uncertainty else None
+    lines = _lines(graph, spans)
+    line_end = np.cumsum([len(line) for line in lines]) - 1
+    low, high = _quantiles_along(spread, len(spans))
+    links = tuple(
+        RouteLink(
+            link_idx=span.link_idx,
+            from_m=span.from_m,
+            to_m=span.to_m,
+            grade_frac=float(chain.grade_frac[k]),
+            speed_limit_mps=float(chain.speed_limit_mps[k]),
+            stop_probability_frac=result.links[k].stop_probability_frac,
+            road_name=graph.names[int(graph.name_idx[span.link_idx])],
+            result=result.links[k],
+            soc_end_frac=float(soc[k]),
+            braked_away_j=float(braked[k]),
+            rest=span.rest,
+            height_end_m=height_m(graph, span.link_idx, span.to_m),
+            geometry_end_idx=int(line_end[k]),
+            soc_end_p10_frac=low[k],
+            soc_end_p90_frac=high[k],
         )
+        for k, span in enumerate(spans)
+    )
     climb = chain.grade_frac * chain.length_m
     soc_min = float(min(soc.min(), query.soc_frac))
     # the figures decide, not the search: it rounds differently, and `counted` stops are not those it saw
@@ -78,9 +96,11 @@ def route_of(chains: ChainMaker, name: str, weights: Weights, query: RouteQuery,
         climb_m=float(climb[climb > 0.0].sum()),
         descent_m=float(-climb[climb < 0.0].sum()),
         geometry=np.concatenate(lines),
-        links=tuple(links),
+        links=links,
+        legs=_legs(leg_first, result, soc, query.soc_frac, chain.length_m),
+        height_start_m=height_m(graph, spans[0].link_idx, spans[0].from_m),
         hot_links=_hot_links(chain, result, [link.road_name for link in links]),
-        uncertainty=_distribution(query, chain) if query.uncertainty else None,
+        uncertainty=spread,
     )
     if feasible:
         return route
@@ -105,7 +125,60 @@ def _distribution(query: RouteQuery, chain: Chain) -> EnergyDistribution:
         conditions=query.conditions,
         link_model=query.link_model,
         stop_rule=query.stop_rule,
+        along=True,
     )
+
+
+def _quantiles_along(
+    spread: EnergyDistribution | None, links: int
+) -> tuple[Sequence[float | None], Sequence[float | None]]:
+    """P10 and P90 of the charge at each link's end, or as many None."""
+    if spread is None or spread.soc_p10_frac is None or spread.soc_p90_frac is None:
+        return [None] * links, [None] * links
+    return spread.soc_p10_frac.tolist(), spread.soc_p90_frac.tolist()
+
+
+def _lines(graph: RoadGraph, spans: tuple[LinkSpan, ...]) -> list[NDArray[np.float64]]:
+    """The line of each stretch without the point at which it begins, but for the first; float64 (k, 2) lon, lat."""
+    lines = []
+    for k, span in enumerate(spans):
+        length_m = float(graph.length_m[span.link_idx])
+        line = part_of_line(graph.geometry(span.link_idx), span.from_m / length_m, span.to_m / length_m)
+        lines.append(line if k == 0 else line[1:])
+    return lines
+
+
+def height_m(graph: RoadGraph, link_idx: int, at_m: float) -> float:
+    """Height of a place on a link [m], its grade being the same everywhere on it."""
+    low, high = float(graph.node_height_m[graph.tail[link_idx]]), float(graph.node_height_m[graph.head[link_idx]])
+    return low + (high - low) * at_m / float(graph.length_m[link_idx])
+
+
+def _legs(
+    first: tuple[int, ...],
+    result: ChainResult,
+    soc: NDArray[np.float64],
+    soc_start_frac: float,
+    length_m: NDArray[np.float64],
+) -> tuple[RouteLeg, ...]:
+    """What each leg takes, from the links of the whole; soc: float64 (n,) at each link's end."""
+    way_m = np.concatenate(([0.0], np.cumsum(length_m)))
+    charge = np.concatenate(([soc_start_frac], soc))
+    legs = []
+    for begin, end in pairwise(first):
+        links = result.links[begin:end]
+        legs.append(
+            RouteLeg(
+                from_m=float(way_m[begin]),
+                to_m=float(way_m[end]),
+                duration_s=sum(link.duration_s for link in links),
+                energy_j=sum(link.energy_j for link in links),
+                soc_end_frac=float(charge[end]),
+                first_link=begin if links else None,
+                last_link=end - 1 if links else None,
+            )
+        )
+    return tuple(legs)
 
 
 def _furthest(graph: RoadGraph, route: Route, reserve_frac: float) -> Point:
@@ -153,8 +226,27 @@ def _start_charge_needed(used_frac: NDArray[np.float64], reserve_frac: float) ->
     return max(needed, reserve_frac + longest_fall) if reserve_frac + longest_fall > 1.0 else needed
 
 
-def no_route(name: str, weights: Weights, query: RouteQuery, start: SnappedPoint) -> Route:
+def no_route(graph: RoadGraph, name: str, weights: Weights, query: RouteQuery, start: SnappedPoint) -> Route:
     """The route from a place to itself."""
     here = np.array([[start.on_road.lon_deg, start.on_road.lat_deg]] * 2)
     soc = query.soc_frac
-    return Route(name, weights, True, 0.0, 0.0, 0.0, EnergyParts(), 0.0, soc, soc, soc, 0.0, 0.0, here, ())
+    nothing = RouteLeg(0.0, 0.0, 0.0, 0.0, soc, None, None)
+    return Route(
+        name=name,
+        weights=weights,
+        feasible=True,
+        distance_m=0.0,
+        duration_s=0.0,
+        energy_j=0.0,
+        parts=EnergyParts(),
+        braked_away_j=0.0,
+        soc_start_frac=soc,
+        soc_end_frac=soc,
+        soc_min_frac=soc,
+        climb_m=0.0,
+        descent_m=0.0,
+        geometry=here,
+        links=(),
+        legs=(nothing,) * (len(query.via) + 1),
+        height_start_m=height_m(graph, start.link_idx, start.offset_m),
+    )

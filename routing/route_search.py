@@ -43,14 +43,38 @@ PARETO_LABELS_PER_LINK: Final = 8  # beyond it an answer with a bound beats a pr
 
 
 @dataclass(frozen=True, slots=True)
+class Leg:
+    """What one search is asked: a way from rest at one place to rest at another, and the state in which it begins.
+
+    starts, goals: the place on each direction of its road. driven: all stretches from departure on, the last one
+    ending at rest. soc_frac: charge left by them; clock_s: time since departure. reserve_frac: charge to be kept.
+    name: of both ends, for errors. legs: of the whole route, which share the labels of searches with pairs of cost and
+    energy.
+    """
+
+    starts: tuple[LinkPosition, ...]
+    goals: tuple[LinkPosition, ...]
+    soc_frac: float
+    reserve_frac: float
+    driven: tuple[LinkSpan, ...] = ()
+    clock_s: float = 0.0
+    name: str = "start to goal"
+    legs: int = 1
+
+
+@dataclass(frozen=True, slots=True)
 class BestPath:
-    """A path, the work that its search did, and by how much at most (short_by) it costs more than the least (bound)."""
+    """A path, the work that its search did, and by how much at most (short_by) it costs more than the least (bound).
+
+    free_cost: of the best path without charge limits, of which none costs less; 0 where only energy is weighted.
+    """
 
     path: FoundPath
     counts: SearchCounts
     method: str
     short_by: float = 0.0
     bound: float = 0.0
+    free_cost: float = 0.0
 
 
 class RouteSearch:
@@ -90,44 +114,58 @@ class RouteSearch:
                 self._spaces.pop(next(iter(self._spaces)))
         return space
 
-    def best_path(
-        self, query: RouteQuery, weights: Weights, starts: tuple[LinkPosition, ...], goals: tuple[LinkPosition, ...]
-    ) -> BestPath:
-        """The best path that keeps the charge limits, or the one of least energy."""
+    def best_path(self, query: RouteQuery, weights: Weights, leg: Leg) -> BestPath:
+        """The best path that keeps the charge limits, or the one of least energy; raises NoPathError."""
         space = self.space_of(query, query.vehicle)
         capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
-        limits = charge_limits(query.soc_frac, query.reserve_soc_frac, capacity_j)
+        limits = charge_limits(leg.soc_frac, leg.reserve_frac, capacity_j)
         energy_only = weights.time == 0.0 and weights.distance == 0.0
 
         def find(w: Weights, held: Limits, *, pareto: bool = False) -> tuple[FoundPath | None, SearchCounts]:
-            most = min(self.label_limit, self.pareto_limit) if pareto else self.label_limit
-            return find_path(space, self.pool, w, held, starts, goals, pareto=pareto, label_limit=most)
+            most = min(self.label_limit, self.pareto_limit // leg.legs) if pareto else self.label_limit
+            return find_path(
+                space,
+                self.pool,
+                w,
+                held,
+                leg.starts,
+                leg.goals,
+                pareto=pareto,
+                label_limit=most,
+                begin_s=leg.clock_s,
+            )
 
-        if energy_only:
+        path: FoundPath | None = None
+        free_cost = 0.0
+        in_charge = leg.soc_frac >= leg.reserve_frac
+        if energy_only and in_charge:
             path, counts = find(weights, limits)
-        else:
+        elif not energy_only:
             # without limits costs add up, so that the search is simpler; most often its path keeps the limits anyway
             free, counts = find(weights, Limits())
             path = free
-            if free is not None and not self._keeps(query, free, limits, weights.energy):
-                path, counts = find(ECO, limits)
+            free_cost = 0.0 if free is None else free.cost
+            if free is not None and not self._keeps(query, free, leg, limits, weights.energy):
+                path, counts = find(ECO, limits) if in_charge else (None, counts)
                 if path is not None:
                     try:
                         best, counts = find(weights, limits, pareto=True)
                     except SearchLimitError:
-                        return self._nearly_best(query, weights, limits, free, path, counts)
-                    return BestPath(path if best is None else best, counts, method_name(counts, pareto=True))
+                        return self._nearly_best(query, weights, leg, limits, free, path, counts)
+                    best = path if best is None else best
+                    return BestPath(best, counts, method_name(counts, pareto=True), free_cost=free_cost)
         if path is not None:
-            return BestPath(path, counts, method_name(counts, pareto=False))
+            return BestPath(path, counts, method_name(counts, pareto=False), free_cost=free_cost)
         path, counts = find(ECO if not energy_only else weights, Limits())
         if path is None:
-            raise NoPathError("no permitted way leads from start to goal")
-        return BestPath(path, counts, method_name(counts, pareto=False))
+            raise NoPathError(f"no permitted way leads from {leg.name}")
+        return BestPath(path, counts, method_name(counts, pareto=False), free_cost=free_cost)
 
     def _nearly_best(
         self,
         query: RouteQuery,
         weights: Weights,
+        leg: Leg,
         limits: Limits,
         free: FoundPath,
         least_energy: FoundPath,
@@ -137,8 +175,8 @@ class RouteSearch:
 
         No path costs less than the best one without limits, since a battery at its limits only ever adds cost.
         """
-        kept = [least_energy, *([free] if self._keeps(query, free, limits, 0.0) else [])]
-        costs = [self._cost(query, path, weights) for path in kept]
+        kept = [least_energy, *([free] if self._keeps(query, free, leg, limits, 0.0) else [])]
+        costs = [self._cost(query, path, leg, weights) for path in kept]
         best = int(np.argmin(costs))
         return BestPath(
             kept[best],
@@ -146,47 +184,58 @@ class RouteSearch:
             method_name(counts, pareto=False) + "-bounded",
             max(costs[best] - free.cost, 0.0),
             free.cost,
+            free.cost,
         )
 
-    def _energies_j(
-        self, query: RouteQuery, path: FoundPath, soc_start_frac: float | None
-    ) -> tuple[NDArray[np.float64], float]:
-        """Battery energy of each link of a path as the search saw it, float64 (n,) [J], and its time [s]."""
+    def link_energies(
+        self, query: RouteQuery, spans: tuple[LinkSpan, ...], soc_start_frac: float | None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Battery energy [J] and time [s] of each stretch from departure on as the search sees them, float64 (n,)."""
         result = simulate_chain(
             query.vehicle,
-            self._chains.chain(self.spans(path), query.stop_settings),
+            self._chains.chain(spans, query.stop_settings),
             conditions=query.conditions,
             link_model=query.link_model,
             stop_rule=StopRule.EXPECTED if query.stop_rule is StopRule.COUNTED else query.stop_rule,
             soc_start_frac=soc_start_frac,
         )
-        return np.array([link.energy_j for link in result.links]), result.duration_s
+        return np.array([link.energy_j for link in result.links]), np.array([link.duration_s for link in result.links])
 
-    def _cost(self, query: RouteQuery, path: FoundPath, weights: Weights) -> float:
+    def _energies_j(
+        self, query: RouteQuery, path: FoundPath, leg: Leg, *, charged: bool = True
+    ) -> tuple[NDArray[np.float64], float]:
+        """Battery energy of each link of a leg's path as the search saw it, float64 (n,) [J], and its time [s].
+
+        charged: with what a nearly full battery refuses.
+        """
+        spans = (*leg.driven, *self.spans(path))
+        energy_j, time_s = self.link_energies(query, spans, query.soc_frac if charged else None)
+        return energy_j[len(leg.driven) :], float(time_s[len(leg.driven) :].sum())
+
+    def _cost(self, query: RouteQuery, path: FoundPath, leg: Leg, weights: Weights) -> float:
         """What a path costs with the battery's limits: recuperation that a full battery can't take is worth nothing."""
-        energy_j, time_s = self._energies_j(query, path, query.soc_frac)
-        soc, _ = soc_along(energy_j, query.soc_frac, query.vehicle.usable_capacity_wh)
-        used_kwh = (query.soc_frac - float(soc[-1])) * query.vehicle.usable_capacity_wh / 1000.0
-        rest = weights.time * time_s / SECOND_PER_HOUR + weights.distance * path.distance_m / METRE_PER_KM
-        return weights.energy * used_kwh + rest
+        energy_j, time_s = self._energies_j(query, path, leg)
+        soc, _ = soc_along(energy_j, leg.soc_frac, query.vehicle.usable_capacity_wh)
+        used_kwh = (leg.soc_frac - float(soc[-1])) * query.vehicle.usable_capacity_wh / 1000.0
+        return cost_of(weights, used_kwh, time_s, path.distance_m)
 
-    def _keeps(self, query: RouteQuery, path: FoundPath, limits: Limits, energy_weight: float) -> bool:
+    def _keeps(self, query: RouteQuery, path: FoundPath, leg: Leg, limits: Limits, energy_weight: float) -> bool:
         """Whether a path never takes the charge below the reserve and costs what the search without limits says.
 
         A battery that is overfilled on the way, or so full that it takes up less, loses energy, which changes the cost
         only where energy is weighted.
         """
-        energy_j, _ = self._energies_j(query, path, query.soc_frac)
+        energy_j, _ = self._energies_j(query, path, leg)
         capacity_wh = query.vehicle.usable_capacity_wh
-        soc, braked = soc_along(energy_j, query.soc_frac, capacity_wh)
-        most_j = (query.soc_frac - soc) * capacity_wh * JOULE_PER_WH
+        soc, braked = soc_along(energy_j, leg.soc_frac, capacity_wh)
+        most_j = (leg.soc_frac - soc) * capacity_wh * JOULE_PER_WH
         if not bool(most_j.max() <= limits.most_energy_j):
             return False
         if energy_weight == 0.0:
             return True
         # a cap on recuperation that fades with charge only ever takes energy from other paths, as overfilling does
         limited = drive_of(query.vehicle, query.conditions).physics.fade_width_j > 0.0
-        fades = limited and not np.array_equal(energy_j, self._energies_j(query, path, None)[0])
+        fades = limited and not np.array_equal(energy_j, self._energies_j(query, path, leg, charged=False)[0])
         return not (braked.any() or fades)
 
     def spans(self, path: FoundPath) -> tuple[LinkSpan, ...]:
@@ -236,6 +285,12 @@ def _vehicle_key(vehicle: AnyVehicle) -> tuple[object, ...]:
 def charge_limits(soc_frac: float, reserve_frac: float, capacity_j: float) -> Limits:
     """Battery energy from departure on that fills the battery, and that reaches the reserve."""
     return Limits(-(1.0 - soc_frac) * capacity_j, (soc_frac - reserve_frac) * capacity_j)
+
+
+def cost_of(weights: Weights, energy_kwh: float, time_s: float, distance_m: float) -> float:
+    """What a weighting minimises."""
+    rest = weights.time * time_s / SECOND_PER_HOUR + weights.distance * distance_m / METRE_PER_KM
+    return weights.energy * energy_kwh + rest
 
 
 def method_name(counts: SearchCounts, *, pareto: bool) -> str:

@@ -276,13 +276,14 @@ def _run(
     rules: SearchRules,
     starts: Sequence[LinkPosition],
     goals: Sequence[LinkPosition],
+    begin_s: float = 0.0,
 ) -> tuple[Workspace, int, int, SearchCounts]:
     ws, epoch = pool.take()
     ws.counter[:] = 0
     ws.counter[kernels.GOAL] = ws.counter[kernels.CYCLE] = -1
     began = time.perf_counter()
     for start in starts:
-        kernels.start_label(space.arrays, space.physics, rules, ws, start.link_idx, start.offset_m)
+        kernels.start_label(space.arrays, space.physics, rules, ws, start.link_idx, start.offset_m, begin_s)
     goal_link = np.array([g.link_idx for g in goals], np.int64)
     goal_offset = np.array([g.offset_m for g in goals], np.float64)
     while True:
@@ -321,20 +322,22 @@ def find_path(
     *,
     pareto: bool = False,
     label_limit: int = 50_000_000,
+    begin_s: float = 0.0,
 ) -> tuple[FoundPath | None, SearchCounts]:
     """The cheapest way from a start to a goal, or None; the vehicle starts from rest and stops at the goal.
 
-    pareto must be set where limits are held and anything but energy is weighted.
+    pareto must be set where limits are held and anything but energy is weighted. begin_s: time since departure at the
+    start [s], which cabin and tyres depend on; the path's own time counts from there.
     """
     rules = _rules(space, weights, limits, pareto, label_limit)
-    ws, epoch, goal, counts = _run(space, pool, rules, starts, goals)
+    ws, epoch, goal, counts = _run(space, pool, rules, starts, goals, begin_s)
     try:
-        return (None if goal < 0 else _unpack(ws, goal, starts, goals)), counts
+        return (None if goal < 0 else _unpack(ws, goal, goals, begin_s)), counts
     finally:
         pool.give_back(ws, epoch)
 
 
-def _unpack(ws: Workspace, goal: int, starts: Sequence[LinkPosition], goals: Sequence[LinkPosition]) -> FoundPath:
+def _unpack(ws: Workspace, goal: int, goals: Sequence[LinkPosition], begin_s: float) -> FoundPath:
     label = int(ws.pointer[goal, kernels.PARENT])
     links: list[int] = []
     first = label
@@ -350,7 +353,7 @@ def _unpack(ws: Workspace, goal: int, starts: Sequence[LinkPosition], goals: Seq
         goal=next(g for g in goals if g.link_idx == links[-1]),
         cost=float(number[kernels_gap.COST]),
         energy_j=float(number[kernels_gap.ENERGY]),
-        time_s=float(number[kernels_gap.TIME]),
+        time_s=float(number[kernels_gap.TIME]) - begin_s,
         distance_m=float(number[kernels_gap.DISTANCE]),
     )
 

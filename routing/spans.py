@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from energy.chain import Chain
 from energy.errors import LinkError
+from energy.kernels import REST
 from energy.stops import StopSettings
 from routing.search import link_stops
 
@@ -16,6 +18,8 @@ if TYPE_CHECKING:
 
     from routing.graph import RoadGraph
     from routing.query import LinkSpan
+
+SLACK_FRAC: Final = 1e-6  # of a link's length: places nearer than this are the same
 
 
 class ChainMaker:
@@ -35,22 +39,44 @@ class ChainMaker:
             if not 0 <= span.link_idx < graph.link_count:
                 raise LinkError("id", k, span.link_idx, f"0..{graph.link_count - 1}")
             length_m = float(graph.length_m[span.link_idx])
-            slack = 1e-6 * length_m
+            slack = SLACK_FRAC * length_m
             if not -slack <= span.from_m < length_m:
                 raise LinkError("from_m", k, span.from_m, f"0..{length_m} (length of the link)")
             if not span.from_m < span.to_m <= length_m + slack:
                 raise LinkError("to_m", k, span.to_m, f"above {span.from_m} (from_m), at most {length_m} (length)")
-            if k > 0:
-                before = spans[k - 1]
-                if span.link_idx not in graph.successors(before.link_idx):
-                    raise LinkError("id", k, span.link_idx, f"a link that may follow link {before.link_idx}")
-                before_m = float(graph.length_m[before.link_idx])
-                if before.to_m < before_m * (1.0 - 1e-6):
-                    raise LinkError("to_m", k - 1, before.to_m, f"{before_m}: no gap before the next link")
-                if span.from_m > slack:
-                    raise LinkError("from_m", k, span.from_m, "0: no gap after the link before")
+            if k > 0 and not self._goes_on(spans[k - 1], span):
+                self._check_follows(k, spans[k - 1], span)
         idx = np.array([s.link_idx for s in spans], np.int64)
-        return self.of_links(idx, np.array([s.to_m - s.from_m for s in spans]), settings or StopSettings())
+        chain = self.of_links(idx, np.array([s.to_m - s.from_m for s in spans]), settings or StopSettings())
+        rest = np.array([s.rest for s in spans])
+        if not rest.any():
+            return chain
+        return replace(
+            chain,
+            stop_probability_frac=np.where(rest, 1.0, chain.stop_probability_frac),
+            stop_time_s=np.where(rest, 0.0, chain.stop_time_s),
+            stop_class=np.where(rest, REST, chain.stop_class).astype(np.int8),
+        )
+
+    def _goes_on(self, before: LinkSpan, span: LinkSpan) -> bool:
+        """Whether a stretch begins where the vehicle came to rest on the stretch before, ahead or turned round."""
+        length_m = float(self.graph.length_m[before.link_idx])
+        slack = SLACK_FRAC * length_m
+        ahead = span.link_idx == before.link_idx and abs(span.from_m - before.to_m) <= slack
+        turned = int(self.graph.reverse_idx[before.link_idx])
+        return before.rest and (
+            ahead or (span.link_idx == turned and abs(span.from_m - (length_m - before.to_m)) <= slack)
+        )
+
+    def _check_follows(self, k: int, before: LinkSpan, span: LinkSpan) -> None:
+        graph = self.graph
+        if span.link_idx not in graph.successors(before.link_idx):
+            raise LinkError("id", k, span.link_idx, f"a link that may follow link {before.link_idx}")
+        before_m = float(graph.length_m[before.link_idx])
+        if before.to_m < before_m * (1.0 - SLACK_FRAC):
+            raise LinkError("to_m", k - 1, before.to_m, f"{before_m}: no gap before the next link")
+        if span.from_m > SLACK_FRAC * float(graph.length_m[span.link_idx]):
+            raise LinkError("from_m", k, span.from_m, "0: no gap after the link before")
 
     def of_links(self, idx: NDArray[np.int64], length_m: NDArray[np.float64], settings: StopSettings) -> Chain:
         """Links of the graph one after the other, each driven over a length."""

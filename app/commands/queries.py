@@ -40,6 +40,9 @@ def route(
     start: Annotated[str, typer.Option(metavar="LAT,LON")],
     goal: Annotated[str, typer.Option(metavar="LAT,LON")],
     soc: SocOption,
+    via: Annotated[
+        list[str] | None, typer.Option(metavar="LAT,LON", help="place to go over; repeatable, in order")
+    ] = None,
     graph: GraphOption = None,
     vehicle: VehicleOption = None,
     weights: Annotated[str | None, typer.Option(metavar="E,T,D", help="worth of a kWh, an hour, a kilometre")] = None,
@@ -60,6 +63,7 @@ def route(
         {
             "start": _lat_lon("start", start),
             "goal": _lat_lon("goal", goal),
+            "via": [_lat_lon(f"via[{k}]", place) for k, place in enumerate(via or [])],
             "soc": soc,
             "vehicle": vehicle,
             "graph": service.settings.default_graph,

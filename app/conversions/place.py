@@ -45,7 +45,7 @@ def snapped(point: SnappedPoint) -> Snapped:
     )
 
 
-def place_feature(point: SnappedPoint, kind: Literal["start", "goal", "origin"]) -> PlaceFeature:
+def place_feature(point: SnappedPoint, kind: Literal["start", "via", "goal", "origin"]) -> PlaceFeature:
     """A snapped place as a GeoJSON Point."""
     return PlaceFeature(
         geometry=PointGeometry(coordinates=position(point.on_road.lon_deg, point.on_road.lat_deg)),

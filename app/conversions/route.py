@@ -16,6 +16,7 @@ from app.schemas.route import (
     RouteFeature,
     RouteFeatureCollection,
     RouteFound,
+    RouteLegAnswer,
     RouteLinkAnswer,
     RouteProperties,
     RouteResponse,
@@ -36,7 +37,7 @@ if TYPE_CHECKING:
     from energy.vehicle_files import AnyVehicle
     from routing.graph import RoadGraph
     from routing.hot_links import HotStretch
-    from routing.query import Route, RouteAnswer, RouteLink, SearchStats
+    from routing.query import Route, RouteAnswer, RouteLeg, RouteLink, SearchStats
 
 JOULE_PER_KWH: Final = JOULE_PER_WH * 1000.0
 J_PER_M_PER_KWH_PER_100KM: Final = JOULE_PER_KWH / 100_000.0
@@ -48,6 +49,7 @@ def route_query(sent: RouteRequest, vehicle: AnyVehicle) -> RouteQuery:
     return RouteQuery(
         start=point_from_place(sent.start),
         goal=point_from_place(sent.goal),
+        via=tuple(point_from_place(place) for place in sent.via),
         soc_frac=sent.soc,
         vehicle=vehicle,
         reserve_soc_frac=sent.reserve_soc,
@@ -75,7 +77,7 @@ def route_response(answer: RouteAnswer, understood: RouteRequest, graph: RoadGra
             )
             for route in answer.routes
         ],
-        snapped=SnappedEnds(start=snapped(answer.start), goal=snapped(answer.goal)),
+        snapped=_snapped_ends(answer),
         request=understood,
         warnings=list(answer.warnings),
         stats=[search_stats(stats) for stats in answer.stats],
@@ -95,13 +97,20 @@ def route_features(answer: RouteAnswer, understood: RouteRequest, graph: RoadGra
                 for route in answer.routes
             ),
             place_feature(answer.start, "start"),
+            *(place_feature(place, "via") for place in answer.via),
             place_feature(answer.goal, "goal"),
         ],
-        snapped=SnappedEnds(start=snapped(answer.start), goal=snapped(answer.goal)),
+        snapped=_snapped_ends(answer),
         request=understood,
         warnings=list(answer.warnings),
         stats=[search_stats(stats) for stats in answer.stats],
         terrain=terrain_note(graph),
+    )
+
+
+def _snapped_ends(answer: RouteAnswer) -> SnappedEnds:
+    return SnappedEnds(
+        start=snapped(answer.start), via=[snapped(place) for place in answer.via], goal=snapped(answer.goal)
     )
 
 
@@ -141,6 +150,7 @@ def _properties(route: Route, *, with_links: bool) -> RouteProperties:
         soc_min=route.soc_min_frac,
         climb_m=route.climb_m,
         descent_m=route.descent_m,
+        height_start_m=route.height_start_m,
         deficit_kwh=route.deficit_j / JOULE_PER_KWH,
         furthest=None if route.furthest is None else lat_lon(route.furthest),
         remedy=None
@@ -150,6 +160,7 @@ def _properties(route: Route, *, with_links: bool) -> RouteProperties:
         ),
         uncertainty=None if route.uncertainty is None else _uncertainty(route.uncertainty),
         hot_links=[_hot_links(stretch) for stretch in route.hot_links],
+        legs=[_leg(leg) for leg in route.legs],
         links=[_link(link) for link in route.links] if with_links else None,
     )
 
@@ -188,18 +199,35 @@ def _hot_links(stretch: HotStretch) -> HotLinks:
     )
 
 
+def _leg(leg: RouteLeg) -> RouteLegAnswer:
+    return RouteLegAnswer(
+        from_m=leg.from_m,
+        to_m=leg.to_m,
+        duration_s=leg.duration_s,
+        energy_kwh=leg.energy_j / JOULE_PER_KWH,
+        soc_end=leg.soc_end_frac,
+        first_link=leg.first_link,
+        last_link=leg.last_link,
+    )
+
+
 def _link(link: RouteLink) -> RouteLinkAnswer:
     result = link.result
     return RouteLinkAnswer(
         id=link.link_idx,
         from_m=link.from_m,
         to_m=link.to_m,
+        rest=link.rest,
         length_m=link.to_m - link.from_m,
         duration_s=result.duration_s,
         energy_wh=result.energy_j / JOULE_PER_WH,
         energy_parts_wh=parts_wh(result.parts_j.tolist()),
         soc_end=link.soc_end_frac,
+        soc_end_p10=link.soc_end_p10_frac,
+        soc_end_p90=link.soc_end_p90_frac,
         grade=link.grade_frac,
+        height_end_m=link.height_end_m,
+        geometry_end=link.geometry_end_idx,
         speed_limit_kmh=link.speed_limit_mps * KMH_PER_MPS,
         speed_end_kmh=result.speed_end_mps * KMH_PER_MPS,
         stop_probability=link.stop_probability_frac,

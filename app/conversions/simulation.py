@@ -60,7 +60,7 @@ def spans_from_links(sent: Sequence[GraphLinkSent], graph: RoadGraph) -> tuple[L
     for link in sent:
         known = link.id < graph.link_count
         end_m = float(graph.length_m[link.id]) if known else 0.0
-        spans.append(LinkSpan(link.id, link.from_m or 0.0, end_m if link.to_m is None else link.to_m))
+        spans.append(LinkSpan(link.id, link.from_m or 0.0, end_m if link.to_m is None else link.to_m, link.rest))
     return tuple(spans)
 
 
@@ -102,7 +102,9 @@ def simulation_answer(driven: Driven, course: Course, sent: SimulateRequest) -> 
     result, chain = driven.result, course.chain
     ids: list[int | None] = [None] * chain.length_m.size
     from_m, to_m = [0.0] * chain.length_m.size, chain.length_m.tolist()
+    rests = [False] * chain.length_m.size
     if course.graph is not None:
+        rests = [span.rest for span in course.spans]
         ids = [int(span.link_idx) for span in course.spans]
         from_m, to_m = [span.from_m for span in course.spans], [span.to_m for span in course.spans]
     grades = chain.grade_frac.tolist()
@@ -120,6 +122,7 @@ def simulation_answer(driven: Driven, course: Course, sent: SimulateRequest) -> 
             id=ids[k],
             from_m=from_m[k],
             to_m=to_m[k],
+            rest=rests[k],
             length_m=to_m[k] - from_m[k],
             duration_s=link.duration_s,
             standstill_s=link.standstill_s,

@@ -72,7 +72,7 @@ class MultiPolygonGeometry(Answered):
 class PlaceProperties(Answered):
     """What a Point feature says of a snapped place."""
 
-    kind: Literal["start", "goal", "origin"]
+    kind: Literal["start", "via", "goal", "origin"]
     asked: LatLon
     distance_m: float
     link_id: int

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Final, Literal
 
 from pydantic import Field, model_validator
 
@@ -15,6 +15,7 @@ from app.schemas.vehicle import VehicleChoice
 from energy.chain import LinkModel, StopRule
 from routing.hot_links import HotReason
 
+MAX_VIA: Final = 20
 NamedWeighting = Literal["eco", "fastest", "balanced"]
 
 
@@ -37,6 +38,11 @@ class RouteRequest(Sent):
 
     start: Place
     goal: Place
+    via: list[Place] = Field(
+        default=[],
+        max_length=MAX_VIA,
+        description="places to go over, in this order; the vehicle comes to rest at each and goes on at once",
+    )
     soc: Fraction = Field(description="state of charge at departure, 0..1")
     vehicle: VehicleChoice | None = Field(default=None, description="without it, the default vehicle")
     graph: str | None = Field(default=None, max_length=200, description="without it, the default graph")
@@ -108,16 +114,37 @@ class RouteLinkAnswer(Answered):
     id: int = Field(description="directed link of the graph; can be sent to POST /simulate")
     from_m: float
     to_m: float
+    rest: bool = Field(description="whether it ends at a via point, where the vehicle comes to rest")
     length_m: float = Field(description="driven length, to_m - from_m [m]")
     duration_s: float = Field(description="with standing still [s]")
     energy_wh: float = Field(description="from the battery, negative where more is recuperated [Wh]")
     energy_parts_wh: EnergyPartsWh
     soc_end: float = Field(description="state of charge at its end; below 0 is missing energy")
+    soc_end_p10: float | None = Field(
+        description="charge at its end that is exceeded with 90 % probability; null unless uncertainty was asked for"
+    )
+    soc_end_p90: float | None = Field(
+        description="charge at its end that is exceeded with 10 % probability; null unless uncertainty was asked for"
+    )
     grade: float = Field(description="rise over length")
+    height_end_m: float = Field(description="height of its end above sea [m]; 0 on a graph without terrain")
+    geometry_end: int = Field(description="position in geometry.coordinates of the point at which it ends")
     speed_limit_kmh: float
     speed_end_kmh: float = Field(description="speed carried into the next link, given no stop [km/h]")
     stop_probability: float = Field(description="of stopping at its end, 0..1")
     name: str
+
+
+class RouteLegAnswer(Answered):
+    """A route from one of its places to the next: start, via points in order, goal."""
+
+    from_m: float = Field(description="along the route [m]")
+    to_m: float = Field(description="along the route [m]")
+    duration_s: float
+    energy_kwh: float
+    soc_end: float = Field(description="state of charge at its end; below 0 is missing energy")
+    first_link: int | None = Field(description="position of its first link in links; null where nothing is driven")
+    last_link: int | None = Field(description="position of its last link in links; null where nothing is driven")
 
 
 class HotLinks(Answered):
@@ -177,11 +204,13 @@ class RouteProperties(Answered):
     soc_min: float
     climb_m: float
     descent_m: float
+    height_start_m: float = Field(description="height of its beginning above sea [m]; 0 on a graph without terrain")
     deficit_kwh: float = Field(description="energy missing to stay above the reserve [kWh], 0 if feasible")
     furthest: LatLon | None = Field(description="where the charge falls below the reserve")
     remedy: RemedyAnswer | None
     uncertainty: UncertaintyAnswer | None = Field(description="null unless asked for")
     hot_links: list[HotLinks] = Field(description="where the energy goes: the most energy-intensive stretches")
+    legs: list[RouteLegAnswer] = Field(description="from place to place; one where there are no via points")
     links: list[RouteLinkAnswer] | None = Field(description="in driving order; null if not asked for")
 
 
@@ -192,9 +221,10 @@ class RouteFound(RouteProperties):
 
 
 class SnappedEnds(Answered):
-    """Where start and goal met the road network."""
+    """Where start, via points and goal met the road network."""
 
     start: Snapped
+    via: list[Snapped] = Field(description="in the order asked; empty without via points")
     goal: Snapped
 
 
@@ -232,7 +262,7 @@ class RouteFeature(Answered):
 
 
 class RouteFeatureCollection(RouteAnswered):
-    """The same answer as GeoJSON: a LineString a route, then Points for start and goal."""
+    """The same answer as GeoJSON: a LineString a route, then Points for start, via points and goal."""
 
     type: Literal["FeatureCollection"] = "FeatureCollection"
     features: list[RouteFeature | PlaceFeature]

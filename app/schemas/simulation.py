@@ -56,6 +56,11 @@ class GraphLinkSent(Sent):
     id: Count = Field(ge=0, le=2**31 - 1, description="directed link of the graph, as in a route's links")
     from_m: Number | None = Field(default=None, ge=0, le=1e7, description="without it, from the link's start [m]")
     to_m: Number | None = Field(default=None, ge=0, le=1e7, description="without it, to the link's end [m]")
+    rest: Flag = Field(
+        default=False,
+        description="whether the vehicle comes to rest at to_m, for no time, as at a via point of a route; the next"
+        " link may then go on from there, or be the other direction of this one",
+    )
 
 
 class ChainLinkSent(Sent):
@@ -150,6 +155,7 @@ class SimulatedLink(Answered):
     id: int | None = Field(description="directed link of the graph; null for a chain by numbers")
     from_m: float
     to_m: float
+    rest: bool = Field(description="whether the vehicle was asked to come to rest at its end")
     length_m: float
     duration_s: float
     standstill_s: float = Field(description="part of duration_s spent standing [s]")

@@ -66,6 +66,14 @@ def test_route_as_json_equals_http(client: TestClient) -> None:
     assert from_cli == timeless(client.post("/route", json=body).json())
 
 
+def test_route_over_via_points_as_json_equals_http(client: TestClient) -> None:
+    via = [{"lat": 46.505, "lon": 8.0}, {"lat": 46.513, "lon": 8.01}]
+    body = {"start": {"lat": 46.5, "lon": 8.003}, "goal": {"lat": 46.518, "lon": 8.02}, "soc": 0.4, "via": via}
+    from_cli = run_json("route", *PLACES, "--soc", "0.4", "--via", "46.505,8", "--via", "46.513,8.01")
+    assert len(from_cli["routes"][0]["legs"]) == 3
+    assert from_cli == timeless(client.post("/route", json=body).json())
+
+
 def test_range_as_json_equals_http(client: TestClient) -> None:
     from_cli = run_json("range", "--origin", "46.5,8.003", "--soc", "0.3", "--bands", "2", "--vehicle", "nissan-leaf")
     query = "lat=46.5&lon=8.003&soc=0.3&bands=2&vehicle=nissan-leaf"
@@ -196,6 +204,10 @@ def test_graph_given_as_a_folder_is_the_one_that_answers(settings: Settings) -> 
         (("route", *PLACES, "--soc", "0.5", "--vehicle", "delorean"), "vehicle 'delorean' is unknown"),
         (("route", *PLACES, "--soc", "0.5", "--graph", "atlantis"), "graph 'atlantis' is unknown, known: grid, level"),
         (("route", "--start", "60,8", "--goal", "46.5,8", "--soc", "0.5"), "start (lat 60, lon 8) is outside the map"),
+        (
+            ("route", *PLACES, "--soc", "0.5", "--via", "46.5,8", "--via", "north"),
+            "via[1] is 'north', allowed: LAT,LON",
+        ),
         (("range", "--origin", "46.5,8", "--soc", "0.5", "--bands", "0"), "bands is 0, allowed: at least 1"),
         (
             ("range", "--origin", "46.5,8", "--soc", "0.5", "--bands", "many"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -233,6 +234,10 @@ def test_route_with_uncertainty_gives_quantiles_around_its_energy(client: TestCl
     assert plain["uncertainty"] is None
     spread = route.pop("uncertainty")
     plain.pop("uncertainty")
+    along = [(link.pop("soc_end_p10"), link["soc_end"], link.pop("soc_end_p90")) for link in route["links"]]
+    assert all(low < middle < high for low, middle, high in along)
+    assert (along[-1][0], along[-1][2]) == (spread["soc_end_p10"], spread["soc_end_p90"])
+    assert {link.pop(name) for link in plain["links"] for name in ("soc_end_p10", "soc_end_p90")} == {None}
     assert route == plain
     assert spread["energy_kwh_p10"] < route["energy_kwh"] < spread["energy_kwh_p90"]
     assert spread["soc_end_p10"] < route["soc_end"] < spread["soc_end_p90"]
@@ -260,3 +265,84 @@ def test_route_of_a_consumption_table_refuses_wind_and_takes_cold(client: TestCl
     assert refused.status_code == 422
     assert refused.json()["code"] == "invalid_conditions"
     assert refused.json()["errors"][0]["field"] == "conditions.wind_speed_mps"
+
+
+VIA = [{"lat": 46.505, "lon": 8.0}, [8.01, 46.513]]
+
+
+def test_route_over_via_points_answers_where_they_are_and_each_leg(client: TestClient) -> None:
+    (straight,) = ask(client)["routes"]
+    answer = ask(client, via=VIA)
+    (route,) = answer["routes"]
+    assert answer["request"]["via"] == VIA
+    assert [place["asked"] for place in answer["snapped"]["via"]] == [VIA[0], {"lat": 46.513, "lon": 8.01}]
+    assert ask(client)["snapped"]["via"] == []
+    assert len(straight["legs"]) == 1
+    assert route["legs"][0]["first_link"] == 0
+    assert route["legs"][-1]["last_link"] == len(route["links"]) - 1
+    assert route["legs"][-1]["soc_end"] == route["soc_end"]
+    assert sum(leg["energy_kwh"] for leg in route["legs"]) == pytest.approx(route["energy_kwh"])
+    assert route["energy_kwh"] > straight["energy_kwh"]
+    line = route["geometry"]["coordinates"]
+    for leg, place in zip(route["legs"], VIA, strict=False):
+        last = route["links"][leg["last_link"]]
+        assert last["rest"] is True
+        lon, lat = place if isinstance(place, list) else (place["lon"], place["lat"])
+        assert line[last["geometry_end"]] == pytest.approx([lon, lat], abs=1e-6)
+    assert [link["rest"] for link in route["links"]].count(True) == len(VIA)
+
+
+def test_route_over_via_points_sent_to_simulate_takes_the_same_energy(client: TestClient) -> None:
+    answer = ask(client, via=VIA, conditions=WEATHER)
+    (route,) = answer["routes"]
+    named = ("graph", "vehicle", "conditions", "effects", "link_model", "stops", "soc")
+    body = {
+        "links": [{name: link[name] for name in ("id", "from_m", "to_m", "rest")} for link in route["links"]],
+        **{name: answer["request"][name] for name in named},
+    }
+    driven = client.post("/simulate", json=body).json()
+    assert driven["energy_kwh"] == pytest.approx(route["energy_kwh"], rel=1e-12)
+    assert driven["duration_s"] == pytest.approx(route["duration_s"], rel=1e-12)
+    assert driven["soc_end"] == pytest.approx(route["soc_end"], rel=1e-12)
+    assert [link["rest"] for link in driven["links"]] == [link["rest"] for link in route["links"]]
+    stepped = client.post("/simulate", json=body | {"model": "timestep", "stops": "none", "profile": True}).json()
+    rests = [k for k, link in enumerate(stepped["links"]) if link["rest"]]
+    assert [stepped["links"][k]["speed_end_kmh"] for k in rests] == [0.0, 0.0]
+    assert [stepped["links"][k]["standstill_s"] for k in rests] == [0.0, 0.0]
+
+
+def test_route_heights_and_line_go_with_its_links(client: TestClient) -> None:
+    (route,) = ask(client, links=True)["routes"]
+    rises = [
+        after - before
+        for before, after in itertools.pairwise(
+            [route["height_start_m"], *(link["height_end_m"] for link in route["links"])]
+        )
+    ]
+    assert sum(rise for rise in rises if rise > 0) == pytest.approx(route["climb_m"])
+    for link, rise in zip(route["links"], rises, strict=True):
+        assert rise == pytest.approx(link["grade"] * link["length_m"], abs=1e-9)
+    ends = [link["geometry_end"] for link in route["links"]]
+    assert ends == sorted(set(ends))
+    assert ends[-1] == len(route["geometry"]["coordinates"]) - 1
+
+
+def test_route_over_via_points_as_geojson_has_a_point_for_each(client: TestClient) -> None:
+    response = client.post("/route", json=ROUTE | {"via": VIA}, headers={"Accept": "application/geo+json"})
+    kinds = [feature["properties"].get("kind") for feature in response.json()["features"]]
+    assert kinds == [None, "start", "via", "via", "goal"]
+
+
+@pytest.mark.parametrize(
+    ("via", "status", "field"),
+    [
+        ([VIA[0], {"lat": 50.0, "lon": 8.0}], 404, "via[1]"),
+        ([VIA[0], {"lat": 95.0, "lon": 8.0}], 422, "via[1].lat"),
+        ([VIA[0]] * 21, 422, "via"),
+        ({"lat": 46.5, "lon": 8.0}, 422, "via"),
+    ],
+)
+def test_via_point_that_cannot_be_is_named(client: TestClient, via: object, status: int, field: str) -> None:
+    response = client.post("/route", json=ROUTE | {"via": via})
+    assert response.status_code == status, response.text
+    assert response.json()["errors"][0]["field"] == field

@@ -39,7 +39,7 @@ def test_chain_with_a_bad_number_names_field_position_value_and_range(
     assert str(error) == f"{field} of link {position} is {value}, allowed: {error.allowed}"
 
 
-@pytest.mark.parametrize("value", [-1, 8, 127])
+@pytest.mark.parametrize("value", [-1, 9, 127])
 def test_chain_with_an_unknown_stop_class_names_it(altered, round_vehicle, make_chain, value):
     chain = make_chain([100.0, 200.0], 20.0)
     with pytest.raises(LinkError) as caught:

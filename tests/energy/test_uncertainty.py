@@ -286,15 +286,35 @@ def test_start_below_the_reserve_is_never_above_it(i3, descent):
 def test_full_battery_is_clamped_in_each_sample(i3, make_chain):
     # down, where a full battery takes no more, then up
     chain = make_chain(np.full(60, 100.0), 50.0 / 3.6, np.repeat([-0.06, 0.06], 30))
-    arrivals = []
+    charges = []
     for one in sampled_vehicles(i3, 50):
         energy_j = np.array([link.energy_j for link in simulate_chain(one, chain, soc_start_frac=1.0).links])
         soc, braked_away_j = soc_along(energy_j, 1.0, one.usable_capacity_wh)
         assert braked_away_j.sum() > 0.0
-        arrivals.append(soc[-1])
-    found = distribution(i3, chain, soc_start_frac=1.0, samples=50, residual_sd_frac=0.0)
-    expected = np.quantile(arrivals, (0.1, 0.5, 0.9)).tolist()
-    assert [found.arrival_soc_p10_frac, found.arrival_soc_p50_frac, found.arrival_soc_p90_frac] == expected
+        charges.append(soc)
+    found = distribution(i3, chain, soc_start_frac=1.0, samples=50, residual_sd_frac=0.0, along=True)
+    expected = np.quantile(charges, (0.1, 0.5, 0.9), axis=0)
+    arrival = [found.arrival_soc_p10_frac, found.arrival_soc_p50_frac, found.arrival_soc_p90_frac]
+    assert arrival == expected[:, -1].tolist()
+    assert found.soc_p10_frac.tolist() == expected[0].tolist()
+    assert found.soc_p90_frac.tolist() == expected[2].tolist()
+
+
+@pytest.mark.parametrize("samples", [1, 7, 600])  # fewer and more than are drawn at a time
+def test_charge_along_the_way_ends_with_the_quantiles_of_the_arrival(i3, hills, samples):
+    found = distribution(i3, hills, samples=samples, along=True)
+    assert found.soc_p10_frac.shape == found.soc_p90_frac.shape == hills.length_m.shape
+    assert found.soc_p10_frac[-1] == found.arrival_soc_p10_frac
+    assert found.soc_p90_frac[-1] == found.arrival_soc_p90_frac
+    spread = found.soc_p90_frac - found.soc_p10_frac
+    assert np.all(spread > 0.0) if samples > 1 else np.all(spread == 0.0)
+
+
+def test_charge_along_the_way_is_left_out_unless_asked_for(i3, hills):
+    plain, along = distribution(i3, hills), distribution(i3, hills, along=True)
+    assert plain.soc_p10_frac is None
+    assert plain.soc_p90_frac is None
+    assert dataclasses.replace(along, soc_p10_frac=None, soc_p90_frac=None) == plain
 
 
 def test_missing_energy_is_told_as_a_charge_below_nothing(i3, hills):
