@@ -32,6 +32,35 @@ COORDINATE_DECIMALS: Final = 6  # 0.1 m
 
 
 @dataclass(frozen=True, slots=True)
+class RoadEnergies:
+    """Battery energy of driving to a place, from it, or there and back [J], inf where the charge does not suffice.
+
+    node_energy_j: float64 (N,). tail_energy_j, head_energy_j: float64 (M,) at a link's ends, of those who drive on it.
+    from_m, to_m: float64 (M,) the stretch of a link for whose places the charge suffices; to_m is −1 where there is
+    none. most_energy_j: what is taken where such a stretch ends within the link.
+    """
+
+    node_energy_j: NDArray[np.float64]
+    tail_energy_j: NDArray[np.float64]
+    head_energy_j: NDArray[np.float64]
+    from_m: NDArray[np.float64]
+    to_m: NDArray[np.float64]
+    most_energy_j: float
+
+
+def energies_of_reach(graph: RoadGraph, reached: Reach) -> RoadEnergies:
+    """The energies of driving to a place and stopping there."""
+    return RoadEnergies(
+        node_energy_j=reached.node_energy_j,
+        tail_energy_j=reached.node_energy_j[graph.tail],
+        head_energy_j=reached.node_energy_j[graph.head],
+        from_m=np.zeros(graph.link_count),
+        to_m=reached.link_reach_m,
+        most_energy_j=reached.most_energy_j,
+    )
+
+
+@dataclass(frozen=True, slots=True)
 class ReachableArea:
     """One band: its polygons and how well they tell reachable nodes from others.
 
@@ -46,8 +75,10 @@ class ReachableArea:
     false_out_frac: float
 
 
-def reachable_areas(graph: RoadGraph, cases: Sequence[tuple[Reach, float]], origin: Point) -> tuple[ReachableArea, ...]:
-    """For each reach and budget of battery energy [J], the area in which one can drive to and stop.
+def reachable_areas(
+    graph: RoadGraph, cases: Sequence[tuple[RoadEnergies, float]], origin: Point
+) -> tuple[ReachableArea, ...]:
+    """For each case and its budget of battery energy [J], the area around the places that take no more.
 
     The boundary runs half-way between reachable and unreachable roads, and at most OFF_ROAD_M off a road. Polygons
     are valid, right-handed (RFC 7946), contain the origin and nest where the roads in reach do, since all are drawn on
@@ -81,8 +112,8 @@ def reachable_areas(graph: RoadGraph, cases: Sequence[tuple[Reach, float]], orig
     return tuple(areas)
 
 
-def _road_samples(graph: RoadGraph, reached: Reach) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Places on roads (S, 2) lon/lat [deg] and the least energy to stop there (S,) [J], inf where out of reach.
+def _road_samples(graph: RoadGraph, reached: RoadEnergies) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Places on roads (S, 2) lon/lat [deg] and the least energy that they take (S,) [J], inf where out of reach.
 
     Nodes are exact; between them the energy is taken as linear, up to where the link can be driven at all.
     """
@@ -109,20 +140,20 @@ def _road_samples(graph: RoadGraph, reached: Reach) -> tuple[NDArray[np.float64]
 
 
 def _energy_along(
-    graph: RoadGraph, reached: Reach, link: NDArray[np.int64], share: NDArray[np.float64]
+    graph: RoadGraph, reached: RoadEnergies, link: NDArray[np.int64], share: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """Least energy to stop at a share of a link's length [J], inf beyond where it can be driven."""
-    tail, head = reached.node_energy_j[graph.tail[link]], reached.node_energy_j[graph.head[link]]
-    driven_m, length_m = reached.link_reach_m[link], graph.length_m[link]
+    """Least energy at a share of a link's length [J], inf off the stretch for which the charge suffices."""
+    begin_m, end_m, length_m = reached.from_m[link], reached.to_m[link], graph.length_m[link]
+    tail, head = reached.tail_energy_j[link], reached.head_energy_j[link]
+    # where the stretch ends within the link, all that there is is taken
+    begin = np.where(begin_m > 0.0, reached.most_energy_j, tail)
+    end = np.where(end_m < length_m, reached.most_energy_j, head)
+    at_m = share * length_m
     with np.errstate(invalid="ignore", divide="ignore"):
-        # a link that can't be driven to its end takes all that is left up to where it can
-        energy = np.where(
-            driven_m < length_m,
-            tail + share * length_m / driven_m * (reached.most_energy_j - tail),
-            tail + share * (head - tail),
-        )
-    energy = np.where(np.isfinite(tail) & np.isfinite(energy), energy, np.where(np.isfinite(tail), tail, head))
-    return np.where(share * length_m <= driven_m, energy, np.inf)
+        energy = begin + (at_m - begin_m) / (end_m - begin_m) * (end - begin)
+    # a start on the link itself may leave one end of it out of reach
+    energy = np.where(np.isfinite(energy), energy, np.where(np.isfinite(begin), begin, end))
+    return np.where((at_m >= begin_m) & (at_m <= end_m), energy, np.inf)
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,7 @@ from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
 from energy.uncertainty import FACTOR_RANGE, SEED, dissipation_sd_frac, pessimistic
 from energy.vehicle import Powertrain
-from routing.area import reachable_areas
+from routing.area import energies_of_reach, reachable_areas
 from routing.errors import QueryError
 from routing.graph import Terrain
 from routing.query import (
@@ -25,24 +25,29 @@ from routing.query import (
     RangeBand,
     RouteAnswer,
     SearchStats,
+    Trip,
 )
+from routing.reverse import BackCharges, ReverseSearch
 from routing.route_answer import no_route, route_of
 from routing.route_search import RouteSearch, charge_limits, method_name
 from routing.search import Limits, LinkPosition, SearchCounts, find_path, reach
 from routing.snap import RoadIndex
 from routing.spans import ChainMaker
+from routing.via import WayFinder
 
 if TYPE_CHECKING:
-from routing.via import WayFinder
+    from collections.abc import Sequence
+
     from energy.chain import Chain, ChainResult
     from energy.vehicle_files import AnyVehicle
+    from routing.area import RoadEnergies
     from routing.graph import RoadGraph
     from routing.query import RangeQuery, RouteQuery, Weights
+    from routing.via import Way
 
 SAMPLE_LINKS: Final = 300  # on which the spread of what driving dissipates is taken
 LEAST_FACTOR: Final = FACTOR_RANGE[0]
 
-    from routing.via import Way
 
 class Planner:
     """Answers queries on one frozen graph; safe to share between threads."""
@@ -53,6 +58,7 @@ class Planner:
         self._roads = RoadIndex(graph)
         self._chains = ChainMaker(graph)
         self._search = RouteSearch(graph, self._chains, label_limit)
+        self._reverse = ReverseSearch(graph, self._search.label_limit)
 
     def warm_up(self, vehicle: AnyVehicle) -> None:
         """Compile the kernels for this graph's arrays before the first query, and build the road index."""
@@ -61,6 +67,7 @@ class Planner:
         space = self._search.space(vehicle, LinkModel.INTEGRATED, StopRule.EXPECTED, StopSettings())
         find_path(space, self._search.pool, ECO, Limits(), [middle], [middle], label_limit=1000)
         reach(space, self._search.pool, Limits(0.0, 0.0), [middle], self.graph.head, self.graph.node_count)
+        self._reverse.warm_up(space, middle)
         self.simulate((LinkSpan(0, 0.0, float(self.graph.length_m[0])),), vehicle)
         self._roads.snap("warm-up", Point((south + north) / 2.0, (west + east) / 2.0), math.inf)
 
@@ -99,9 +106,12 @@ class Planner:
     def range(self, query: RangeQuery) -> RangeAnswer:
         """The area that can be reached before the charge falls below the reserve, with its inner bands.
 
+        With the trip REVERSE the area from which the origin can be reached, with ROUND what can be driven to and back.
         Raises QueryError, PointOutsideMapError, PointFarFromRoadError, NegativeCycleError, SearchLimitError.
         """
         _check_charge(query.soc_frac, query.reserve_soc_frac)
+        if query.trip is not Trip.OUT and query.link_model is LinkModel.PRINTED:
+            raise QueryError("link_model", "'printed'", f"'integrated' with {query.trip.value}")
         for band in query.bands_soc_frac:
             if not query.reserve_soc_frac <= band <= query.soc_frac:
                 raise QueryError("bands", band, f"{query.reserve_soc_frac:g} (reserve_soc)..{query.soc_frac:g} (soc)")
@@ -114,35 +124,54 @@ class Planner:
                 for probability, z in RANGE_PROBABILITIES.items()
             }
         capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
-        searched = {probability: self._reach(query, vehicle, starts) for probability, vehicle in vehicles.items()}
-        wanted = [
-            (left, probability)
-            for left in sorted({query.reserve_soc_frac, *query.bands_soc_frac})
-            for probability in searched
-        ]
-        cases = [(searched[probability], (query.soc_frac - left) * capacity_j) for left, probability in wanted]
+        levels = sorted({query.reserve_soc_frac, *query.bands_soc_frac})
+        searched = {
+            probability: self._energies(query, levels, vehicle, starts) for probability, vehicle in vehicles.items()
+        }
+        wanted = [(left, probability) for left in levels for probability in searched]
+        cases = [(searched[probability][0], (query.soc_frac - left) * capacity_j) for left, probability in wanted]
         areas = reachable_areas(self.graph, cases, origin.on_road)
         bands = tuple(
             RangeBand(left, a.area, a.area_m2, a.node_count, a.false_in_frac, a.false_out_frac, probability)
             for (left, probability), a in zip(wanted, areas, strict=True)
         )
-        counts = max((reached.counts for reached in searched.values()), key=lambda made: made.labels_made)
-        stats = SearchStats(
-            counts.labels_made, counts.labels_settled, counts.seconds, method_name(counts, pareto=False)
-        )
-        return RangeAnswer(origin, bands, stats, self._warnings(query, counts.crowded > 0))
+        counts = max((made for _, made in searched.values()), key=lambda made: made.labels_made)
+        method = method_name(counts, pareto=False) + ("" if query.trip is Trip.OUT else f"-{query.trip.value}")
+        stats = SearchStats(counts.labels_made, counts.labels_settled, counts.seconds, method)
+        warnings = self._warnings(query, counts.crowded > 0) + self._cold_starts(query)
+        return RangeAnswer(origin, bands, stats, warnings)
 
-    def _reach(self, query: RangeQuery, vehicle: AnyVehicle, starts: tuple[LinkPosition, ...]) -> Reach:
-        """What one vehicle reaches down to the reserve."""
-        return reach(
-            self._search.space_of(query, vehicle),
-            self._search.pool,
-            charge_limits(query.soc_frac, query.reserve_soc_frac, vehicle.usable_capacity_wh * JOULE_PER_WH),
-            starts,
-            self.graph.head,
-            self.graph.node_count,
-            label_limit=self._search.label_limit,
+    def _energies(
+        self, query: RangeQuery, levels: Sequence[float], vehicle: AnyVehicle, places: tuple[LinkPosition, ...]
+    ) -> tuple[RoadEnergies, SearchCounts]:
+        """What the trip takes from one vehicle at every place, down to the reserve; levels: charges left, ascending."""
+        graph, space = self.graph, self._search.space_of(query, vehicle)
+        capacity_j = vehicle.usable_capacity_wh * JOULE_PER_WH
+        charges = BackCharges(
+            soc_j=query.soc_frac * capacity_j,
+            reserve_j=query.reserve_soc_frac * capacity_j,
+            full_j=capacity_j,
+            left_j=tuple(left * capacity_j for left in levels),
         )
+        if query.trip is Trip.REVERSE:
+            return self._reverse.way_back(space, places).reverse(charges)
+        limits = charge_limits(query.soc_frac, query.reserve_soc_frac, capacity_j)
+        most = self._search.label_limit
+        reached = reach(space, self._search.pool, limits, places, graph.head, graph.node_count, label_limit=most)
+        if query.trip is Trip.OUT:
+            return energies_of_reach(graph, reached), reached.counts
+        energies, back = self._reverse.way_back(space, places).round_trip(charges, reached)
+        out = reached.counts
+        made, settled = out.labels_made + back.labels_made, out.labels_settled + back.labels_settled
+        return energies, SearchCounts(made, settled, out.seconds + back.seconds, False, 0, out.crowded)
+
+    def _cold_starts(self, query: RangeQuery) -> tuple[str, ...]:
+        """What is to be said of ways back that begin cold."""
+        physics = self._search.space_of(query, query.vehicle).physics
+        if query.trip is Trip.OUT or (physics.cabin_start_w == 0.0 and physics.tyre_time_s == 0.0):
+            return ()
+        where = "at each place" if query.trip is Trip.REVERSE else "at the origin and again at each place"
+        return (f"cabin and tyres count as at a departure {where}",)
 
     def _dissipation_sd_frac(self, query: RangeQuery) -> float:
         """Relative standard deviation of what driving dissipates, on a sample of the graph's links."""
@@ -204,6 +233,17 @@ class Planner:
         return tuple(warnings)
 
 
+def _search_stats(way: Way) -> SearchStats:
+    """The work of all searches of a route."""
+    counts = [found.counts for found in way.found]
+    return SearchStats(
+        labels_made=sum(one.labels_made for one in counts),
+        labels_settled=sum(one.labels_settled for one in counts),
+        seconds=sum(one.seconds for one in counts),
+        method=", ".join(dict.fromkeys(found.method for found in way.found)) or "none",
+    )
+
+
 def _check_charge(soc_frac: float, reserve_frac: float) -> None:
     if not 0.0 <= soc_frac <= 1.0:
         raise QueryError("soc", soc_frac, "0..1")
@@ -218,14 +258,3 @@ def _check_weights(name: str, weights: Weights) -> None:
             raise QueryError(f"weights.{field} ({name})", value, "0..1e6")
     if max(values) == 0.0:
         raise QueryError(f"weights ({name})", values, "at least one above 0")
-def _search_stats(way: Way) -> SearchStats:
-    """The work of all searches of a route."""
-    counts = [found.counts for found in way.found]
-    return SearchStats(
-        labels_made=sum(one.labels_made for one in counts),
-        labels_settled=sum(one.labels_settled for one in counts),
-        seconds=sum(one.seconds for one in counts),
-        method=", ".join(dict.fromkeys(found.method for found in way.found)) or "none",
-    )
-
-

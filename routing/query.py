@@ -66,14 +66,24 @@ class RouteQuery:
     stop_settings: StopSettings = field(default_factory=StopSettings)
     conditions: Conditions = STILL
     uncertainty: bool = False
+    via: tuple[Point, ...] = ()
+
+
+class Trip(StrEnum):
+    """Which drives a range is about: from the origin, to the origin, or there and back with a stop at the place."""
+
+    OUT = "out"
+    REVERSE = "reverse"
+    ROUND = "round_trip"
 
 
 @dataclass(frozen=True, slots=True)
 class RangeQuery:
     """One range request; with uncertainty, each band comes once for each probability of RANGE_PROBABILITIES.
 
-    bands_soc_frac: for each band, the charge that must be left on arrival, 0..1, each ≥ reserve and ≤ soc.
-    The reserve itself is always the outermost band.
+    soc_frac: at departure: at the origin, or wherever the trip REVERSE begins. bands_soc_frac: for each band, the
+    charge that must be left at the end of the trip, 0..1, each ≥ reserve and ≤ soc. The reserve itself is always the
+    outermost band.
     """
 
     origin: Point
@@ -86,6 +96,7 @@ class RangeQuery:
     stop_settings: StopSettings = field(default_factory=StopSettings)
     conditions: Conditions = STILL
     uncertainty: bool = False
+    trip: Trip = Trip.OUT
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,6 +122,7 @@ class LinkSpan:
     link_idx: int
     from_m: float
     to_m: float
+    rest: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,23 +139,11 @@ class RouteLink:
     to_m: float
     grade_frac: float  # rise over length, sin θ
     speed_limit_mps: float
-    rest: bool = False
     stop_probability_frac: float
     road_name: str
     result: LinkResult
     soc_end_frac: float
     braked_away_j: float
-
-
-@dataclass(frozen=True, slots=True)
-class Remedy:
-    """What would make an infeasible route feasible.
-
-    soc_start_needed_frac: charge at departure that this route needs, may exceed 1.
-    charge_needed_wh: energy to add before or on the way.
-    """
-
-    soc_start_needed_frac: float
     rest: bool
     height_end_m: float  # above sea, 0 on a graph without terrain
     geometry_end_idx: int
@@ -165,6 +165,17 @@ class RouteLeg:
     soc_end_frac: float
     first_link: int | None
     last_link: int | None
+
+
+@dataclass(frozen=True, slots=True)
+class Remedy:
+    """What would make an infeasible route feasible.
+
+    soc_start_needed_frac: charge at departure that this route needs, may exceed 1.
+    charge_needed_wh: energy to add before or on the way.
+    """
+
+    soc_start_needed_frac: float
     charge_needed_wh: float
 
 
@@ -190,6 +201,8 @@ class Route:
     descent_m: float
     geometry: NDArray[np.float64]  # (k, 2) lon, lat [deg]
     links: tuple[RouteLink, ...]
+    legs: tuple[RouteLeg, ...]
+    height_start_m: float  # above sea, 0 on a graph without terrain
     deficit_j: float = 0.0
     furthest: Point | None = None
     remedy: Remedy | None = None
@@ -201,8 +214,6 @@ class Route:
 class SearchStats:
     """What a search did."""
 
-    legs: tuple[RouteLeg, ...]
-    height_start_m: float  # above sea, 0 on a graph without terrain
     labels_made: int
     labels_settled: int
     seconds: float
@@ -218,18 +229,18 @@ class RouteAnswer:
     goal: SnappedPoint
     stats: tuple[SearchStats, ...]
     warnings: tuple[str, ...]
+    via: tuple[SnappedPoint, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class RangeBand:
-    """The area that can be reached with at least soc_left_frac left on arrival.
+    """The area that can be reached, or come from, with at least soc_left_frac left at the end of the trip.
 
     probability_frac: that a place at its edge is reached so; None where uncertainty was not asked for.
     """
 
     soc_left_frac: float
     area: MultiPolygon
-    via: tuple[SnappedPoint, ...] = ()
     area_m2: float
     node_count: int
     false_in_frac: float  # share of the covered nodes that can't be reached

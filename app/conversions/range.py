@@ -19,7 +19,7 @@ from app.schemas.range import (
     RangeRequest,
     bands_from_text,
 )
-from routing.query import RangeQuery
+from routing.query import RangeQuery, Trip
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon
@@ -44,6 +44,8 @@ def request_from_parameters(sent: RangeParameters) -> RangeRequest:
         conditions=ConditionsSent(**given) if given else None,
         effects=sent.effects,
         uncertainty=sent.uncertainty,
+        reverse=sent.reverse,
+        round_trip=sent.round_trip,
     )
 
 
@@ -67,6 +69,7 @@ def range_query(sent: RangeRequest, vehicle: AnyVehicle) -> RangeQuery:
         stop_rule=sent.stops,
         conditions=conditions_from(sent.conditions),
         uncertainty=sent.uncertainty,
+        trip=Trip.REVERSE if sent.reverse else Trip.ROUND if sent.round_trip else Trip.OUT,
     )
 
 

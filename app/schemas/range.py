@@ -18,6 +18,8 @@ from energy.chain import LinkModel, StopRule
 from energy.conditions import RoadSurface
 
 MAX_BANDS = 20
+REVERSE_MEANS = "true gives the area from which the origin is reached, departing there with soc"
+ROUND_TRIP_MEANS = "true gives what can be driven to from the origin and back, with a stop there; not with reverse"
 _FRACTION = r"(?:0?\.[0-9]{1,9}|1\.0{1,9})"
 _LISTED = rf"(?:0|1|{_FRACTION})"
 BANDS_PATTERN = rf"^(?:[1-9]|1[0-9]|20|{_FRACTION}|{_LISTED}(?:,{_LISTED}){{1,19}})$"
@@ -48,7 +50,7 @@ class RangeRequest(Sent):
     """One range request; unknown fields are errors."""
 
     origin: Place
-    soc: Fraction = Field(description="state of charge at departure, 0..1")
+    soc: Fraction = Field(description="state of charge at departure, 0..1; with reverse, at each place")
     vehicle: VehicleChoice | None = Field(default=None, description="without it, the default vehicle")
     graph: str | None = Field(default=None, max_length=200, description="without it, the default graph")
     reserve_soc: Fraction = Field(
@@ -70,6 +72,14 @@ class RangeRequest(Sent):
     uncertainty: Flag = Field(
         default=False, description="true gives each band three times: reached with a probability of 0.1, 0.5 and 0.9"
     )
+    reverse: Flag = Field(default=False, description=REVERSE_MEANS)
+    round_trip: Flag = Field(default=False, description=ROUND_TRIP_MEANS)
+
+    @model_validator(mode="after")
+    def _one_kind_of_trip(self) -> RangeRequest:
+        if self.reverse and self.round_trip:
+            raise refusal("round_trip", True, "false where reverse is true")
+        return self
 
     @model_validator(mode="after")
     def _bands_between_reserve_and_soc(self) -> RangeRequest:
@@ -134,6 +144,8 @@ class RangeParameters(ConditionsParameters):
     uncertainty: bool = Field(
         default=False, description="true gives each band three times: reached with a probability of 0.1, 0.5 and 0.9"
     )
+    reverse: bool = Field(default=False, description=REVERSE_MEANS)
+    round_trip: bool = Field(default=False, description=ROUND_TRIP_MEANS)
 
     @field_validator("bands")
     @classmethod
@@ -156,7 +168,7 @@ class BandProperties(Answered):
     """What is said of one band."""
 
     kind: Literal["band"] = "band"
-    soc_left: float = Field(description="charge left on arrival, at least")
+    soc_left: float = Field(description="charge left at the end of the trip, at least")
     probability: float | None = Field(
         description="that a place at its edge is reached with that charge; null unless uncertainty was asked for"
     )

@@ -144,3 +144,58 @@ def test_range_of_a_consumption_table_in_wind_names_the_parameter_by_address_and
     body = {"origin": {"lat": 46.5, "lon": 8.003}, "soc": 0.006, "vehicle": TABLE, "conditions": {"wind_speed_mps": 5}}
     problem = check_problem(client.post("/range", json=body), 422, "invalid_conditions")
     assert [error["field"] for error in problem["errors"]] == ["conditions.wind_speed_mps"]
+
+
+def test_range_reverse_and_round_trip_are_nested_valid_areas_around_the_origin(client: TestClient) -> None:
+    for trip in ("reverse", "round_trip"):
+        answer = ask(client, f"{ORIGIN}&soc=0.006&bands=3&{trip}=true")
+        assert answer["request"][trip] is True
+        assert answer["stats"]["method"] == f"label-setting-{trip}"
+        bands = bands_of(answer)
+        assert [band["properties"]["soc_left"] for band in bands] == pytest.approx([0.0, 0.002, 0.004])
+        areas = [shape(band["geometry"]) for band in bands]
+        origin = Point(answer["features"][-1]["geometry"]["coordinates"])
+        assert all(area.is_valid and area.contains(origin) for area in areas)
+        for outer, inner in itertools.pairwise(areas):
+            assert inner.difference(outer).area <= 1e-9 * outer.area
+
+
+def test_range_round_trip_reaches_fewer_nodes_than_the_way_out(client: TestClient) -> None:
+    counts = [
+        bands_of(ask(client, f"{ORIGIN}&soc=0.006{trip}"))[0]["properties"]["node_count"]
+        for trip in ("", "&round_trip=true")
+    ]
+    assert 0 < counts[1] < counts[0]
+
+
+def test_range_reverse_request_as_understood_sent_to_post_answers_the_same(client: TestClient) -> None:
+    answer = ask(client, f"{ORIGIN}&soc=0.006&bands=2&reverse=true")
+    again = client.post("/range", json=answer["request"])
+    assert again.status_code == 200, again.text
+    assert again.json()["features"] == answer["features"]
+
+
+def test_range_reverse_and_round_trip_together_are_refused(client: TestClient) -> None:
+    response = client.get(f"/range?{ORIGIN}&soc=0.3&reverse=true&round_trip=true")
+    problem = check_problem(response, 422, "invalid_request")
+    refused = {"field": "round_trip", "value": True, "allowed": "false where reverse is true"}
+    assert problem["errors"] == [refused]
+
+
+def test_range_reverse_with_the_printed_model_is_refused(client: TestClient) -> None:
+    response = client.get(f"/range?{ORIGIN}&soc=0.3&reverse=true&link_model=printed")
+    problem = check_problem(response, 422, "invalid_request")
+    assert [error["field"] for error in problem["errors"]] == ["link_model"]
+    assert "integrated" in problem["errors"][0]["allowed"]
+
+
+def test_range_reverse_in_the_cold_says_where_the_cold_start_counts(client: TestClient) -> None:
+    answer = ask(client, f"{ORIGIN}&soc=0.3&reverse=true&ambient_c=-10")
+    assert any("departure at each place" in warning for warning in answer["warnings"])
+
+
+def test_range_reverse_with_uncertainty_gives_smaller_areas_for_more_certainty(client: TestClient) -> None:
+    bands = bands_of(ask(client, f"{ORIGIN}&soc=0.006&reverse=true&uncertainty=true"))
+    sizes = [band["properties"]["area_km2"] for band in bands]
+    assert [band["properties"]["probability"] for band in bands] == [0.1, 0.5, 0.9]
+    assert sizes == sorted(sizes, reverse=True)
