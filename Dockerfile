@@ -15,6 +15,7 @@ COPY diagnosis diagnosis
 COPY routing routing
 COPY energy energy
 COPY data data
+COPY web web
 RUN /opt/joulepath/bin/pip install --no-index --no-deps --no-build-isolation --no-cache-dir --editable .
 ENV PATH=/opt/joulepath/bin:$PATH PYTHONUNBUFFERED=1
 # stored vehicles; for PostgreSQL set JOULEPATH_DATABASE_URL and install the extra "postgresql"

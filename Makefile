@@ -16,9 +16,11 @@ PORT ?= 8000
 ARGS ?=
 PYTEST_ARGS ?=
 RECORDINGS ?= $(wildcard ../shared/data/recordings/bmw-i3)
+BROWSERS := chromium chromium-browser google-chrome
+BROWSER_PACKAGES := chromium fonts-dejavu-core
 CANDIDATES = $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python)
 
-.PHONY: help serve test test-jit test-nojit lint check format bench prove lock clean
+.PHONY: help serve test test-jit test-nojit browser lint check format bench prove lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
@@ -28,17 +30,28 @@ serve: $(VENV)/.runtime ## Serve the HTTP interface on http://127.0.0.1:8000
 
 test: test-jit test-nojit ## Run all tests, then the small ones again without compilation
 
-test-jit: $(VENV)/.dev
+test-jit: $(VENV)/.dev browser
 	$(BIN)/python -m pytest $(PYTEST_ARGS)
 
 test-nojit: $(VENV)/.dev
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -m nojit $(PYTEST_ARGS)
 
-lint: $(VENV)/.dev ## Check format, style, types and the import contract
+browser: ## Install Debian's Chromium for the tests of the web map, where it is missing and root asks
+	@if [ -n "$${JOULEPATH_CHROMIUM:-}" ] || command -v $(BROWSERS) >/dev/null; then exit 0; fi; \
+	if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+		echo "make: installing Chromium for the tests of the web map"; \
+		export DEBIAN_FRONTEND=noninteractive; \
+		apt-get update -qq && apt-get install -qq -y --no-install-recommends $(BROWSER_PACKAGES) >/dev/null && exit 0; \
+	fi; \
+	echo "make: there is no Chromium for the tests of the web map. Install it (Debian: apt install $(BROWSER_PACKAGES))" \
+		"or name one: JOULEPATH_CHROMIUM=/path/to/chromium" >&2
+
+lint: $(VENV)/.dev ## Check format, style, types, the import contract and the scripts of the web map
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/oxlint --deny-warnings web
 
 check: lint test ## All of lint and test
 

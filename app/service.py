@@ -79,6 +79,7 @@ class Service:
         default = self.known_vehicle(self.settings.default_vehicle)
         self.atlas.load_all(default)
         warm_up(default)
+        self.tiles.warm_up(self.settings.default_graph)
 
     def close(self) -> None:
         """Close what is open of the database."""

@@ -39,18 +39,21 @@ class HeightTiles:
         pixels = PIXELS_A_CELL / self._grid.cell  # along the whole map
         self.max_zoom = min(MAX_ZOOM, max(0, math.ceil(math.log2(pixels / TILE_SIZE))))
 
+    def surface(self) -> HeightSurface:
+        """The surface through the nodes, made once."""
+        with self._lock:
+            if self._surface is None:
+                self._surface = HeightSurface(self._graph, self._grid)
+            return self._surface
+
     def tile(self, address: TileAddress) -> bytes:
         """One tile as PNG; raises TileOutOfRangeError where it is finer than the surface."""
         if address.z > self.max_zoom:
             raise TileOutOfRangeError("z", address.z, f"0..{self.max_zoom} for heights of this graph")
-        with self._lock:
-            if self._surface is None:
-                self._surface = HeightSurface(self._graph, self._grid)
+        surface = self.surface()
         over = min(MAX_OVERSAMPLING, 2 ** (self.max_zoom - address.z))
         middle = (np.arange(TILE_SIZE * over) + 0.5) / (TILE_SIZE * over)
-        heights_m = self._surface.heights_m(
-            (address.x + middle) / 2.0**address.z, (address.y + middle) / 2.0**address.z
-        )
+        heights_m = surface.heights_m((address.x + middle) / 2.0**address.z, (address.y + middle) / 2.0**address.z)
         pixels_m = heights_m.reshape(TILE_SIZE, over, TILE_SIZE, over).mean(axis=(1, 3))
         return png_from_rgb(terrarium_rgb(pixels_m, STEPS_A_METRE_AT_ZOOM_7 * 2 ** max(address.z - 7, 0)))
 

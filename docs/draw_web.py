@@ -1,0 +1,49 @@
+"""The pictures of the web map in README.md, taken in a real browser; run as `python -m docs.draw_web` to renew them."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from PIL import Image
+from playwright.sync_api import sync_playwright
+
+from benchmarks.browser import VIEWPORT, launched, served
+from benchmarks.web import DRAWN, WAIT_MS
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Page
+
+IMAGES: Final = Path(__file__).resolve().parent / "images"
+JOURNEY: Final = "start=43.872,-36.433&goal=43.697,-35.19&soc=50"
+PICTURES: Final = {
+    "web-route.png": f"?{JOURNEY}",
+    "web-range.png": "?tab=range&start=43.872,-36.433&soc=50",
+}
+COLOURS: Final = 256  # enough for a map, a quarter of the size
+SETTLE_MS: Final = 1500  # after the answer is there: the map moves to it and fetches its tiles
+
+
+def draw() -> None:
+    """Take every picture anew."""
+    with served() as url, sync_playwright() as playwright, launched(playwright) as browser:
+        for name, query in PICTURES.items():
+            context = browser.new_context(viewport=VIEWPORT, reduced_motion="reduce")
+            page = context.new_page()
+            page.goto(f"{url}/{query}")
+            _settle(page)
+            with Image.open(io.BytesIO(page.screenshot())) as taken:
+                taken.convert("RGB").quantize(COLOURS).save(IMAGES / name, optimize=True)
+            context.close()
+
+
+def _settle(page: Page) -> None:
+    page.wait_for_selector(DRAWN, timeout=WAIT_MS)
+    page.wait_for_selector("#legend:not([hidden])", timeout=WAIT_MS)
+    page.wait_for_load_state("networkidle")
+    page.wait_for_timeout(SETTLE_MS)
+
+
+if __name__ == "__main__":
+    draw()

@@ -1,0 +1,118 @@
+/** Puts the page together: stores, map, panels, and the address. */
+
+import { ApiError, call } from "./api.js";
+import { attachChrome } from "./chrome.js";
+import { byId, el, fill } from "./dom.js";
+import { conditionsPanel } from "./journey/conditions.js";
+import { addressOf, journeyOf } from "./journey/journey.js";
+import { placesPanel } from "./journey/places.js";
+import { vehiclePanel } from "./journey/vehicle.js";
+import { MapView } from "./map/view.js";
+import { rangePanel } from "./range/panel.js";
+import { routesPanel } from "./routes/panel.js";
+import { createStore } from "./store.js";
+import { unitsOf } from "./units.js";
+
+/**
+ * What every panel is given.
+ * journey: what the user has chosen (journey/journey.js). session: what came back: `graphs` and `vehicles` (lists of the
+ * service), `tiles` (of the chosen graph), `routes`, `range`: {status: "none"|"loading"|"done"|"failed", answer, error},
+ * `theme`. units(): formats of the chosen units. say(text): tells screen readers. toast(text): tells everybody.
+ */
+function createApp(view) {
+  const journey = createStore(journeyOf(location.search));
+  const session = createStore({
+    graphs: null,
+    vehicles: null,
+    tiles: null,
+    theme: "light",
+    routes: { status: "none", answer: null, error: null },
+    range: { status: "none", answer: null, error: null },
+  });
+  return {
+    journey,
+    session,
+    view,
+    units: () => unitsOf(journey.get().units),
+    say(text) {
+      byId("announcer").textContent = text;
+    },
+    toast(text) {
+      const box = fill(byId("toast"), text);
+      box.hidden = false;
+      clearTimeout(box.timer);
+      box.timer = setTimeout(() => {
+        box.hidden = true;
+      }, 4000);
+    },
+  };
+}
+
+async function start() {
+  const asked = [call("web/settings.json"), call("graphs"), call("vehicles")];
+  const settings = await asked[0];
+  const view = new MapView(byId("map"), { styleUrl: settings.map_style_url });
+  const app = createApp(view);
+  byId("version").textContent = `joulepath ${settings.version}`;
+  attachChrome(app);
+  placesPanel(app, byId("places"));
+  vehiclePanel(app, byId("vehicle"));
+  conditionsPanel(app, byId("conditions"));
+  routesPanel(app, byId("routes"));
+  rangePanel(app, byId("range"));
+  openDiagnosis(app);
+  app.journey.on("*", (journey) => history.replaceState(null, "", addressOf(journey) || location.pathname));
+  app.journey.on(["graph"], () => showGraph(app));
+  app.session.on(["theme"], ({ tiles, theme }) => tiles && view.show(tiles, theme));
+  asked[2].then(
+    (vehicles) => app.session.set({ vehicles }),
+    (error) => app.session.set({ vehicles: { vehicles: [], default: null, error: error.message } }),
+  );
+  app.session.set({ graphs: await asked[1] });
+  await showGraph(app);
+}
+
+/** The tab of diagnoses is loaded when it is first looked at. */
+function openDiagnosis(app) {
+  let opened = false;
+  const open = async () => {
+    if (opened || app.journey.get().tab !== "diagnosis") return;
+    opened = true;
+    const { diagnosisPane } = await import("./diagnosis/pane.js");
+    diagnosisPane(app, byId("pane-diagnosis"));
+  };
+  app.journey.on(["tab"], open);
+  open();
+}
+
+/** Draw the chosen graph, or the default one where there is none of that name. */
+async function showGraph({ journey, session, view, toast }) {
+  const { graphs } = session.get();
+  const wanted = journey.get().graph ?? graphs.default;
+  const known = graphs.graphs.find(({ name }) => name === wanted);
+  if (!known) {
+    toast(`There is no graph ${wanted} here; ${graphs.default} is shown.`);
+    journey.set({ graph: null, start: null, goal: null, via: [] });
+    return;
+  }
+  try {
+    const tiles = await call(`graphs/${encodeURIComponent(known.name)}/tiles.json`);
+    if ((journey.get().graph ?? graphs.default) !== known.name) return;
+    const again = session.get().tiles !== null;
+    session.set({ tiles });
+    view.show(tiles, session.get().theme);
+    if (again) view.fit(tiles.bounds, { animate: false });
+  } catch (error) {
+    view.fail(error instanceof ApiError ? error.message : `This browser can't draw the map: ${error.message}`);
+    if (!(error instanceof ApiError)) console.warn(error);
+  }
+}
+
+start().catch((error) => {
+  const message = error instanceof ApiError ? error.message : `The page could not start: ${error.message}`;
+  fill(byId("places"), el("div", { class: "notice bad", role: "alert" }, message, " ", retry()));
+});
+
+function retry() {
+  return el("button", { type: "button", class: "button", on: { click: () => location.reload() } }, "Try again");
+}

@@ -1,0 +1,64 @@
+/** Markers of places: dragged with the pointer, or moved with the arrow keys. */
+
+import { el } from "../dom.js";
+
+const STEP_PX = 12;
+const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
+
+export class MarkerSet {
+  constructor(map, maplibregl) {
+    this.map = map;
+    this.maplibregl = maplibregl;
+    this.shown = new Map();
+  }
+
+  /**
+   * Show exactly these markers.
+   * @param {Array<{key: string, kind: "start"|"goal"|"via"|"furthest", letter: string, title: string,
+   *   place: {lat: number, lon: number}, onMove?: (place: {lat: number, lon: number}) => void}>} wanted
+   */
+  show(wanted) {
+    const keys = new Set(wanted.map(({ key }) => key));
+    for (const [key, one] of this.shown) {
+      if (keys.has(key)) continue;
+      one.marker.remove();
+      this.shown.delete(key);
+    }
+    for (const one of wanted) this.#place(one);
+  }
+
+  #place(one) {
+    const position = [one.place.lon, one.place.lat];
+    const known = this.shown.get(one.key);
+    if (known) {
+      known.onMove = one.onMove;
+      known.marker.setLngLat(position);
+      return;
+    }
+    const moves = Boolean(one.onMove);
+    const title = moves ? `${one.title}: drag it, or move it with the arrow keys` : one.title;
+    const inner = el("div", { class: `marker ${one.kind}` }, el("span", {}, one.letter));
+    const element = el("div", { title, "aria-label": title, role: moves ? "button" : "img", tabindex: moves ? "0" : null, dataset: { marker: one.key } }, inner);
+    const marker = new this.maplibregl.Marker({ element, draggable: moves, anchor: one.kind === "furthest" ? "center" : "bottom", offset: one.kind === "furthest" ? [0, 0] : [0, -5] });
+    marker.setLngLat(position).addTo(this.map);
+    element.setAttribute("aria-label", title); // MapLibre puts its own in place
+    const entry = { marker, onMove: one.onMove };
+    this.shown.set(one.key, entry);
+    const tell = () => {
+      const { lat, lng } = marker.getLngLat();
+      entry.onMove?.({ lat, lon: lng });
+    };
+    marker.on("dragend", tell);
+    element.addEventListener("click", (event) => event.stopPropagation());
+    element.addEventListener("keydown", (event) => {
+      const arrow = ARROWS[event.key];
+      if (!arrow || !moves) return;
+      event.preventDefault();
+      event.stopPropagation();
+      const far = event.shiftKey ? 5 : 1;
+      const point = this.map.project(marker.getLngLat());
+      marker.setLngLat(this.map.unproject([point.x + arrow[0] * STEP_PX * far, point.y + arrow[1] * STEP_PX * far]));
+      tell();
+    });
+  }
+}

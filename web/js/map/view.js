@@ -1,0 +1,186 @@
+/** The map: its ground, the layers that answers are drawn on, markers, and what the user does with them. */
+
+import { el } from "../dom.js";
+import { basemapStyle } from "./basemap.js";
+import { installGlyphs } from "./glyphs.js";
+import { MarkerSet } from "./markers.js";
+import { EMPTY, overlayLayers, OVERLAYS } from "./overlays.js";
+
+const FIT_PX = 60;
+const FIT_ZOOM = 15;
+const LEAST_ROOM_PX = 40; // below which a map is too low to show anything under its legend
+
+/** The whole address of a tile template, whose braces stay. */
+const addressOf = (path) => new URL(path, document.baseURI).href.replaceAll("%7B", "{").replaceAll("%7D", "}");
+
+export class MapView {
+  /** @param {HTMLElement} container */
+  constructor(container, { styleUrl = null } = {}) {
+    this.container = container;
+    this.styleUrl = styleUrl;
+    this.data = Object.fromEntries(OVERLAYS.map((name) => [name, EMPTY]));
+    this.listeners = { click: [], pick: [], hover: [] };
+    this.graph = null;
+    this.theme = "light";
+    this.units = "km";
+    this.wanted = { places: [], notes: [] };
+  }
+
+  /** Draw a graph's ground for the first time or anew. Throws where the browser can't draw maps. */
+  show(tiles, theme) {
+    this.graph = tiles;
+    this.theme = theme;
+    const style = this.styleUrl ?? basemapStyle(tiles, theme, addressOf);
+    if (!this.map) this.#begin(tiles);
+    this.container.dataset.state = "loading";
+    this.map.setStyle(style, { diff: false, transformStyle: (_, next) => this.#withOverlays(next) });
+    this.map.once("idle", () => {
+      if (!performance.getEntriesByName("map-drawn").length) performance.mark("map-drawn");
+      this.container.dataset.state = "drawn";
+    });
+  }
+
+  #begin(tiles) {
+    const { maplibregl } = globalThis;
+    installGlyphs(maplibregl);
+    this.map = new maplibregl.Map({
+      container: this.container, bounds: this.extent ?? tiles.bounds, fitBoundsOptions: { padding: this.extent ? this.#paddings()[0] : 20 }, attributionControl: false,
+      dragRotate: false, pitchWithRotate: false, touchPitch: false, maxPitch: 0, fadeDuration: 0, maxZoom: 18.5,
+      locale: { "Map.Title": "Map of the roads" },
+    });
+    this.map.touchZoomRotate.disableRotation();
+    this.map.keyboard.disableRotation();
+    this.map.addControl(new maplibregl.NavigationControl({ showCompass: false }), "top-right");
+    this.scale = new maplibregl.ScaleControl({ unit: this.units === "mi" ? "imperial" : "metric" });
+    this.map.addControl(this.scale, "bottom-left");
+    this.map.addControl(new maplibregl.AttributionControl({ compact: false }), "bottom-right");
+    this.markers = new MarkerSet(this.map, maplibregl);
+    this.#mark({});
+    this.#listen();
+  }
+
+  #withOverlays(style) {
+    const sources = { ...style.sources };
+    for (const name of OVERLAYS) sources[name] = { type: "geojson", data: this.data[name] };
+    const first = (type) => {
+      const at = style.layers.findIndex((layer) => layer.type === type);
+      return at < 0 ? style.layers.length : at;
+    };
+    const [roads, names] = [Math.min(first("line"), first("symbol")), first("symbol")];
+    const { areas, lines } = overlayLayers(this.theme);
+    const layers = [...style.layers.slice(0, roads), ...areas, ...style.layers.slice(roads, names), ...lines, ...style.layers.slice(names)];
+    return { ...style, sources, layers };
+  }
+
+  #listen() {
+    this.map.on("click", (event) => {
+      const hit = this.#hit(event.point);
+      const place = { lat: event.lngLat.lat, lon: event.lngLat.lng };
+      if (hit) for (const listener of this.listeners.pick) listener(hit, place);
+      else for (const listener of this.listeners.click) listener(place);
+    });
+    this.map.on("mousemove", (event) => {
+      const hit = this.#hit(event.point);
+      this.map.getCanvas().style.cursor = hit ? "pointer" : "";
+      for (const listener of this.listeners.hover) listener(hit, { lat: event.lngLat.lat, lon: event.lngLat.lng });
+    });
+    this.map.on("mouseout", () => {
+      for (const listener of this.listeners.hover) listener(null, null);
+    });
+  }
+
+  /** What was hit of that which can be picked: {source, properties}, or null. */
+  #hit(point) {
+    const layers = ["route-other-hit", "route-hit", "stretch-hit", "residual-hit"].filter((id) => this.map.getLayer(id));
+    const near = [[point.x - 4, point.y - 4], [point.x + 4, point.y + 4]];
+    const [found] = layers.length ? this.map.queryRenderedFeatures(near, { layers }) : [];
+    return found ? { source: found.source, properties: found.properties } : null;
+  }
+
+  /**
+   * Listen to what the user does. "click": (place) beside everything that can be picked; "pick": ({source, properties},
+   * place); "hover": ({source, properties} | null, place | null).
+   */
+  on(event, listener) {
+    this.listeners[event].push(listener);
+  }
+
+  /** Replace what one overlay shows. name: one of OVERLAYS. features: GeoJSON features. */
+  draw(name, features) {
+    this.data[name] = { type: "FeatureCollection", features };
+    this.map?.getSource(name)?.setData(this.data[name]);
+  }
+
+  /** Show these markers of places (markers.js), and no others. */
+  placeMarkers(wanted) {
+    this.#mark({ places: wanted });
+  }
+
+  /** Show these markers of answers, such as where the charge ends, and no others. */
+  noteMarkers(wanted) {
+    this.#mark({ notes: wanted });
+  }
+
+  #mark(patch) {
+    this.wanted = { ...this.wanted, ...patch };
+    this.markers?.show([...this.wanted.places, ...this.wanted.notes]);
+  }
+
+  /** The scale in "km" or "mi". */
+  setUnits(units) {
+    this.units = units;
+    this.scale?.setUnit(units === "mi" ? "imperial" : "metric");
+  }
+
+  /** A cursor on the map, null for none. */
+  cursor(position) {
+    this.draw("cursor", position ? [{ type: "Feature", properties: {}, geometry: { type: "Point", coordinates: position } }] : []);
+  }
+
+  /** Show all of an extent [west, south, east, north], beside or below what lies over the map's upper left corner. */
+  fit(bounds, { animate = true } = {}) {
+    const calm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.extent = bounds; // the map begins there if it does not exist yet
+    this.map?.resize(); // the chart below the map may just have come or gone
+    if (!this.map) return;
+    const [beside, below] = this.#paddings().map((padding) => ({ padding, maxZoom: FIT_ZOOM }));
+    const zoom = (options) => this.map.cameraForBounds(bounds, options)?.zoom ?? -1;
+    const best = zoom(beside) > zoom(below) ? beside : below;
+    this.map.fitBounds(bounds, { ...best, animate: animate && !calm, duration: 500 });
+  }
+
+  /** Room to leave [px] so that an extent lies beside the legend, and so that it lies below it. */
+  #paddings() {
+    const { clientWidth, clientHeight } = this.container;
+    const least = Math.max(10, Math.min(FIT_PX, clientWidth / 8, clientHeight / 8));
+    const { offsetLeft: x, offsetTop: y, offsetWidth, offsetHeight } = this.container.parentElement.querySelector(".legend");
+    const all = { left: least, right: least, top: least, bottom: least };
+    if (!offsetWidth) return [all, all];
+    const beside = { ...all, left: Math.max(least, x + offsetWidth + 20) };
+    const below = { ...all, top: Math.max(least, y + offsetHeight + 40) };
+    return clientHeight - below.top - least < LEAST_ROOM_PX ? [beside, beside] : [beside, below];
+  }
+
+  /** Whether a place is in view. */
+  shows(place) {
+    return this.map?.getBounds().contains([place.lon, place.lat]) ?? false;
+  }
+
+  /** Say instead of the map why there is none. */
+  fail(message) {
+    this.container.dataset.state = "failed";
+    this.container.after(el("div", { class: "map-error" }, el("p", {}, message)));
+  }
+}
+
+/** The extent of positions [lon, lat]: [west, south, east, north]. */
+export function extentOf(positions) {
+  let [west, south, east, north] = [Infinity, Infinity, -Infinity, -Infinity];
+  for (const [lon, lat] of positions) {
+    west = Math.min(west, lon);
+    east = Math.max(east, lon);
+    south = Math.min(south, lat);
+    north = Math.max(north, lat);
+  }
+  return [west, south, east, north];
+}

@@ -1,0 +1,35 @@
+/** Bands of a range answer as map features, with colours from little to much charge left. */
+
+// viridis (CC0) from its middle to its ends, told apart by people who are colour-blind; light to dark as charge grows
+const RAMP = { light: ["#fde725", "#8fd744", "#35b779", "#21918c", "#31688e", "#443983"], dark: ["#f7e463", "#9adf5a", "#43c588", "#2fa5a0", "#4583b5", "#6c61bd"] };
+const SURE = 0.5;
+const OPACITY = { light: 0.3, dark: 0.28 };
+
+/** Properties of all bands, the outermost first. */
+export const bandsOf = (answer) => answer.features.map(({ properties }) => properties).filter(({ kind }) => kind === "band");
+
+/** The colour of one band among all. */
+export function bandColour(band, bands, theme) {
+  const levels = [...new Set(bands.map(({ soc_left: left }) => left))].toSorted((a, b) => a - b);
+  const ramp = RAMP[theme];
+  const at = levels.length < 2 ? 2 : (levels.indexOf(band.soc_left) * (ramp.length - 1)) / (levels.length - 1);
+  return ramp[Math.round(at)];
+}
+
+const sure = ({ properties }) => properties.probability === null || properties.probability === SURE;
+
+/** Polygons and their edges; of areas with a probability, the even one is filled, the others are dashed edges. */
+export function areaFeatures(answer, theme) {
+  const bands = answer.features.filter(({ properties }) => properties.kind === "band");
+  const all = bands.map(({ properties }) => properties);
+  const outermost = Math.min(...all.map(({ soc_left: left }) => left));
+  const drawn = (feature, more) => ({ type: "Feature", geometry: feature.geometry, properties: { colour: bandColour(feature.properties, all, theme), ...more } });
+  const rings = (feature, more) => ({ ...drawn(feature, more), geometry: { type: "MultiLineString", coordinates: feature.geometry.coordinates.flat() } });
+  return {
+    areas: bands.filter(sure).map((feature) => drawn(feature, { opacity: OPACITY[theme] })),
+    edges: [
+      ...bands.filter(sure).map((feature) => rings(feature, { dashed: false })),
+      ...bands.filter((feature) => !sure(feature) && feature.properties.soc_left === outermost).map((feature) => rings(feature, { dashed: true })),
+    ],
+  };
+}

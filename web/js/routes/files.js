@@ -1,0 +1,27 @@
+/** Routes as files. */
+
+import { call } from "../api.js";
+import { saveFile, saveGeoJson } from "../download.js";
+import { placeNames } from "./details.js";
+import { gpxText } from "./gpx.js";
+
+const GEOJSON = "application/geo+json";
+
+/** The answer that is shown, as the service writes it in GeoJSON. Throws ApiError. */
+export async function saveAnswer({ request }) {
+  saveGeoJson("routes.geojson", await call("route", { body: request, accept: GEOJSON }));
+}
+
+/** The route that is looked at, as GPX. */
+export function saveTrack(looked) {
+  const { answer, route, profile } = looked;
+  const title = `joulepath ${answer.terrain.graph} ${route.name}`;
+  saveFile(`route-${route.name}.gpx`, gpxText(profile, title, waypointsOf(looked), answer.terrain.terrain !== "absent"), "application/gpx+xml");
+}
+
+/** Start, via points and goal where they meet the road, and where the charge is used up. */
+export function waypointsOf({ answer: { snapped }, route, reach }) {
+  const names = placeNames(route.legs);
+  const places = [snapped.start, ...snapped.via, snapped.goal].map(({ on_road: { lat, lon }, road_name: road }, i) => ({ lat, lon, name: road ? `${names[i]}, ${road}` : names[i] }));
+  return reach === null ? places : [...places, { ...route.furthest, name: "Charge used up" }];
+}
