@@ -94,6 +94,7 @@ def install_web(app: FastAPI, settings: Settings) -> None:
             "map_style_url": settings.map_style_url,
             "default_graph": settings.default_graph,
             "default_vehicle": settings.default_vehicle,
+            "recordings_on_server": settings.recordings_dir is not None,
         }
         return JSONResponse(told, headers={"Cache-Control": REVALIDATED})
 

@@ -54,6 +54,8 @@ def main(argv: list[str]) -> int:
     """Measure and print; 0, whether the target is met or not, 1 where measuring failed."""
     asked = _options().parse_args(argv)
     errors = Console(stderr=True, soft_wrap=True)
+    if asked.web:
+        return _measure_web(asked, errors)
     machine = this_machine()
     notes: list[str] = []
     if machine.load >= 1.0:
@@ -80,6 +82,20 @@ def main(argv: list[str]) -> int:
     return 0
 
 
+def _measure_web(asked: argparse.Namespace, errors: Console) -> int:
+    try:
+        from benchmarks.web import print_web  # a browser's driver is among what tests need, not what the service needs
+    except ModuleNotFoundError as error:
+        errors.print(f"{error}; `make test` installs it", style="red", markup=False, highlight=False)
+        return 1
+    try:
+        print_web(asked.repeat, asked.json)
+    except RuntimeError as error:
+        errors.print(str(error), style="red", markup=False, highlight=False)
+        return 1
+    return 0
+
+
 def _options() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="joulepath bench", description="Speed and memory, as ratios in one run.")
     maps = ROOT.parent / "shared/data/maps"
@@ -95,6 +111,7 @@ def _options() -> argparse.ArgumentParser:
         default=100_000,
         help="links of the synthetic region",
     )
+    parser.add_argument("--web", action="store_true", help="measure the web map in a browser instead of all else")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     return parser
 

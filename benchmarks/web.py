@@ -1,11 +1,9 @@
-"""The web map in a real browser: when the map is drawn, and what the page weighs; `python -m benchmarks.web`."""
+"""The web map in a real browser: when the map is drawn, and what the page weighs."""
 
 from __future__ import annotations
 
-import argparse
 import json
 import statistics
-import sys
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -161,28 +159,23 @@ def weight_rows(figures: WebFigures) -> list[tuple[str, ...]]:
     return [*rows, ("all", *map(str, totals))]
 
 
-def main(argv: Sequence[str]) -> int:
-    """Measure and print; 1 where no browser is there."""
-    parser = argparse.ArgumentParser(prog="python -m benchmarks.web", description=__doc__)
-    parser.add_argument("--repeat", type=int, default=5, help="visits of each kind; their median counts")
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    asked = parser.parse_args(argv)
+def print_web(repeat: int, as_json: bool) -> None:
+    """Measure, and print tables or one JSON object; raises NoBrowserError."""
     machine = this_machine()
-    figures = measure_web(max(asked.repeat, 1))
-    if asked.json:
+    figures = measure_web(repeat)
+    if as_json:
         print(json.dumps({"machine": asdict(machine), "web": asdict(figures)}, indent=1))
-        return 0
+        return
     console = Console(highlight=False)
     console.print(
         f"{machine.cpu}, {machine.cores} cores, load {machine.load:.2f}; Chromium draws without a graphics card"
     )
     console.print(f"graph {figures.graph}; the service answers {figures.ready_s:.1f} s after its start")
-    worst = max(figures.first.drawn_s, *(visit.drawn_s for visit in figures.fresh))
-    verdict = "met" if worst <= TARGET_S else "MISSED"
     console.print(_table("until the map is drawn", ("visit", "s", "from–to", "kB over the wire"), times_rows(figures)))
-    console.print(f"target: every first map within {TARGET_S:g} s: {worst:.2f} s, {verdict}")
+    slowest_s = max(figures.first.drawn_s, *(visit.drawn_s for visit in figures.fresh))
+    verdict = "met" if slowest_s <= TARGET_S else "MISSED"
+    console.print(f"target: every first map within {TARGET_S:g} s: {slowest_s:.2f} s, {verdict}")
     console.print(_table("page weight", ("what", "requests", "kB", "kB wire", "kB wire again"), weight_rows(figures)))
-    return 0
 
 
 def _table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> Table:
@@ -192,7 +185,3 @@ def _table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]]) -> Ta
     for row in rows:
         table.add_row(*row)
     return table
-
-
-if __name__ == "__main__":
-    sys.exit(main(sys.argv[1:]))

@@ -34,7 +34,7 @@ def draw() -> None:
             page.goto(f"{url}/{query}")
             _settle(page)
             with Image.open(io.BytesIO(page.screenshot())) as taken:
-                taken.convert("RGB").quantize(COLOURS).save(IMAGES / name, optimize=True)
+                taken.convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(IMAGES / name, optimize=True)
             context.close()
 
 

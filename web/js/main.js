@@ -15,11 +15,12 @@ import { unitsOf } from "./units.js";
 
 /**
  * What every panel is given.
+ * settings: what the service says of itself (web/settings.json).
  * journey: what the user has chosen (journey/journey.js). session: what came back: `graphs` and `vehicles` (lists of the
  * service), `tiles` (of the chosen graph), `routes`, `range`: {status: "none"|"loading"|"done"|"failed", answer, error},
  * `theme`. units(): formats of the chosen units. say(text): tells screen readers. toast(text): tells everybody.
  */
-function createApp(view) {
+function createApp(view, settings) {
   const journey = createStore(journeyOf(location.search));
   const session = createStore({
     graphs: null,
@@ -30,6 +31,7 @@ function createApp(view) {
     range: { status: "none", answer: null, error: null },
   });
   return {
+    settings,
     journey,
     session,
     view,
@@ -52,7 +54,7 @@ async function start() {
   const asked = [call("web/settings.json"), call("graphs"), call("vehicles")];
   const settings = await asked[0];
   const view = new MapView(byId("map"), { styleUrl: settings.map_style_url });
-  const app = createApp(view);
+  const app = createApp(view, settings);
   byId("version").textContent = `joulepath ${settings.version}`;
   attachChrome(app);
   placesPanel(app, byId("places"));

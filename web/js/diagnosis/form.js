@@ -30,7 +30,7 @@ export function diagnosisForm(app, diagnoses, pane) {
     { class: "card stack", "aria-label": "New diagnosis", on: { submit } },
     el("h2", {}, "What does your car take, and why?"),
     el("p", { class: "dim" }, "Drop in recorded drives. They are replayed through the vehicle's model, and what is left over is traced to its cause."),
-    zone.field, chosen, server.field, options.field, sent, begin,
+    zone.field, chosen, app.settings.recordings_on_server && server.field, options.field, sent, begin,
   );
   for (const type of ["dragenter", "dragover"]) pane.addEventListener(type, (event) => carriesFiles(event) && zone.over(event));
   pane.addEventListener("dragleave", (event) => !pane.contains(event.relatedTarget) && zone.away());
