@@ -23,6 +23,7 @@ from routing.kernels_reverse import (
     chained,
     drive_in,
     drive_on,
+    int64_of,
     starting_climate_j,
     way_on,
     worth,
@@ -42,7 +43,7 @@ def departure(
     for at in range(g.successor_first[link], g.successor_first[link + 1]):
         target = min(g.speed_limit_mps[link], g.speed_limit_mps[g.successor[at]])
         if target != known_target:
-            this, end = drive_on(g, p, r, link, begin_m, 0.0, 0.0, g.successor[at])
+            this, end = drive_on(g, p, r, link, begin_m, 0.0, 0.0, target)
             known_target = target
         label = nearest_entry(e, g.successor[at], end, g.stop_probability_frac[link])
         if not h.settled[label]:
@@ -121,7 +122,7 @@ def out_of_range(g: LinkArrays, p: LinkPhysics, r: ReverseRules, e: Entries, h: 
     for label in range(e.first[link], e.first[link + 1]):
         if not h.settled[label] or h.number[label, BEST] - speed_j <= r.bound_j:
             return False
-    return True
+    return bool(e.first[link] < e.first[link + 1])  # nothing is known of a link that nobody enters
 
 
 @njit(nogil=True, cache=True)
@@ -240,7 +241,7 @@ def last_places(
         for _ in range(16):
             middle = 0.5 * (low + high)
             charge = tail_charge[link] + middle / end_m[link] * (end_charge[link] - tail_charge[link])
-            way, label = departure(g, p, r, e, h, goal, twin[link], g.length_m[link] - middle)
+            way, label = departure(g, p, r, e, h, goal, int64_of(twin[link]), g.length_m[link] - middle)
             if label != NONE and left_j(p, way, charge) >= wanted_j:
                 low = middle
             else:

@@ -94,6 +94,12 @@ class Goal(NamedTuple):
 
 
 @njit(nogil=True, cache=True)
+def int64_of(number: int) -> int:
+    """A link or label of whatever type: kernels that are called with one type only are compiled once."""
+    return int(np.int64(number))
+
+
+@njit(nogil=True, cache=True)
 def leg(r: ReverseRules, cost: float, duration_s: float, cold_j: float) -> Passage:
     """The passage of one link; where more is recuperated than taken, the battery is filled to accepting_j at most."""
     most = r.full_j if cost >= 0.0 else r.accepting_j
@@ -158,12 +164,11 @@ def drive(
 
 @njit(nogil=True, cache=True)
 def drive_on(
-    g: LinkArrays, p: LinkPhysics, r: ReverseRules, link: int, begin_m: float, v: float, stopped: float, successor: int
+    g: LinkArrays, p: LinkPhysics, r: ReverseRules, link: int, begin_m: float, v: float, stopped: float, target: float
 ) -> tuple[Passage, float]:
-    """The passage of a link from begin_m to its end towards a successor, and the go-speed there."""
+    """The passage of a link from begin_m to its end, where target is the wanted go-speed, and the go-speed there."""
     here = g.row[link]
     v_max = g.speed_limit_mps[link]
-    target = min(v_max, g.speed_limit_mps[successor])
     if target == v_max and begin_m == 0.0 and p.tyre_time_s == 0.0 and (v == v_max or v == 0.0):
         if v == 0.0:
             if here[REST_S] >= 0.0:
@@ -206,11 +211,12 @@ def way_on(
     one = passage_at(h.number, label, NEED)
     begun = False
     while abs(v - e.speed_mps[label]) > MERGED_MPS and e.stopped_frac[label] < 1.0:
-        link, stopped, following = e.link[label], e.stopped_frac[label], h.following[label]
+        link, stopped, following = int64_of(e.link[label]), e.stopped_frac[label], int64_of(h.following[label])
         if following == ARRIVED:
             _, last = drive_in(g, p, r, goal, link, 0.0, v, stopped)
             return chained(p, one, last) if begun else last
-        this, v = drive_on(g, p, r, link, 0.0, v, stopped, e.link[following])
+        target = min(g.speed_limit_mps[link], g.speed_limit_mps[e.link[following]])
+        this, v = drive_on(g, p, r, link, 0.0, v, stopped, target)
         one = chained(p, one, this) if begun else this
         begun = True
         if abs(v - h.number[label, END]) <= MERGED_MPS:
@@ -269,12 +275,12 @@ def own_leg(
     g: LinkArrays, p: LinkPhysics, r: ReverseRules, e: Entries, h: Homeward, label: int, successor: int
 ) -> tuple[Passage, float]:
     """The passage of a label's link towards a successor, from the label if it was last driven towards such a limit."""
-    link = e.link[label]
+    link = int64_of(e.link[label])
     target = min(g.speed_limit_mps[link], g.speed_limit_mps[successor])
     n = h.number[label]
     if n[LEG_TARGET] == target:
         return leg(r, n[LEG_COST], n[LEG_DURATION], n[LEG_COLD]), n[LEG_END]
-    this, end = drive_on(g, p, r, link, 0.0, e.speed_mps[label], e.stopped_frac[label], successor)
+    this, end = drive_on(g, p, r, link, 0.0, e.speed_mps[label], e.stopped_frac[label], target)
     n[LEG_TARGET], n[LEG_COST], n[LEG_DURATION] = target, this.cost_j, this.duration_s
     n[LEG_COLD], n[LEG_END] = this.cold_j, end
     return this, end
@@ -292,9 +298,9 @@ def search_back(g: LinkArrays, p: LinkPhysics, r: ReverseRules, e: Entries, h: H
     for k in range(goal.link.size):
         for label in range(e.first[goal.link[k]], e.first[goal.link[k] + 1]):
             _, way = drive_in(g, p, r, goal, goal.link[k], 0.0, e.speed_mps[label], e.stopped_frac[label])
-            offer(g, p, r, e, h, label, ARRIVED, 0.0, way, nothing)
+            offer(g, p, r, e, h, label, int64_of(ARRIVED), 0.0, way, nothing)
     while h.counter[PUSHED] > 0:
-        label = h.heap_label[0]
+        label = int64_of(h.heap_label[0])
         heap_drop(h.heap_key, h.heap_label, h.counter[PUSHED])
         h.counter[PUSHED] -= 1
         if h.settled[label]:

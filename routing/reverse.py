@@ -268,10 +268,11 @@ class WayBack:
         return most
 
     def _head_left(self, link_left: NDArray[np.float64]) -> NDArray[np.float64]:
-        """The largest value of the links that may follow each link, float64 (M,); every link has one."""
-        most: NDArray[np.float64] = np.maximum.reduceat(
-            link_left[self._graph.successor], self._graph.successor_first[:-1]
-        )
+        """The largest value of the links that may follow each link, float64 (M,)."""
+        graph = self._graph
+        most = np.full(graph.link_count, -np.inf)
+        link = np.repeat(np.arange(graph.link_count), np.diff(graph.successor_first))
+        np.maximum.at(most, link, link_left[graph.successor])
         return most
 
 

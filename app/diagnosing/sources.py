@@ -6,7 +6,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING, Final
 
 from app.diagnosing.errors import SourceError
-from diagnosis.recording_files import is_recording_name
+from diagnosis.recording_files import is_recording_name, recording_id
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -41,7 +41,8 @@ def uploaded_name(filename: str, field: str) -> str:
         size = len(name.encode("utf-8"))
     except UnicodeEncodeError:
         size = 0
-    if not 0 < size <= MAX_NAME_BYTES or name in (".", "..") or not name.isprintable():
+    # the id is a part of addresses, where none or a dot means another place
+    if not 0 < size <= MAX_NAME_BYTES or recording_id(Path(name)) in ("", ".", "..") or not name.isprintable():
         raise SourceError(field, filename, f"the name of a file, of at most {MAX_NAME_BYTES} bytes")
     return name
 

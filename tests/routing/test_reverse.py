@@ -210,6 +210,18 @@ def test_round_trip_of_a_road_in_part_ends_where_one_must_turn() -> None:
     assert part.to_m[away] == pytest.approx(0.5 * graph.length_m[away], rel=0.1)
 
 
+def test_reverse_where_no_link_may_follow_the_last_one_is_that_of_all_others() -> None:
+    graph, back, asked = straight([0.0] * 4)
+    whole, _ = back.reverse(asked)
+    first = np.minimum(graph.successor_first, graph.successor_first[-2])
+    blocked = replace(graph, successor_first=first, successor=graph.successor[: first[-1]])
+    space = search_space(blocked, vehicle(), LinkModel.INTEGRATED, StopRule.NONE, StopSettings())
+    cut, _ = ReverseSearch(blocked, MANY_LABELS).way_back(space, place_on(blocked, 0, 1e-4)).reverse(asked)
+    assert (blocked.tail[-1], blocked.head[-1]) == (3, 2)
+    assert math.isinf(cut.node_energy_j[3])
+    assert cut.node_energy_j[:3].tolist() == whole.node_energy_j[:3].tolist()
+
+
 def test_reverse_beyond_the_label_limit_raises_search_limit_error() -> None:
     graph, back, asked = straight([0.0] * 8)
     few = ReverseSearch(graph, 3).way_back(back._space, place_on(graph, 0, 0.5))
