@@ -23,16 +23,26 @@ if TYPE_CHECKING:
 
 WEB_FOLDER: Final = Path(__file__).resolve().parent.parent / "web"
 LIBRARY_FILES: Final = frozenset({"maplibre-gl.js", "maplibre-gl.css"})
+READING: Final = ["GET", "HEAD"]
 REVALIDATED: Final = "no-cache"  # kept by the browser, which asks each time whether it changed
 
 
 class WebFiles(StaticFiles):
-    """Files that a browser keeps and asks again for: an ETag, and 304 where nothing changed."""
+    """Files that a browser keeps and asks again for: an ETag, and 304 where nothing changed.
+
+    The tag is weak, since a file is sent compressed or not (RFC 9110 section 8.8.3.3). Pages come with their policy.
+    """
+
+    def __init__(self, directory: Path, policy: str) -> None:
+        super().__init__(directory=directory)
+        self._policy = policy
 
     def file_response(self, *args: object, **kwargs: object) -> Response:
         """The answer for one file."""
         response = super().file_response(*args, **kwargs)  # type: ignore[arg-type]  # passed on as they are
         response.headers["Cache-Control"] = REVALIDATED
+        response.headers["ETag"] = f"W/{response.headers['ETag']}"
+        response.headers["Content-Security-Policy"] = self._policy
         return response
 
 
@@ -71,23 +81,20 @@ def page_policy(origins: Sequence[str]) -> str:
 
 def install_web(app: FastAPI, settings: Settings) -> None:
     """Serve the map at /, and what it is made of below /web."""
-    library = WebFiles(directory=library_folder())
     policy = page_policy(map_origins(settings.map_style_url, settings.map_origins))
-    files = WebFiles(directory=WEB_FOLDER)
+    library, files = WebFiles(library_folder(), policy), WebFiles(WEB_FOLDER, policy)
 
-    @app.get("/", include_in_schema=False)
+    @app.api_route("/", methods=READING, include_in_schema=False)
     async def page(request: Request) -> Response:
-        response = await files.get_response("index.html", request.scope)
-        response.headers["Content-Security-Policy"] = policy
-        return response
+        return await files.get_response("index.html", request.scope)
 
-    @app.get("/web/lib/{name}", include_in_schema=False)
+    @app.api_route("/web/lib/{name}", methods=READING, include_in_schema=False)
     async def library_file(name: str, request: Request) -> Response:
         if name not in LIBRARY_FILES:
             raise HTTPException(404)
         return await library.get_response(name, request.scope)
 
-    @app.get("/web/settings.json", include_in_schema=False)
+    @app.api_route("/web/settings.json", methods=READING, include_in_schema=False)
     def web_settings() -> Response:
         told = {
             "version": VERSION,

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from app.tiles.cache import TileCache
+from app.tiles.cache import ENTRY_BYTES, TileCache
 from app.tiles.shelf import SHOWN_ARRAYS, tiles_digest
 from routing.graph import RoadGraph, Terrain
 from routing.graph_files import load_graph, save_graph
@@ -28,14 +28,19 @@ class Maker:
         return b"x" * self.size
 
 
+def room_for(size: int, tiles: int) -> TileCache:
+    """A cache for so many tiles that have so many bytes in all."""
+    return TileCache(size + tiles * ENTRY_BYTES)
+
+
 def test_tile_that_is_kept_is_made_once() -> None:
-    cache, maker = TileCache(100), Maker(10)
+    cache, maker = room_for(100, 1), Maker(10)
     assert [cache.get("a", maker) for _ in range(3)] == [b"x" * 10] * 3
     assert maker.calls == 1
 
 
 def test_tile_least_recently_asked_for_is_dropped_first() -> None:
-    cache = TileCache(100)
+    cache = room_for(100, 2)
     makers = {key: Maker(40) for key in "abc"}
     for key in "abac":  # c does not fit beside a and b; b was asked for longest ago
         cache.get(key, makers[key])
@@ -47,7 +52,7 @@ def test_tile_least_recently_asked_for_is_dropped_first() -> None:
 
 
 def test_tile_larger_than_the_cache_is_made_but_not_kept() -> None:
-    cache, large, small = TileCache(100), Maker(101), Maker(60)
+    cache, large, small = room_for(100, 1), Maker(101), Maker(60)
     assert len(cache.get("large", large)) == 101
     cache.get("large", large)
     assert large.calls == 2
@@ -57,7 +62,7 @@ def test_tile_larger_than_the_cache_is_made_but_not_kept() -> None:
 
 
 def test_tile_that_two_threads_make_at_once_is_counted_once() -> None:
-    cache, second = TileCache(100), Maker(40)
+    cache, second = room_for(100, 2), Maker(40)
     both = threading.Barrier(2)
 
     def slow() -> bytes:
@@ -72,6 +77,13 @@ def test_tile_that_two_threads_make_at_once_is_counted_once() -> None:
     for _ in range(2):
         cache.get("b", second)
     assert second.calls == 1
+
+
+def test_tiles_of_no_bytes_are_dropped_too() -> None:
+    cache, empty = room_for(0, 2), Maker(0)
+    for key in "abca":
+        cache.get(key, empty)
+    assert empty.calls == 4
 
 
 @pytest.fixture(scope="module")
