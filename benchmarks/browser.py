@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
-import socket
 import subprocess
 import sys
 import tempfile
 import time
-import urllib.error
-import urllib.request
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -27,7 +25,9 @@ VIEWPORT: Final[ViewportSize] = {"width": 1280, "height": 800}
 LAUNCH_FLAGS: Final = (
     "--no-sandbox",
     "--no-first-run",
+    "--no-proxy-server",
     "--disable-quic",
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
     "--disable-background-networking",
     "--disable-component-update",
     "--disable-sync",
@@ -36,7 +36,8 @@ LAUNCH_FLAGS: Final = (
     "--enable-unsafe-swiftshader",
     "--ignore-gpu-blocklist",
 )
-START_S: Final = 180.0
+LISTENING: Final = re.compile(r"Uvicorn running on (http://127\.0\.0\.1:\d+)")
+START_S: Final = 300.0  # a first start compiles
 STOP_S: Final = 15.0
 
 
@@ -70,24 +71,22 @@ def launched(playwright: Playwright) -> Iterator[Browser]:
 
 
 @contextmanager
-def served(environment: Mapping[str, str] | None = None) -> Iterator[str]:
+def served(folder: Path | None = None, **settings: str) -> Iterator[str]:
     """The service in a process and with a database of its own, on a free port; its address without a slash at the end.
 
-    Raises RuntimeError with what it said where it does not come up.
+    folder: for its database and log, a temporary one by default. settings: by their names in the environment; those of
+    this process' environment don't count. Raises RuntimeError with what it said where it does not come up.
     """
     with tempfile.TemporaryDirectory(prefix="joulepath-web-") as scratch:
-        port = _free_port()
-        url = f"http://127.0.0.1:{port}"
-        log = Path(scratch) / "service.log"
-        own = {"JOULEPATH_DATABASE_URL": f"sqlite:///{scratch}/joulepath.sqlite", **(environment or {})}
-        command = [sys.executable, "-m", "app.cli", "serve", "--port", str(port)]
-        with log.open("w", encoding="utf-8") as said:
-            process = subprocess.Popen(
-                command, cwd=ROOT, env={**os.environ, **own}, stdout=said, stderr=subprocess.STDOUT
-            )
+        home = folder or Path(scratch)
+        log = home / "service.log"
+        environment = {name: value for name, value in os.environ.items() if not name.startswith("JOULEPATH_")}
+        environment |= {"JOULEPATH_DATABASE_URL": f"sqlite:///{home / 'joulepath.sqlite'}", **settings}
+        command = [sys.executable, "-m", "app.cli", "serve", "--port", "0"]
+        with log.open("wb") as said:
+            process = subprocess.Popen(command, cwd=ROOT, env=environment, stdout=said, stderr=subprocess.STDOUT)
         try:
-            _wait_until_ready(url, process, log)
-            yield url
+            yield _address(process, log)
         finally:
             process.terminate()
             try:
@@ -97,20 +96,12 @@ def served(environment: Mapping[str, str] | None = None) -> Iterator[str]:
                 process.wait()
 
 
-def _wait_until_ready(url: str, process: subprocess.Popen[bytes], log: Path) -> None:
+def _address(process: subprocess.Popen[bytes], log: Path) -> str:
+    """Where it listens, as soon as it says so."""
     until = time.monotonic() + START_S
-    while time.monotonic() < until:
-        if process.poll() is not None:
-            raise RuntimeError(f"the service ended at once:\n{log.read_text(encoding='utf-8')}")
-        try:
-            with urllib.request.urlopen(f"{url}/readyz", timeout=5.0):
-                return
-        except (urllib.error.URLError, OSError):
-            time.sleep(0.05)
-    raise RuntimeError(f"the service was not ready within {START_S:g} s:\n{log.read_text(encoding='utf-8')}")
-
-
-def _free_port() -> int:
-    with socket.socket() as listening:
-        listening.bind(("127.0.0.1", 0))
-        return int(listening.getsockname()[1])
+    while time.monotonic() < until and process.poll() is None:
+        if told := LISTENING.search(log.read_text(encoding="utf-8", errors="replace")):
+            return told.group(1)
+        time.sleep(0.02)
+    said = log.read_text(encoding="utf-8", errors="replace")
+    raise RuntimeError(f"the service did not start within {START_S:g} s:\n{said}")

@@ -69,16 +69,21 @@ class WebFigures:
 
 
 def measure_web(repeat: int) -> WebFigures:
-    """Start the service, and visit the default graph's map."""
-    began = time.perf_counter()
-    with served() as url, sync_playwright() as playwright, launched(playwright) as browser:
-        ready_s = time.perf_counter() - began
-        first = _fresh_visit(browser, url)
-        fresh = tuple(_fresh_visit(browser, url) for _ in range(repeat))
-        with _context(browser) as context:
-            _visit(context, url)
-            again = tuple(_visit(context, url) for _ in range(repeat))
-        graph = _default_graph(browser, url)
+    """Start the service, and visit the default graph's map; raises NoBrowserError."""
+    with sync_playwright() as playwright, launched(playwright) as browser:
+        began = time.perf_counter()
+        with served() as address:
+            return measured_visits(browser, address, repeat, time.perf_counter() - began)
+
+
+def measured_visits(browser: Browser, address: str, repeat: int, ready_s: float) -> WebFigures:
+    """Visits of a running service; ready_s: what its start took."""
+    first = _fresh_visit(browser, address)
+    fresh = tuple(_fresh_visit(browser, address) for _ in range(repeat))
+    with _context(browser) as context:
+        _visit(context, address)
+        again = tuple(_visit(context, address) for _ in range(repeat))
+        graph = str(context.request.get(f"{address}/graphs").json()["default"])
     return WebFigures(graph, ready_s, first, fresh, again)
 
 
@@ -105,11 +110,6 @@ def _visit(context: BrowserContext, url: str) -> Visit:
     visit = Visit(drawn_ms / 1000.0, fetched.weights())
     page.close()
     return visit
-
-
-def _default_graph(browser: Browser, url: str) -> str:
-    with _context(browser) as context:
-        return str(context.request.get(f"{url}/graphs").json()["default"])
 
 
 class _Fetched:

@@ -1,0 +1,105 @@
+"""A browser, the service that it talks to, and pages that fail their test on any error of their own."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Protocol
+
+import pytest
+from playwright.sync_api import expect, sync_playwright
+
+from benchmarks.browser import ROOT, NoBrowserError, chromium_path, launched
+from energy.vehicle import Vehicle
+from energy.vehicle_files import load_vehicle
+from tests.app.recorded import write_winter
+from tests.web.map_page import MapPage
+from tests.web.served import serving
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from playwright.sync_api import Browser, BrowserContext
+
+    from tests.web.served import Served
+
+CAR: Final = "hyundai-kona-64"
+PATIENCE_MS: Final = 20_000
+
+expect.set_options(timeout=PATIENCE_MS)
+
+
+class Visit(Protocol):
+    """Opens pages in contexts of their own."""
+
+    def __call__(
+        self, query: str = "", *, width: int = 1280, height: int = 800, dark: bool = False, opened: bool = True
+    ) -> MapPage:
+        """A page of that size; its address ends in the query. opened: False to do that later."""
+
+
+@pytest.fixture(scope="session")
+def chromium() -> str:
+    """Path of a Chromium; skips where there is none, except in CI."""
+    try:
+        return chromium_path()
+    except NoBrowserError as error:
+        if os.environ.get("CI"):
+            pytest.fail(f"{error}. CI must have it")
+        pytest.skip(str(error))
+
+
+@pytest.fixture(scope="session")
+def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A folder of recordings with a subfolder `winter`: ten drives with a heater that the model does not know."""
+    folder = tmp_path_factory.mktemp("recordings")
+    car = load_vehicle(ROOT / f"data/vehicles/{CAR}.toml")
+    assert isinstance(car, Vehicle)
+    write_winter(folder / "winter", car)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def served(tmp_path_factory: pytest.TempPathFactory, recordings: Path, chromium: str) -> Iterator[Served]:
+    """The service on the bundled graphs and vehicles, with an empty database."""
+    with serving(tmp_path_factory.mktemp("served"), JOULEPATH_RECORDINGS_DIR=str(recordings)) as running:
+        yield running
+
+
+@pytest.fixture(scope="session")
+def browser(chromium: str) -> Iterator[Browser]:
+    """A browser without a window."""
+    with sync_playwright() as playwright, launched(playwright) as running:
+        yield running
+
+
+@pytest.fixture
+def visit(browser: Browser, served: Served) -> Iterator[Visit]:
+    """Opens watched pages; at the end of the test, none of them may have shown a fault."""
+    contexts: list[BrowserContext] = []
+    pages: list[MapPage] = []
+
+    def opened_page(
+        query: str = "", *, width: int = 1280, height: int = 800, dark: bool = False, opened: bool = True
+    ) -> MapPage:
+        options: dict[str, Any] = {"color_scheme": "dark" if dark else "light", "reduced_motion": "reduce"}
+        context = browser.new_context(viewport={"width": width, "height": height}, locale="en-GB", **options)
+        context.set_default_timeout(PATIENCE_MS)
+        contexts.append(context)
+        made = MapPage(context.new_page(), served.address)
+        pages.append(made)
+        if opened:
+            made.open(query)
+        return made
+
+    yield opened_page
+    for context in contexts:
+        context.close()
+    faults = [fault for page in pages for fault in page.faults]
+    assert not faults, "\n".join(faults)
+
+
+@pytest.fixture
+def page(visit: Visit) -> MapPage:
+    """The first page, with the map drawn."""
+    return visit()
