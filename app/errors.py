@@ -353,7 +353,7 @@ def _validation_problem(errors: Sequence[Any], instance: str) -> Problem:
     if errors[0]["type"] == "missing":
         detail = f"{name} is missing, it is required"
     else:
-        detail = f"{name} is {json.dumps(value)}, allowed: {first.allowed}"
+        detail = f"{name} is {json.dumps(value, ensure_ascii=False)}, allowed: {first.allowed}"
     if len(errors) > 1:
         detail += f" (and {len(errors) - 1} more)"
     return make_problem(ErrorCode.INVALID_REQUEST, detail, fields, instance)

@@ -132,10 +132,15 @@ def test_effects_name_the_diagnosis_and_the_vehicle(running: TestClient, done: d
     assert (learned_from["trips"], learned_from["held_out_trips"]) == (8, 2)
 
 
-def test_list_has_the_diagnosis_without_its_result(running: TestClient, done: dict[str, Any]) -> None:
+def test_list_has_the_diagnosis_with_its_verdict_and_without_its_result(
+    running: TestClient, done: dict[str, Any]
+) -> None:
     lines = {line["id"]: line for line in running.get("/diagnoses").json()["diagnoses"]}
-    assert lines[done["id"]]["state"] == "done"
-    assert "result" not in lines[done["id"]]
+    line = lines[done["id"]]
+    assert (line["state"], line["verdict"], line["recordings"]) == ("done", "left_out_physics", 11)
+    assert line["text"].startswith("Heating the cabin in the cold took ")
+    assert done["result"]["text"].startswith(line["text"])
+    assert "result" not in line
 
 
 def test_learned_effects_by_id_answer_as_the_same_sent_inline(running: TestClient, done: dict[str, Any]) -> None:

@@ -45,29 +45,54 @@ export async function call(path, { method, body, form, signal, accept } = {}) {
     throw new ApiError(`The service answered ${response.status} with something that can't be read.`, { status: response.status });
   }
   if (!response.ok) {
-    const detail = told?.detail ?? `The service answered ${response.status}.`;
+    const detail = typeof told?.detail === "string" ? told.detail : `The service answered ${response.status}.`;
     throw new ApiError(detail, { code: told?.code, status: response.status, fields: told?.errors ?? [] });
   }
   return told;
 }
 
+const TAKEN_BACK_EVERY_MS = 4000; // the service works on what was taken back, and many of them would pile up there
+
 /**
- * Runs only the latest of many wishes: waits until none came for `delay` ms (at most `maxWait`), aborts what is still
- * under way, and drops answers that were overtaken.
+ * Runs only the latest of many wishes: waits until none came for `delay` ms (at most `maxWait`), and aborts what is still
+ * under way. Where it has just aborted something else, it waits for what is under way, so that an area follows a slider
+ * also where answers take longer than `maxWait`. An answer never comes after that of a later wish.
  * @param {(signal: AbortSignal) => Promise<void>} work
  */
 export function latest(work, { delay = 150, maxWait = 500 } = {}) {
   let timer = 0;
   let since = 0;
-  let controller = null;
+  let controller = null; // of what is under way
+  let held = false; // whether a wish waits for what is under way
+  let takenBack = -Infinity;
   const start = () => {
     timer = 0;
+    const now = performance.now();
+    const wait = controller ? takenBack + TAKEN_BACK_EVERY_MS - now : 0;
+    held = wait > 0;
+    if (held) {
+      timer = setTimeout(start, wait);
+      return;
+    }
+    if (controller) takenBack = now;
     controller?.abort();
     controller = new AbortController();
-    const { signal } = controller;
-    work(signal).catch((error) => {
+    run(controller);
+  };
+  const run = async (own) => {
+    try {
+      await work(own.signal);
+    } catch (error) {
       if (error.name !== "AbortError") throw error;
-    });
+    } finally {
+      if (controller === own) {
+        controller = null;
+        if (held) {
+          clearTimeout(timer);
+          start();
+        }
+      }
+    }
   };
   return {
     ask() {
@@ -79,6 +104,7 @@ export function latest(work, { delay = 150, maxWait = 500 } = {}) {
     cancel() {
       if (timer) clearTimeout(timer);
       timer = 0;
+      held = false;
       controller?.abort();
       controller = null;
     },

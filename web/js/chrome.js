@@ -2,9 +2,8 @@
 
 import { byId, el, fill } from "./dom.js";
 import { icon } from "./icons.js";
-import { TABS } from "./journey/journey.js";
-
-const THEME_KEY = "joulepath.theme";
+import { addressOf, TABS } from "./journey/journey.js";
+import { remember, remembered } from "./remembered.js";
 
 export function attachChrome(app) {
   attachTabs(app);
@@ -53,14 +52,14 @@ function attachTheme({ session }) {
     button.setAttribute("aria-label", theme === "dark" ? "Use light colours" : "Use dark colours");
     session.set({ theme });
   };
-  const stored = localStorage.getItem(THEME_KEY);
-  show(stored ?? (preferred.matches ? "dark" : "light"));
+  const stored = remembered("theme");
+  show(["light", "dark"].includes(stored) ? stored : preferred.matches ? "dark" : "light");
   preferred.addEventListener("change", ({ matches }) => {
-    if (!localStorage.getItem(THEME_KEY)) show(matches ? "dark" : "light");
+    if (!remembered("theme")) show(matches ? "dark" : "light");
   });
   button.addEventListener("click", () => {
     const theme = session.get().theme === "dark" ? "light" : "dark";
-    localStorage.setItem(THEME_KEY, theme);
+    remember("theme", theme);
     show(theme);
   });
 }
@@ -78,14 +77,15 @@ function attachUnits({ journey, view }) {
   show();
 }
 
-function attachShare({ toast }) {
+function attachShare({ journey, toast }) {
   byId("share").prepend(icon("link"));
   byId("share").addEventListener("click", async () => {
+    const link = new URL(addressOf(journey.get()) || location.pathname, location.href).href;
     try {
-      await navigator.clipboard.writeText(location.href);
+      await navigator.clipboard.writeText(link);
       toast("The link is in the clipboard.");
     } catch {
-      toast(`Copy the address of this page: ${location.href}`); // without https, browsers keep the clipboard shut
+      toast(`Copy the address of this page: ${link}`); // without https, browsers keep the clipboard shut
     }
   });
 }

@@ -1,13 +1,15 @@
 /** Puts the page together: stores, map, panels, and the address. */
 
+import { keepAddress } from "./address.js";
 import { ApiError, call } from "./api.js";
 import { attachChrome } from "./chrome.js";
 import { byId, el, fill } from "./dom.js";
 import { conditionsPanel } from "./journey/conditions.js";
-import { addressOf, journeyOf } from "./journey/journey.js";
+import { journeyOf } from "./journey/journey.js";
 import { placesPanel } from "./journey/places.js";
 import { vehiclePanel } from "./journey/vehicle.js";
 import { MapView } from "./map/view.js";
+import { working } from "./notices.js";
 import { rangePanel } from "./range/panel.js";
 import { routesPanel } from "./routes/panel.js";
 import { createStore } from "./store.js";
@@ -52,6 +54,8 @@ function createApp(view, settings) {
 
 async function start() {
   const asked = [call("web/settings.json"), call("graphs"), call("vehicles")];
+  for (const one of asked) one.catch(() => {}); // it is told where the answer is awaited, which may be later
+  for (const one of asked) one.catch(() => {}); // each is waited for below, and may fail before
   const settings = await asked[0];
   const view = new MapView(byId("map"), { styleUrl: settings.map_style_url });
   const app = createApp(view, settings);
@@ -63,9 +67,9 @@ async function start() {
   routesPanel(app, byId("routes"));
   rangePanel(app, byId("range"));
   openDiagnosis(app);
-  app.journey.on("*", (journey) => history.replaceState(null, "", addressOf(journey) || location.pathname));
+  keepAddress(app.journey);
   app.journey.on(["graph"], () => showGraph(app));
-  app.session.on(["theme"], ({ tiles, theme }) => tiles && view.show(tiles, theme));
+  app.session.on(["theme"], ({ tiles }) => tiles && drawGraph(app, tiles));
   asked[2].then(
     (vehicles) => app.session.set({ vehicles }),
     (error) => app.session.set({ vehicles: { vehicles: [], default: null, error: error.message } }),
@@ -76,19 +80,27 @@ async function start() {
 
 /** The tab of diagnoses is loaded when it is first looked at. */
 function openDiagnosis(app) {
+  const pane = byId("pane-diagnosis");
   let opened = false;
   const open = async () => {
     if (opened || app.journey.get().tab !== "diagnosis") return;
     opened = true;
-    const { diagnosisPane } = await import("./diagnosis/pane.js");
-    diagnosisPane(app, byId("pane-diagnosis"));
+    fill(pane, working("Loading …"));
+    try {
+      const { diagnosisPane } = await import("./diagnosis/pane.js");
+      diagnosisPane(app, pane);
+    } catch (error) {
+      console.warn(error);
+      fill(pane, el("div", { class: "notice bad", role: "alert" }, "The diagnosis could not be loaded. ", retry()));
+    }
   };
   app.journey.on(["tab"], open);
   open();
 }
 
 /** Draw the chosen graph, or the default one where there is none of that name. */
-async function showGraph({ journey, session, view, toast }) {
+async function showGraph(app) {
+  const { journey, session, view, toast } = app;
   const { graphs } = session.get();
   const wanted = journey.get().graph ?? graphs.default;
   const known = graphs.graphs.find(({ name }) => name === wanted);
@@ -102,11 +114,21 @@ async function showGraph({ journey, session, view, toast }) {
     if ((journey.get().graph ?? graphs.default) !== known.name) return;
     const again = session.get().tiles !== null;
     session.set({ tiles });
-    view.show(tiles, session.get().theme);
+    drawGraph(app, tiles);
     if (again) view.fit(tiles.bounds, { animate: false });
   } catch (error) {
-    view.fail(error instanceof ApiError ? error.message : `This browser can't draw the map: ${error.message}`);
-    if (!(error instanceof ApiError)) console.warn(error);
+    if (!(error instanceof ApiError)) throw error;
+    view.fail(error.message, () => showGraph(app));
+  }
+}
+
+/** Draw a graph, or say why this browser can't; all but the map works then too. */
+function drawGraph({ session, view }, tiles) {
+  try {
+    view.show(tiles, session.get().theme);
+  } catch (error) {
+    view.fail("This browser can't draw the map: WebGL seems to be missing or switched off. Places can be typed, and all results are listed.");
+    console.warn(error);
   }
 }
 

@@ -1,6 +1,13 @@
 /** A frozen object that is replaced as a whole, and those who listen for changes of its fields. */
 
-const same = (a, b) => a === b || JSON.stringify(a) === JSON.stringify(b);
+/** Whether two values hold the same; what is the same object is not looked into, for answers are large. */
+function same(a, b) {
+  if (Object.is(a, b)) return true;
+  if (a === null || b === null || typeof a !== "object" || typeof b !== "object") return false;
+  if (a instanceof Error || b instanceof Error || Array.isArray(a) !== Array.isArray(b)) return false;
+  const keys = Object.keys(a);
+  return keys.length === Object.keys(b).length && keys.every((key) => Object.hasOwn(b, key) && same(a[key], b[key]));
+}
 
 /**
  * A store. `set(patch)` replaces fields and tells listeners of those that changed; `on(fields, listener)` calls

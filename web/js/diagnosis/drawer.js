@@ -2,7 +2,7 @@
 
 import { byId, el, fill, newId, svg } from "../dom.js";
 import { failure, working } from "../notices.js";
-import { areaPath, digitsOf, linear, linePath, niceDomain, ticksOf } from "../routes/scales.js";
+import { areaPath, digitsOf, linear, linePath, niceDomain, ticksOf } from "../chart/scales.js";
 import { energyText, number } from "../units.js";
 import { binAt, binsOf, CURVES } from "./timeline.js";
 

@@ -1,7 +1,7 @@
 /** Pictures of all drives: their errors before and after, and measured against modelled. */
 
 import { svg } from "../dom.js";
-import { digitsOf, linear, niceDomain, ticksOf } from "../routes/scales.js";
+import { digitsOf, linear, niceDomain, ticksOf } from "../chart/scales.js";
 import { energyText, number } from "../units.js";
 import { counted } from "./terms.js";
 

@@ -2,7 +2,7 @@
 
 import { byId, el, fill } from "../dom.js";
 import { extentOf } from "../map/view.js";
-import { quantile } from "../routes/scales.js";
+import { quantile } from "../chart/scales.js";
 import { number } from "../units.js";
 import { binsOf, positionsOf } from "./timeline.js";
 import { counted, intervalText, valueText } from "./terms.js";

@@ -5,6 +5,8 @@ import { icon } from "../icons.js";
 import { placeFromText, placeText } from "../units.js";
 import { MAX_VIA } from "./journey.js";
 
+const MARGIN_DEG = 0.02; // places near a map's edge may still be near a road of it
+
 /** The panel of places; it also sets the markers, and takes the clicks on the map. */
 export function placesPanel(app, element) {
   const { journey, view, session } = app;
@@ -15,6 +17,10 @@ export function placesPanel(app, element) {
     const { start, goal, tab } = journey.get();
     if (!start || tab === "range") return "start";
     return goal ? null : "goal";
+  };
+  const waitFor = (key) => {
+    waiting = key;
+    render();
   };
   const put = (key, place) => {
     waiting = null;
@@ -31,8 +37,7 @@ export function placesPanel(app, element) {
     render();
   };
   const pick = (key) => {
-    waiting = waiting === key ? null : key;
-    render();
+    waitFor(waiting === key ? null : key);
     if (waiting) app.say(`Click the map to set ${titleOf(key).toLowerCase()}, or press Escape.`);
   };
 
@@ -42,14 +47,13 @@ export function placesPanel(app, element) {
     if (key) put(key, place);
   });
   document.addEventListener("keydown", ({ key }) => {
-    if (key !== "Escape" || !waiting) return;
-    waiting = null;
-    render();
+    if (key === "Escape" && waiting) waitFor(null);
   });
 
   function render() {
     const { start, goal, via, tab } = journey.get();
     const route = tab === "route";
+    if (tab === "diagnosis" || (waiting && !route && waiting !== "start") || Number(waiting?.split("-")[1] ?? -1) >= via.length) waiting = null;
     const rows = [["start", start], ...(route ? [...via.map((place, i) => [`via-${i}`, place]), ["goal", goal]] : [])];
     const focus = focusedKey(element);
     fill(
@@ -63,24 +67,31 @@ export function placesPanel(app, element) {
           el(
             "div",
             { class: "row wrap places-actions" },
-            button([icon("plus"), "Via point"], () => addVia(), { disabled: !start || !goal || via.length >= MAX_VIA }),
-            button([icon("swap"), "Swap"], () => journey.set({ start: goal, goal: start, via: via.toReversed() }), { disabled: !start && !goal, title: "Swap start and goal" }),
-            button([icon("close"), "Clear"], () => journey.set({ start: null, goal: null, via: [] }), { disabled: !start && !goal }),
+            button([icon("plus"), "Via point"], addVia, { dataset: { key: "add-via" }, disabled: !start || !goal || via.length >= MAX_VIA }),
+            button([icon("swap"), "Swap"], () => journey.set({ start: goal, goal: start, via: via.toReversed() }), { dataset: { key: "swap" }, disabled: !start && !goal, title: "Swap start and goal" }),
+            button([icon("close"), "Clear"], () => journey.set({ start: null, goal: null, via: [] }), { dataset: { key: "clear" }, disabled: !start && !goal }),
           ),
       ),
     );
-    if (focus) element.querySelector(`[data-key="${focus}"]`)?.focus();
+    if (focus) focusOn(focus);
     showMarkers();
+    view.aim(waiting !== null);
     hint();
+  }
+
+  /** Give the focus back to what had it; to a field near it where that is gone or disabled. */
+  function focusOn(key) {
+    const [kind, i] = key.split("-");
+    const near = [key, kind, `via-${i}`, `via-${i - 1}`, "goal", "start"];
+    near.map((one) => element.querySelector(`[data-key="${one}"]:enabled`)).find(Boolean)?.focus();
   }
 
   function addVia() {
     const { start, goal, via } = journey.get();
     const before = via.at(-1) ?? start;
-    put(`via-${via.length}`, { lat: (before.lat + goal.lat) / 2, lon: (before.lon + goal.lon) / 2 });
+    put(`via-${via.length}`, middleOf(session.get().routes.answer, before, goal));
     app.say("A via point was added half-way; type its coordinates, drag it, or click the map for it.");
-    waiting = `via-${via.length}`;
-    render();
+    waitFor(`via-${via.length}`);
   }
 
   function row(key, place) {
@@ -141,20 +152,30 @@ export function placesPanel(app, element) {
     return journey.get().tab === "range" ? "Place" : "Start";
   }
 
-  journey.on(["start", "goal", "via", "tab", "graph"], render);
-  session.on(["tiles"], () => {
-    dropOutside(app);
-    render();
-  });
+  journey.on(["start", "goal", "via", "tab"], render);
+  session.on(["graphs"], () => dropOutside(app));
+  journey.on(["graph"], () => dropOutside(app));
   render();
+}
+
+/** The middle between two places: on the first route of an answer, or on a straight line where there is none. */
+function middleOf(answer, from, to) {
+  const line = answer?.routes[0].geometry.coordinates ?? [];
+  const apart = ([lon, lat]) => Math.hypot(lon - from.lon, lat - from.lat);
+  const nearest = line.reduce((best, position, i) => (apart(position) < apart(line[best]) ? i : best), 0);
+  const [lon, lat] = line[Math.floor((nearest + line.length) / 2)] ?? [(from.lon + to.lon) / 2, (from.lat + to.lat) / 2];
+  return { lat, lon };
 }
 
 /** Places on another map are of no use on this one. */
 function dropOutside({ journey, session, toast }) {
-  const { tiles } = session.get();
-  const { start, goal, via } = journey.get();
-  const [west, south, east, north] = tiles.bounds;
-  const inside = (place) => place && place.lon >= west && place.lon <= east && place.lat >= south && place.lat <= north;
+  const { graphs } = session.get();
+  const { graph, start, goal, via } = journey.get();
+  const known = graphs?.graphs.find(({ name }) => name === (graph ?? graphs.default));
+  if (!known) return;
+  const [west, south, east, north] = known.bbox;
+  const inside = (place) =>
+    place && place.lon > west - MARGIN_DEG && place.lon < east + MARGIN_DEG && place.lat > south - MARGIN_DEG && place.lat < north + MARGIN_DEG;
   const kept = { start: inside(start) ? start : null, goal: inside(goal) ? goal : null, via: via.filter(inside) };
   if ((start && !kept.start) || (goal && !kept.goal) || kept.via.length < via.length) {
     toast("Places outside of this map were removed.");

@@ -9,7 +9,8 @@ export function vehiclePanel({ journey, session }, element) {
   const graphs = select("Road network", (name) => journey.set({ graph: name === session.get().graphs.default ? null : name }));
   const vehicles = select("Vehicle", (id) => journey.set({ vehicle: id === session.get().vehicles.default ? null : id }));
   const note = el("p", { class: "small dim" });
-  const soc = slider("Charge now", (value) => journey.set({ soc: value, reserve: Math.min(journey.get().reserve, value) }));
+  let wished = journey.get().reserve; // what the reserve goes back to when the charge is above it again
+  const soc = slider("Charge now", (value) => journey.set({ soc: value, reserve: Math.min(wished, value) }));
   const reserve = slider("Reserve", (value) => journey.set({ reserve: Math.min(value, journey.get().soc) }));
   const learned = el("div", { hidden: true });
   fill(
@@ -71,6 +72,7 @@ export function vehiclePanel({ journey, session }, element) {
 
   function showCharge() {
     const { soc: charge, reserve: least } = journey.get();
+    if (least < charge) wished = least;
     soc.show(charge);
     reserve.show(least);
   }

@@ -1,6 +1,7 @@
 /** Markers of places: dragged with the pointer, or moved with the arrow keys. */
 
 import { el } from "../dom.js";
+import { placeNear } from "./nearest.js";
 
 const STEP_PX = 12;
 const ARROWS = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] };
@@ -30,25 +31,33 @@ export class MarkerSet {
   #place(one) {
     const position = [one.place.lon, one.place.lat];
     const known = this.shown.get(one.key);
-    if (known) {
-      known.onMove = one.onMove;
-      known.marker.setLngLat(position);
-      return;
-    }
     const moves = Boolean(one.onMove);
     const title = moves ? `${one.title}: drag it, or move it with the arrow keys` : one.title;
+    if (known) {
+      known.onMove = one.onMove;
+      known.marker.getElement().title = title;
+      known.marker.getElement().setAttribute("aria-label", title);
+      if (!known.dragged) known.marker.setLngLat(position); // an answer may come while it is dragged
+      return;
+    }
     const inner = el("div", { class: `marker ${one.kind}` }, el("span", {}, one.letter));
     const element = el("div", { title, "aria-label": title, role: moves ? "button" : "img", tabindex: moves ? "0" : null, dataset: { marker: one.key } }, inner);
     const marker = new this.maplibregl.Marker({ element, draggable: moves, anchor: one.kind === "furthest" ? "center" : "bottom", offset: one.kind === "furthest" ? [0, 0] : [0, -5] });
     marker.setLngLat(position).addTo(this.map);
     element.setAttribute("aria-label", title); // MapLibre puts its own in place
-    const entry = { marker, onMove: one.onMove };
+    const entry = { marker, onMove: one.onMove, dragged: false };
     this.shown.set(one.key, entry);
     const tell = () => {
       const { lat, lng } = marker.getLngLat();
       entry.onMove?.({ lat, lon: lng });
     };
-    marker.on("dragend", tell);
+    marker.on("dragstart", () => {
+      entry.dragged = true;
+    });
+    marker.on("dragend", () => {
+      entry.dragged = false;
+      entry.onMove?.(placeNear(this.map, this.map.project(marker.getLngLat())));
+    });
     element.addEventListener("click", (event) => event.stopPropagation());
     element.addEventListener("keydown", (event) => {
       const arrow = ARROWS[event.key];

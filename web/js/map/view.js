@@ -4,14 +4,19 @@ import { el } from "../dom.js";
 import { basemapStyle } from "./basemap.js";
 import { installGlyphs } from "./glyphs.js";
 import { MarkerSet } from "./markers.js";
+import { placeNear } from "./nearest.js";
 import { EMPTY, overlayLayers, OVERLAYS } from "./overlays.js";
 
 const FIT_PX = 60;
 const FIT_ZOOM = 15;
 const LEAST_ROOM_PX = 40; // below which a map is too low to show anything under its legend
 
-/** The whole address of a tile template, whose braces stay. */
-const addressOf = (path) => new URL(path, document.baseURI).href.replaceAll("%7B", "{").replaceAll("%7D", "}");
+/** The whole address of a tile template, whose braces stay; below the page's prefix also where a proxy hides that from the service. */
+function addressOf(path) {
+  const prefix = new URL(".", document.baseURI).pathname;
+  const below = path.startsWith("/") && !path.startsWith(prefix) ? prefix + path.slice(1) : path;
+  return new URL(below, document.baseURI).href.replaceAll("%7B", "{").replaceAll("%7D", "}");
+}
 
 export class MapView {
   /** @param {HTMLElement} container */
@@ -20,15 +25,16 @@ export class MapView {
     this.styleUrl = styleUrl;
     this.data = Object.fromEntries(OVERLAYS.map((name) => [name, EMPTY]));
     this.listeners = { click: [], pick: [], hover: [] };
-    this.graph = null;
+    this.error = null; // what stands in place of the map
     this.theme = "light";
     this.units = "km";
     this.wanted = { places: [], notes: [] };
+    this.aiming = false;
   }
 
   /** Draw a graph's ground for the first time or anew. Throws where the browser can't draw maps. */
   show(tiles, theme) {
-    this.graph = tiles;
+    this.error?.remove();
     this.theme = theme;
     const style = this.styleUrl ?? basemapStyle(tiles, theme, addressOf);
     if (!this.map) this.#begin(tiles);
@@ -74,14 +80,13 @@ export class MapView {
 
   #listen() {
     this.map.on("click", (event) => {
-      const hit = this.#hit(event.point);
-      const place = { lat: event.lngLat.lat, lon: event.lngLat.lng };
-      if (hit) for (const listener of this.listeners.pick) listener(hit, place);
-      else for (const listener of this.listeners.click) listener(place);
+      const hit = this.aiming ? null : this.#hit(event.point);
+      if (hit) for (const listener of this.listeners.pick) listener(hit, { lat: event.lngLat.lat, lon: event.lngLat.lng });
+      else for (const listener of this.listeners.click) listener(placeNear(this.map, event.point));
     });
     this.map.on("mousemove", (event) => {
       const hit = this.#hit(event.point);
-      this.map.getCanvas().style.cursor = hit ? "pointer" : "";
+      this.map.getCanvas().style.cursor = this.aiming ? "crosshair" : hit ? "pointer" : "";
       for (const listener of this.listeners.hover) listener(hit, { lat: event.lngLat.lat, lon: event.lngLat.lng });
     });
     this.map.on("mouseout", () => {
@@ -103,6 +108,11 @@ export class MapView {
    */
   on(event, listener) {
     this.listeners[event].push(listener);
+  }
+
+  /** While a place is aimed at, a click is for it also where something could be picked. */
+  aim(aiming) {
+    this.aiming = aiming;
   }
 
   /** Replace what one overlay shows. name: one of OVERLAYS. features: GeoJSON features. */
@@ -166,10 +176,12 @@ export class MapView {
     return this.map?.getBounds().contains([place.lon, place.lat]) ?? false;
   }
 
-  /** Say instead of the map why there is none. */
-  fail(message) {
+  /** Say instead of the map why there is none; again: what a button to try again does, null for no button. */
+  fail(message, again = null) {
     this.container.dataset.state = "failed";
-    this.container.after(el("div", { class: "map-error" }, el("p", {}, message)));
+    this.error?.remove();
+    this.error = el("div", { class: "map-error", role: "alert" }, el("p", {}, message), again && el("button", { type: "button", class: "button", on: { click: again } }, "Try again"));
+    this.container.after(this.error);
   }
 }
 

@@ -40,14 +40,10 @@ export function rangePanel(app, element) {
       session.set({ range: { status: "none", answer: null, error: null } });
     }
   };
-  journey.on([...ASKED_BY, "tab", "goal"], (_, changed) => {
-    const { tab, goal } = journey.get();
-    const only = [...changed].every((field) => field === "goal" || field === "tab");
-    if (only && tab === "range" && session.get().range.status === "done" && !changed.has("tab") && goal) return;
-    renew();
-  });
+  journey.on([...ASKED_BY, "tab", "goal"], renew);
   session.on(["range", "theme"], show);
   journey.on(["units"], show);
+  show();
   renew();
 
   /** In the tab of routes it is always the area that can be reached from the start. */
@@ -66,13 +62,12 @@ export function rangePanel(app, element) {
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       session.set({ range: { status: "failed", answer: null, error } });
-      app.say(error.message);
     }
   }
 
   function announce(answer) {
     const [outer] = bandsOf(answer);
-    app.say(`${EXPLAINED[asked().rangeMode]}: ${app.units().areaText(outer.area_km2)} with at least ${percentText(outer.soc_left)} left.`);
+    app.say(`${EXPLAINED[modeOf(answer)]}: ${app.units().areaText(outer.area_km2)} with at least ${percentText(outer.soc_left)} left.`);
   }
 
   function show() {
@@ -95,7 +90,7 @@ export function rangePanel(app, element) {
     const rows = bandsOf(answer);
     const units = app.units();
     return [
-      el("p", { class: "small dim" }, EXPLAINED[asked().rangeMode], "."),
+      el("p", { class: "small dim" }, EXPLAINED[modeOf(answer)], "."),
       el(
         "table",
         {},
@@ -135,6 +130,7 @@ export function rangePanel(app, element) {
   }
 }
 
+const modeOf = ({ request }) => RANGE_MODES.find((mode) => request[mode]) ?? "from";
 const swatch = (band, i, rows, theme) => el("span", { class: "swatch", style: { "background-color": bandColour(band, rows, theme) } });
 const positionsOf = (answer) => answer.features.filter(({ geometry }) => geometry.type === "MultiPolygon").flatMap(({ geometry }) => geometry.coordinates.flatMap(([shell]) => shell));
 

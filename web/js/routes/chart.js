@@ -1,17 +1,17 @@
 /** The chart along the way: lanes over one axis of distance, with a cursor that can be moved by pointer and keys. */
 
 import { el, fill, svg } from "../dom.js";
+import { remember, remembered } from "../remembered.js";
 import { number } from "../units.js";
 import { LANES, lanesFor, readingOf } from "./lanes.js";
 import { valuesAt } from "./profile.js";
-import { digitsOf, linear, ticksOf } from "./scales.js";
+import { digitsOf, linear, ticksOf } from "../chart/scales.js";
 
 const LEFT_PX = 44;
 const RIGHT_PX = 14;
 const TITLE_PX = 15;
 const AXIS_PX = 18;
 const GAP_PX = 5;
-const OPEN_KEY = "joulepath.chart";
 const STEPS = { ArrowRight: 0.01, ArrowUp: 0.01, ArrowLeft: -0.01, ArrowDown: -0.01, PageUp: 0.1, PageDown: -0.1 };
 
 /**
@@ -40,7 +40,7 @@ export function createChart(moved) {
   plot.addEventListener("blur", () => move(null));
   plot.addEventListener("keydown", press);
   new ResizeObserver(() => draw()).observe(plot);
-  setOpen(localStorage.getItem(OPEN_KEY) !== "closed");
+  setOpen(remembered("chart") !== "closed");
 
   function setOpen(open) {
     plot.hidden = !open;
@@ -48,7 +48,7 @@ export function createChart(moved) {
     curves.hidden = !open;
     opener.textContent = open ? "Hide chart" : "Show chart";
     opener.setAttribute("aria-expanded", String(open));
-    localStorage.setItem(OPEN_KEY, open ? "open" : "closed");
+    remember("chart", open ? "open" : "closed");
     draw();
   }
 
@@ -117,7 +117,7 @@ export function createChart(moved) {
     const x = linear([0, profile.length_m], [LEFT_PX, width - RIGHT_PX]);
     const lanes = placed(height).map(([lane, top, bottom]) => {
       const domain = lane.domain(profile, data);
-      return { lane, top, bottom, y: linear(domain, [bottom, top]), ticks: ticksOf(domain, Math.max(2, (bottom - top) / 17)) };
+      return { lane, top, bottom, y: linear(domain, [bottom, top]), ticks: ticksOf(domain, Math.max(1, (bottom - top) / 17)) };
     });
     const bottom = height - AXIS_PX;
     drawn = { x, lanes, bottom };

@@ -1,5 +1,6 @@
 /** Colours of the line by charge or by consumption, in classes that differ in lightness. */
 
+import { niceStep } from "../chart/scales.js";
 import { meansOf } from "./profile.js";
 
 /** viridis (CC0), from little to much charge. */
@@ -16,13 +17,6 @@ export const BEYOND = { light: "#8a9293", dark: "#9aa5a6" };
 
 const SHORTEST_PIECE_M = 250; // shorter ones are specks on the map
 const PIECES_PER_ROUTE = 120;
-const NICE = [1, 2, 2.5, 5, 10];
-
-/** The smallest of 1, 2, 2.5, 5 times a power of ten that is not below a value above 0. */
-export function niceStep(least) {
-  const power = 10 ** Math.floor(Math.log10(least));
-  return NICE.find((one) => one * power >= least * (1 - 1e-9)) * power;
-}
 
 /** A scale of classes: colours, and the bounds between them in ascending order, one less. */
 const scaleOf = (bounds, colours) => ({ bounds, colours, classOf: (value) => bounds.filter((bound) => value >= bound).length });

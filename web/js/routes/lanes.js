@@ -1,7 +1,7 @@
 /** What the chart can show along the way, each curve in a lane of its own. */
 
 import { number, percentText } from "../units.js";
-import { areaPath, bandPath, linePath, niceDomain, quantile, stepsOf } from "./scales.js";
+import { areaPath, bandPath, linePath, niceDomain, quantile, stepsOf } from "../chart/scales.js";
 
 const byEnds = (profile, x) => Array.from(profile.ends_m, x);
 const bySteps = (steps, x, y, field) => stepsOf(steps.map((step) => ({ from: x(step.from_m), to: x(step.to_m), y: y(step[field]) })));

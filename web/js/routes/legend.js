@@ -4,7 +4,7 @@ import { byId, el, fill, newId } from "../dom.js";
 import { COLOURINGS } from "../journey/journey.js";
 import { number } from "../units.js";
 import { NAMES } from "./compare.js";
-import { digitsOf } from "./scales.js";
+import { digitsOf } from "../chart/scales.js";
 
 const OF = "routes";
 const TITLES = { soc: "Charge", consumption: "Consumption", plain: "Route" };

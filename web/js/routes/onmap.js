@@ -50,15 +50,16 @@ export function createRoutesOnMap({ journey, session, view, units }, told) {
   const showStretch = (index) => view.fit(extentOf(stretchLine(looked.profile, looked.route.hot_links[index])));
   const showAll = () => view.fit(extentOfAll(looked.answer));
 
-  /** Show all routes where start, goal or map are others than before and something lies out of view. */
+  /** Show all routes where start, goal or map are others than before and something lies out of view; whether they are. */
   function fitWhereNew() {
-    const { start, goal, graph } = journey.get();
+    const { start, goal, graph } = looked.answer.request;
     const wanted = JSON.stringify([start, goal, graph]);
-    if (fitted === wanted) return;
+    if (fitted === wanted) return false;
     const [west, south, east, north] = extentOfAll(looked.answer);
     const inView = [[south, west], [south, east], [north, west], [north, east]].every(([lat, lon]) => view.shows({ lat, lon }));
     if (fitted === null || !inView) showAll();
     fitted = wanted;
+    return true;
   }
 
   /** Show all routes where nothing of the one that is looked at can be seen. */

@@ -20,6 +20,7 @@ const ASKED_BY = ["start", "goal", "via", "soc", "reserve", "vehicle", "graph", 
 const NONE = { status: "none", answer: null, error: null };
 const OF = "routes";
 const PHONE = matchMedia("(max-width: 760px)");
+const CALM = matchMedia("(prefers-reduced-motion: reduce)");
 
 export function routesPanel(app, element) {
   const { journey, session } = app;
@@ -38,6 +39,7 @@ export function routesPanel(app, element) {
   journey.on([...ASKED_BY, "tab"], renew);
   journey.on(["start", "goal", "tab"], showStatus);
   session.on(["routes"], show);
+  session.on(["range"], showStatus);
   renew();
   show();
 
@@ -61,13 +63,16 @@ export function routesPanel(app, element) {
 
   function showStatus() {
     const { status: state, answer, error } = session.get().routes;
+    const { range } = session.get();
     element.setAttribute("aria-busy", String(state === "loading"));
     fill(
       status,
       state === "loading" && !answer && working("Searching routes …"),
       state === "failed" && [failure(plainly(error), () => asking.ask()), wayOut(error)],
       state === "none" && journey.get().tab === "route" && el("p", { class: "dim" }, missingText(journey.get())),
+      state === "none" && range.status === "failed" && [failure(plainly(range.error)), wayOut(range.error)],
     );
+    if (status.querySelector(".notice")) scrollTo(status);
   }
 
   /** The service lists all vehicles that it knows, which is too much to read. */
@@ -129,9 +134,10 @@ function createResults(app) {
     redraw();
     if (!looked) return;
     cards.select(looked.route.name);
-    onMap.fitWhereNew();
+    const isNew = onMap.fitWhereNew();
     showNotice();
     showBelow();
+    if (isNew) scrollTo(cards.element);
   }
 
   function showNotice() {
@@ -236,6 +242,12 @@ function createResults(app) {
   }
 
   return { element, show };
+}
+
+/** On a phone, answers lie below all inputs, where nobody who taps the map would see them. */
+function scrollTo(element) {
+  if (!PHONE.matches || !navigator.userActivation?.hasBeenActive || byId("panel").contains(document.activeElement)) return;
+  element.scrollIntoView({ block: "end", behavior: CALM.matches ? "auto" : "smooth" });
 }
 
 const button = (click, ...content) => el("button", { type: "button", class: "button", on: { click } }, content);

@@ -1,6 +1,12 @@
-/** Scales, ticks and path texts of the chart. */
+/** Scales, ticks and path texts of charts. */
 
-import { niceStep } from "./colours.js";
+const NICE = [1, 2, 2.5, 5, 10];
+
+/** The smallest of 1, 2, 2.5, 5 times a power of ten that is not below a value above 0. */
+export function niceStep(least) {
+  const power = 10 ** Math.floor(Math.log10(least));
+  return NICE.find((one) => one * power >= least * (1 - 1e-9)) * power;
+}
 
 /** A straight scale from a domain to pixels. */
 export function linear([from, to], [start, end]) {
