@@ -50,7 +50,6 @@ JSON_HEADER = {"Content-Type": "application/json"}
         ({"conditions": {"wind_speed_mps": -1}}, "conditions.wind_speed_mps", -1, "at least 0"),
         ({"conditions": {"cabin_start_c": 5}}, "conditions.cabin_start_c", 5, "only together with ambient_c"),
         ({"effects": {"heating_cop": 0}}, "effects.heating_cop", 0, "at least 0.5"),
-        ({"via": []}, "via", [], "no field of this name"),
         ({"alternatives": ["best"]}, "alternatives[0]", "best", "'eco', 'fastest' or 'balanced'"),
         ({"alternatives": ["eco", "eco"]}, "alternatives", ["eco", "eco"], "each at most once"),
         ({"weights": {"energy": -1}}, "weights.energy", -1, "at least 0"),

@@ -109,6 +109,19 @@ def test_text_that_is_no_place_is_refused_beside_the_field(page: MapPage):
     expect(box).to_have_value("43.87200, -36.43300")
 
 
+def test_what_is_being_typed_stays_while_another_place_is_set_and_goes_with_clear(page: MapPage, served: Served):
+    goal = page.place_box("Goal")
+    goal.press_sequentially("43.69")
+    with page.asking("/range"):
+        click_map(page, pixel_of(page, served, START))
+    expect(goal).to_have_value("43.69")
+    expect(goal).to_have_attribute("aria-invalid", "true")
+    expect(page.page.get_by_text(REFUSED["somewhere"])).to_be_visible()
+    page.page.get_by_role("button", name="Clear").click()
+    expect(goal).to_have_value("")
+    expect(page.place_box("Start")).to_have_value("")
+
+
 def test_dragged_marker_takes_its_place_along(visit: Visit):
     page = visit(IN_TOWN)
     x, y = tip_of(page.marker("Start"))

@@ -56,6 +56,7 @@ export function placesPanel(app, element) {
     if (tab === "diagnosis" || (waiting && !route && waiting !== "start") || Number(waiting?.split("-")[1] ?? -1) >= via.length) waiting = null;
     const rows = [["start", start], ...(route ? [...via.map((place, i) => [`via-${i}`, place]), ["goal", goal]] : [])];
     const focus = focusedKey(element);
+    const drafts = draftsIn(element);
     fill(
       element,
       el(
@@ -68,15 +69,23 @@ export function placesPanel(app, element) {
             "div",
             { class: "row wrap places-actions" },
             button([icon("plus"), "Via point"], addVia, { dataset: { key: "add-via" }, disabled: !start || !goal || via.length >= MAX_VIA }),
-            button([icon("swap"), "Swap"], () => journey.set({ start: goal, goal: start, via: via.toReversed() }), { dataset: { key: "swap" }, disabled: !start && !goal, title: "Swap start and goal" }),
-            button([icon("close"), "Clear"], () => journey.set({ start: null, goal: null, via: [] }), { dataset: { key: "clear" }, disabled: !start && !goal }),
+            button([icon("swap"), "Swap"], () => replace({ start: goal, goal: start, via: via.toReversed() }), { dataset: { key: "swap" }, disabled: !start && !goal, title: "Swap start and goal" }),
+            button([icon("close"), "Clear"], () => replace({ start: null, goal: null, via: [] }), { dataset: { key: "clear" }, disabled: !start && !goal }),
           ),
       ),
     );
     if (focus) focusOn(focus);
+    for (const draft of drafts) keepDraft(element, draft);
     showMarkers();
     view.aim(waiting !== null);
     hint();
+  }
+
+  /** Other places instead of all that are shown or being typed. */
+  function replace(places) {
+    for (const input of element.querySelectorAll("input")) input.value = input.dataset.shown;
+    journey.set(places);
+    render();
   }
 
   /** Give the focus back to what had it; to a field near it where that is gone or disabled. */
@@ -98,19 +107,12 @@ export function placesPanel(app, element) {
     const id = newId("place");
     const title = titleOf(key);
     const message = el("div", { class: "message unseen", id: `${id}-message`, role: "status" });
-    const commit = () => {
-      const { place: typed, error } = placeFromText(input.value);
-      input.setAttribute("aria-invalid", String(Boolean(error)));
-      message.textContent = error;
-      message.className = error ? "message" : "message unseen";
-      if (!error) put(key, typed);
-    };
     const input = el("input", {
       type: "text", id, value: placeText(place), placeholder: "latitude, longitude", autocomplete: "off", spellcheck: "false",
-      inputmode: "text", "aria-describedby": `${id}-message`, dataset: { key },
+      inputmode: "text", "aria-describedby": `${id}-message`, dataset: { key, shown: placeText(place) },
       on: {
-        change: () => setTimeout(commit), // after the focus has gone on, which a new row would catch
-        keydown: (event) => event.key === "Enter" && commit(),
+        change: () => setTimeout(() => take(key)), // after the focus has gone on, which a new row would catch
+        keydown: (event) => event.key === "Enter" && take(key),
       },
     });
     const kind = key.split("-")[0];
@@ -122,6 +124,15 @@ export function placesPanel(app, element) {
       el("button", { type: "button", class: "icon-button", "aria-pressed": String(waiting === key), "aria-label": `Set ${title.toLowerCase()} on the map`, title: "Set on the map", dataset: { key: `${key}-aim` }, on: { click: () => pick(key) } }, icon("aim")),
       el("button", { type: "button", class: "icon-button", "aria-label": `Remove ${title.toLowerCase()}`, title: "Remove", dataset: { key: `${key}-remove` }, disabled: !place, on: { click: () => put(key, null) } }, icon("close")),
     );
+  }
+
+  /** Take over what was typed for a place, or say beside it what is wrong. */
+  function take(key) {
+    const input = element.querySelector(`input[data-key="${key}"]`);
+    if (!input) return; // its row has gone meanwhile
+    const { place, error } = placeFromText(input.value);
+    showError(input, error);
+    if (!error && input.value !== input.dataset.shown) put(key, place);
   }
 
   function showMarkers() {
@@ -156,6 +167,35 @@ export function placesPanel(app, element) {
   session.on(["graphs"], () => dropOutside(app));
   journey.on(["graph"], () => dropOutside(app));
   render();
+}
+
+/** What is being typed, or can't be read, in the fields of places. */
+function draftsIn(element) {
+  return [...element.querySelectorAll("input")]
+    .filter(({ value, dataset }) => value !== dataset.shown)
+    .map((input) => ({
+      key: input.dataset.key, shown: input.dataset.shown, value: input.value, selection: [input.selectionStart, input.selectionEnd],
+      error: messageOf(input).textContent,
+    }));
+}
+
+/** Leave a draft in its field, unless its place has become another one meanwhile. */
+function keepDraft(element, { key, shown, value, selection, error }) {
+  const input = element.querySelector(`input[data-key="${key}"]`);
+  if (!input || input.dataset.shown !== shown) return;
+  input.value = value;
+  if (document.activeElement === input) input.setSelectionRange(...selection);
+  showError(input, error);
+}
+
+const messageOf = (input) => document.getElementById(input.getAttribute("aria-describedby"));
+
+/** Say beside a field what is wrong with it, empty for nothing. */
+function showError(input, error) {
+  input.setAttribute("aria-invalid", String(Boolean(error)));
+  const message = messageOf(input);
+  message.textContent = error;
+  message.className = error ? "message" : "message unseen";
 }
 
 /** The middle between two places: on the first route of an answer, or on a straight line where there is none. */
