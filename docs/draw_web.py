@@ -21,7 +21,6 @@ PICTURES: Final = {
     "web-route.png": f"?{JOURNEY}",
     "web-range.png": "?tab=range&start=43.872,-36.433&soc=50",
 }
-COLOURS: Final = 256  # enough for a map, a quarter of the size
 SETTLE_MS: Final = 1500  # after the answer is there: the map moves to it and fetches its tiles
 
 
@@ -34,7 +33,7 @@ def draw() -> None:
             page.goto(f"{url}/{query}")
             _settle(page)
             with Image.open(io.BytesIO(page.screenshot())) as taken:
-                taken.convert("RGB").quantize(COLOURS, Image.Quantize.MAXCOVERAGE).save(IMAGES / name, optimize=True)
+                taken.convert("RGB").save(IMAGES / name, optimize=True)
             context.close()
 
 
