@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import json
 from typing import Annotated, Any
@@ -90,6 +91,9 @@ def serve(
     graphs_line = f"graphs: {', '.join(service.atlas.names)}; {len(service.vehicles)} bundled vehicles"
     console.print(f"{graphs_line}, others in {service.database.shown_url}", markup=False, highlight=False)
     application = create_app(settings, service)
+    # what is loaded stays: full collections, which areas with their many points set off, need not look at it again
+    gc.collect()
+    gc.freeze()
     uvicorn.run(application, host=host or settings.host, port=settings.port if port is None else port)
 
 

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, cast
 
 import numpy as np
 import shapely
 from contourpy import FillType, contour_generator
-from scipy.ndimage import distance_transform_edt
-from shapely.geometry.polygon import orient
 
 from routing.graph import E7, EARTH_RADIUS_M
+from routing.kernels_area import Energies, Grid, Roads, inside_depth, put_roads, widen_extent
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,10 +23,13 @@ if TYPE_CHECKING:
 
 METRE_PER_DEGREE: Final = EARTH_RADIUS_M * np.pi / 180.0
 GRID_CELLS: Final = 800  # along the longer side, at most; half as many at least where cells are not at their least
-LEAST_CELL_M: Final = 20.0
+LEAST_CELL_M: Final = 10.0
 OFF_ROAD_CELLS: Final = 3.0  # the area reaches this far off a road,
 OFF_ROAD_M: Final = 400.0  # at least and at most these two
-COORDINATE_DECIMALS: Final = 6  # 0.1 m
+SPACING_M: Final = (30.0, 60.0)  # of the places on a road whose energy is looked at: a cell, within these
+CUTS: Final = 16  # a boundary crosses an edge of the grid at an odd multiple of this part of it
+LEAST_DEPTH: Final = 0.1  # cells; of a grid node within an area, and off it
+HOME_DEPTH: Final = 0.5  # cells; of the origin, at least
 
 
 @dataclass(frozen=True, slots=True)
@@ -83,173 +84,209 @@ def reachable_areas(
     The boundary runs half-way between reachable and unreachable roads, and at most OFF_ROAD_M off a road. Polygons
     are valid, right-handed (RFC 7946), contain the origin and nest where the roads in reach do, since all are drawn on
     one grid. More charge covers what less does, but for a cell at the boundary where the grid becomes coarser.
-    Lon/lat [deg].
+    Lon/lat [deg], whole multiples of 1e-7.
     """
-    samples = {id(reached): _road_samples(graph, reached) for reached, _ in cases}
-    lonlat = next(iter(samples.values()))[0]
-    inside = [samples[id(reached)][1] <= budget for reached, budget in cases]
-    frame = _Frame.around(origin, lonlat[np.logical_or.reduce(inside)])
-    cell, offset = frame.cells_of(lonlat)
-    seen = np.all((cell >= 0) & (cell < frame.shape), axis=1)
-    cell, offset = cell[seen], offset[seen]
-    node_lonlat = np.column_stack((graph.node_lon_deg, graph.node_lat_deg))
-    areas: list[ReachableArea] = []
-    spot = frame.spot(origin)  # in every band, so that they stay nested
-    for (reached, budget), within in zip(cases, inside, strict=True):
-        shape = _rounded(frame.polygons(_field(frame, cell, offset, within[seen])).union(spot))
-        reachable = reached.node_energy_j <= budget
-        shapely.prepare(shape)
-        covered = shapely.contains_xy(shape, node_lonlat[:, 0], node_lonlat[:, 1])
-        areas.append(
-            ReachableArea(
-                area=shape,
-                area_m2=_area_m2(shape),
-                node_count=int(reachable.sum()),
-                false_in_frac=float((covered & ~reachable).sum() / max(covered.sum(), 1)),
-                false_out_frac=float((reachable & ~covered).sum() / max(reachable.sum(), 1)),
-            )
-        )
-    return tuple(areas)
-
-
-def _road_samples(graph: RoadGraph, reached: RoadEnergies) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Places on roads (S, 2) lon/lat [deg] and the least energy that they take (S,) [J], inf where out of reach.
-
-    Nodes are exact; between them the energy is taken as linear, up to where the link can be driven at all.
-    """
-    spacing_m = 60.0
-    forward = np.flatnonzero((graph.reverse_idx < 0) | (np.arange(graph.link_count) < graph.reverse_idx))
-    count = np.floor(graph.length_m[forward] / spacing_m).astype(np.int64)
-    road = np.repeat(forward, count)
-    number = np.arange(road.size) - np.repeat(np.cumsum(count) - count, count)
-    share = (number + 1.0) / (np.repeat(count, count) + 1.0)
-    lon, lat = graph.geometry_lon_e7 / E7, graph.geometry_lat_e7 / E7
-    shrink = np.cos(np.radians(lat.mean()))
-    along = np.concatenate(([0.0], np.cumsum(np.hypot(np.diff(lon) * shrink, np.diff(lat)))))
-    begin, end = along[graph.geometry_first[road]], along[graph.geometry_first[road + 1] - 1]
-    at = begin + share * (end - begin)
-    energy = _energy_along(graph, reached, road, share)
-    reverse = graph.reverse_idx[road]
-    both = reverse >= 0
-    energy[both] = np.minimum(
-        energy[both], _energy_along(graph, reached, reverse[both].astype(np.int64), 1.0 - share[both])
+    roads = _roads(graph)
+    energies = {id(reached): _energies(reached) for reached, _ in cases}
+    frame = _Frame.around(origin, _extent_e7(roads, energies, cases, origin))
+    cells = {key: frame.cell_energies(roads, found) for key, found in energies.items()}
+    return tuple(
+        _area_of(graph, frame, frame.window(cells[id(reached)], budget), reached, budget) for reached, budget in cases
     )
-    lonlat = np.column_stack((np.interp(at, along, lon), np.interp(at, along, lat)))
-    nodes = np.column_stack((graph.node_lon_deg, graph.node_lat_deg))
-    return np.concatenate((nodes, lonlat)), np.concatenate((reached.node_energy_j, energy))
 
 
-def _energy_along(
-    graph: RoadGraph, reached: RoadEnergies, link: NDArray[np.int64], share: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Least energy at a share of a link's length [J], inf off the stretch for which the charge suffices."""
-    begin_m, end_m, length_m = reached.from_m[link], reached.to_m[link], graph.length_m[link]
-    tail, head = reached.tail_energy_j[link], reached.head_energy_j[link]
-    # where the stretch ends within the link, all that there is is taken
-    begin = np.where(begin_m > 0.0, reached.most_energy_j, tail)
-    end = np.where(end_m < length_m, reached.most_energy_j, head)
-    at_m = share * length_m
-    with np.errstate(invalid="ignore", divide="ignore"):
-        energy = begin + (at_m - begin_m) / (end_m - begin_m) * (end - begin)
-    # a start on the link itself may leave one end of it out of reach
-    energy = np.where(np.isfinite(energy), energy, np.where(np.isfinite(begin), begin, end))
-    return np.where((at_m >= begin_m) & (at_m <= end_m), energy, np.inf)
+def _area_of(graph: RoadGraph, frame: _Frame, window: _Window, reached: RoadEnergies, budget_j: float) -> ReachableArea:
+    shape = frame.polygons(window)
+    reachable = reached.node_energy_j <= budget_j
+    covered = _covered(graph, frame, window, shape)
+    return ReachableArea(
+        area=shape,
+        area_m2=_area_m2(shape),
+        node_count=int(reachable.sum()),
+        false_in_frac=float((covered & ~reachable).sum() / max(covered.sum(), 1)),
+        false_out_frac=float((reachable & ~covered).sum() / max(reachable.sum(), 1)),
+    )
+
+
+def _covered(graph: RoadGraph, frame: _Frame, window: _Window, shape: shapely.MultiPolygon) -> NDArray[np.bool_]:
+    """Which nodes lie in a band's polygons, bool (N,).
+
+    A node amid four grid nodes of one side lies on that side; the polygons are asked about the others.
+    """
+    column, row = frame.places(graph.node_lon_deg, graph.node_lat_deg)
+    column, row = column - window.column, row - window.row
+    rows, columns = window.depth.shape
+    seen = np.flatnonzero((column >= 0) & (row >= 0) & (column < columns - 1) & (row < rows - 1))
+    at = row[seen].astype(np.int64) * columns + column[seen].astype(np.int64)
+    inside = (window.depth > 0.0).ravel()
+    corners = inside[at].astype(np.int8) + inside[at + 1] + inside[at + columns] + inside[at + columns + 1]
+    covered = np.zeros(graph.node_count, bool)
+    covered[seen] = corners == 4
+    asked = seen[(corners > 0) & (corners < 4)]
+    shapely.prepare(shape)
+    covered[asked] = shapely.contains_xy(shape, graph.node_lon_deg[asked], graph.node_lat_deg[asked])
+    return covered
+
+
+def _roads(graph: RoadGraph) -> Roads:
+    return Roads(
+        graph.node_lon_deg,
+        graph.node_lat_deg,
+        graph.length_m,
+        graph.reverse_idx,
+        graph.geometry_first,
+        graph.geometry_lon_e7,
+        graph.geometry_lat_e7,
+    )
+
+
+def _energies(reached: RoadEnergies) -> Energies:
+    return Energies(
+        reached.node_energy_j,
+        reached.tail_energy_j,
+        reached.head_energy_j,
+        reached.from_m,
+        reached.to_m,
+        reached.most_energy_j,
+    )
+
+
+def _extent_e7(
+    roads: Roads, energies: dict[int, Energies], cases: Sequence[tuple[RoadEnergies, float]], origin: Point
+) -> NDArray[np.int64]:
+    """West, south, east, north of the origin and all links in reach of the largest budgets, int64 (4,) [1e-7 deg]."""
+    home = np.rint(np.array((origin.lon_deg, origin.lat_deg)) * E7).astype(np.int64)
+    extent = np.concatenate((home, home))
+    per_lat = 1.2 * E7 / METRE_PER_DEGREE  # with room for lengths that are measured otherwise
+    per_m = (per_lat / float(np.cos(np.radians(min(abs(origin.lat_deg) + 5.0, 89.0)))), per_lat)
+    for key, found in energies.items():
+        widen_extent(roads, found, max(budget for reached, budget in cases if id(reached) == key), per_m, extent)
+    return extent
+
+
+@dataclass(frozen=True, slots=True)
+class _Window:
+    """A part of the grid, from a row and column on: how deep its nodes lie within a band, (rows, columns) [cells]."""
+
+    row: int
+    column: int
+    depth: NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class _Frame:
-    """A regular grid over the reachable part of the map; west, south is the centre of cell (0, 0).
+    """A regular grid over the reachable part of the map.
 
-    The origin of the range is the centre of a cell, and cells are as large as a step of a ladder says: whatever the
-    charge, places fall into the same cells, or else an area would jump to and fro as the charge grows.
+    The origin of the range is a node of the grid, and its cells are as large as a step of a ladder says: whatever the
+    charge, places fall into the same cells, or else an area would jump to and fro as the charge grows. Its nodes are
+    whole multiples of CUTS · 1e-7 deg apart: so are the places where a boundary crosses a line of the grid.
     """
 
-    west_deg: float
-    south_deg: float
-    step_lon_deg: float
-    step_lat_deg: float
-    cell_m: float
-    shape: tuple[int, int]  # columns, rows
+    grid: Grid
+    home: tuple[int, int]  # row and column of the origin
+    shape: tuple[int, int]  # rows, columns
 
     @classmethod
-    def around(cls, origin: Point, lonlat: NDArray[np.float64]) -> _Frame:
-        home = np.array((origin.lon_deg, origin.lat_deg))
-        per_deg = METRE_PER_DEGREE * np.array((np.cos(np.radians(origin.lat_deg)), 1.0))
-        places = np.vstack((home, lonlat))
-        low_m, high_m = (places.min(axis=0) - home) * per_deg, (places.max(axis=0) - home) * per_deg
-        size_m = float((high_m - low_m).max())
-        cell = LEAST_CELL_M * 2.0 ** max(0, int(np.ceil(np.log2(max(size_m, 1.0) / (GRID_CELLS * LEAST_CELL_M)))))
-        # a road out of reach farther off than twice the rim of the area is nowhere in it the nearer one
-        rim = int(np.ceil(2.0 * _off_road_m(cell) / cell)) + 2
-        before = np.ceil(-low_m / cell).astype(np.int64) + rim
-        after = np.ceil(high_m / cell).astype(np.int64) + rim
-        west, south = (home - before * cell / per_deg).tolist()
-        step_lon, step_lat = (cell / per_deg).tolist()
+    def around(cls, origin: Point, extent_e7: NDArray[np.int64]) -> _Frame:
+        home_e7 = np.rint(np.array((origin.lon_deg, origin.lat_deg)) * E7).astype(np.int64)
+        per_e7 = METRE_PER_DEGREE / E7 * np.array((np.cos(np.radians(origin.lat_deg)), 1.0))
+        size_m = float(((extent_e7[2:] - extent_e7[:2]) * per_e7).max())
+        cell_m = LEAST_CELL_M * 2.0 ** max(0, int(np.ceil(np.log2(max(size_m, 1.0) / (GRID_CELLS * LEAST_CELL_M)))))
+        step: NDArray[np.int64] = CUTS * np.rint(cell_m / per_e7 / CUTS).astype(np.int64)
+        step_lon, step_lat = step.tolist()
+        rim = _rim_cells(cell_m)
+        before = -((extent_e7[:2] - home_e7) // step) + rim
+        after = -((home_e7 - extent_e7[2:]) // step) + rim
+        west, south = (home_e7 - before * step).tolist()
         columns, rows = (before + after + 1).tolist()
-        return cls(west, south, step_lon, step_lat, cell, (columns, rows))
+        return cls(Grid(west, south, step_lon, step_lat, cell_m), (int(before[1]), int(before[0])), (rows, columns))
 
-    def cells_of(self, lonlat: NDArray[np.float64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Column and row (S, 2) of places, and their distance to the cell's centre (S,) in cells."""
-        place = (lonlat - (self.west_deg, self.south_deg)) / (self.step_lon_deg, self.step_lat_deg)
-        cell = np.rint(place)
-        return cell.astype(np.int64), np.hypot(*(place - cell).T)
+    def places(
+        self, lon_deg: NDArray[np.float64], lat_deg: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Columns and rows of the grid node south-west of places, as floating-point numbers."""
+        grid = self.grid
+        column = np.floor((lon_deg * E7 - grid.west_e7) / grid.step_lon_e7)
+        row = np.floor((lat_deg * E7 - grid.south_e7) / grid.step_lat_e7)
+        return column, row
 
-    def spot(self, place: Point) -> shapely.Polygon:
-        """A small polygon around a place, half a cell wide."""
-        angle = np.arange(12) * np.pi / 6.0
-        ring = np.column_stack((np.cos(angle) * self.step_lon_deg, np.sin(angle) * self.step_lat_deg)) * 0.5
-        return shapely.Polygon(np.add(ring, (place.lon_deg, place.lat_deg)))
+    def cell_energies(self, roads: Roads, energies: Energies) -> NDArray[np.float64]:
+        """Energy of the road that speaks for each grid node, (rows, columns) [J]; NaN: no road, inf: out of reach."""
+        cells = np.full(self.shape, np.nan)
+        offset = np.full(self.shape, np.inf, np.float32)
+        spacing_m = float(np.clip(self.grid.cell_m, *SPACING_M))
+        put_roads(roads, energies, self.grid, spacing_m, cells, offset)
+        return cells
 
-    def polygons(self, field: NDArray[np.float64]) -> shapely.MultiPolygon:
-        """Where a field (rows, columns) is above zero."""
-        contours = contour_generator(z=field, fill_type=FillType.OuterOffset).filled(0.0, np.inf)
-        scale, corner = (self.step_lon_deg, self.step_lat_deg), (self.west_deg, self.south_deg)
-        polygons = []
-        for points, offsets in zip(*contours, strict=True):
-            rings = [points[a:b] * scale + corner for a, b in pairwise(offsets)]
-            polygons.append(shapely.Polygon(rings[0], rings[1:]))
-        return _multi(shapely.make_valid(shapely.MultiPolygon(polygons), method="structure"))
+    def window(self, cell_energy_j: NDArray[np.float64], budget_j: float) -> _Window:
+        """The part of the grid that the area of a budget lies in."""
+        rim = _rim_cells(self.grid.cell_m)
+        reach = cell_energy_j <= budget_j
+        reach[self.home] = True
+        rows, columns = np.flatnonzero(reach.any(axis=1)), np.flatnonzero(reach.any(axis=0))
+        top, left = max(int(rows[0]) - rim, 0), max(int(columns[0]) - rim, 0)
+        part = cell_energy_j[top : int(rows[-1]) + rim + 1, left : int(columns[-1]) + rim + 1]
+        off_road = _off_road_m(self.grid.cell_m) / self.grid.cell_m
+        depth = inside_depth(np.ascontiguousarray(part), budget_j, off_road, LEAST_DEPTH)
+        at_home = self.home[0] - top, self.home[1] - left
+        depth[at_home] = max(depth[at_home], HOME_DEPTH)  # in every band, so that they stay nested
+        return _Window(top, left, depth)
+
+    def polygons(self, window: _Window) -> shapely.MultiPolygon:
+        """Where a band is deeper than 0; shells counter-clockwise, holes clockwise.
+
+        Rings don't touch: none passes through a grid node, and each crosses an edge of the grid at one of CUTS / 2
+        places of its own. So they are valid as they are.
+        """
+        contours = contour_generator(z=window.depth, fill_type=FillType.ChunkCombinedOffsetOffset)
+        found = cast("tuple[list[NDArray[np.generic]], ...]", contours.filled(0.0, np.inf))
+        points, ring_first, shell_first = found[0][0].astype(np.float64), found[1][0], found[2][0].astype(np.int64)
+        corner = np.floor(points)
+        cut = CUTS * corner + 2.0 * np.floor((points - corner) * (CUTS // 2)) + 1.0
+        # one coordinate is that of a line of the grid, from which the other one keeps its distance
+        whole = np.rint(points)
+        on_line = np.abs(points - whole) < 0.5 * LEAST_DEPTH / (2.0 + LEAST_DEPTH)
+        place = np.where(on_line, CUTS * whole, cut).astype(np.int64)
+        place, ring_first = _without_straight(place, ring_first.astype(np.int64))
+        grid = self.grid
+        lonlat_e7 = place * (grid.step_lon_e7 // CUTS, grid.step_lat_e7 // CUTS) + (
+            grid.west_e7 + window.column * grid.step_lon_e7,
+            grid.south_e7 + window.row * grid.step_lat_e7,
+        )
+        firsts = ring_first, shell_first, np.array((0, shell_first.size - 1))
+        areas = shapely.from_ragged_array(shapely.GeometryType.MULTIPOLYGON, lonlat_e7 / E7, firsts)
+        return cast("shapely.MultiPolygon", areas[0])
+
+
+def _without_straight(
+    place: NDArray[np.int64], ring_first: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Closed rings of points without those on the straight line between their neighbours; int64 (P, 2), (R+1,)."""
+    number = np.arange(place.shape[0])
+    begin, end = ring_first[:-1], ring_first[1:] - 1  # the end repeats the beginning
+    before, after = number - 1, number + 1
+    before[begin], after[end] = end - 1, begin + 1
+    come, go = place - place[before], place[after] - place
+    bend = come[:, 0] * go[:, 1] != come[:, 1] * go[:, 0]
+    bend[end] = False
+    kept = np.concatenate(([0], np.cumsum(bend)))
+    count = kept[ring_first[1:]] - kept[ring_first[:-1]] + 1  # and the repeated first one
+    first = np.concatenate((np.zeros(1, np.int64), np.cumsum(count)))
+    rings = np.empty((int(first[-1]), 2), np.int64)
+    closing = np.zeros(rings.shape[0], bool)
+    closing[first[1:] - 1] = True
+    rings[~closing] = place[bend]
+    rings[first[1:] - 1] = rings[first[:-1]]
+    return rings, first
 
 
 def _off_road_m(cell_m: float) -> float:
     return max(OFF_ROAD_M, OFF_ROAD_CELLS * cell_m)
 
 
-def _field(
-    frame: _Frame, cell: NDArray[np.int64], offset: NDArray[np.float64], inside: NDArray[np.bool_]
-) -> NDArray[np.float64]:
-    """Distance to the nearest road out of reach less that to the nearest one in reach, (rows, columns) [m]."""
-    columns, rows = frame.shape
-    flat = cell[:, 1] * columns + cell[:, 0]
-    # of the places in one cell the one nearest to its centre speaks for it
-    order = np.lexsort((offset, flat))
-    first = np.ones(order.size, bool)
-    first[1:] = flat[order][1:] != flat[order][:-1]
-    chosen = order[first]
-    reach = np.zeros(rows * columns, bool)
-    beyond = np.zeros(rows * columns, bool)
-    reach[flat[chosen]] = inside[chosen]
-    beyond[flat[chosen]] = ~inside[chosen]
-    most = _off_road_m(frame.cell_m)
-    if not reach.any():
-        return np.full((rows, columns), -most)
-    to_reach = distance_transform_edt(~reach.reshape(rows, columns), sampling=frame.cell_m)
-    field = most - to_reach
-    if beyond.any():
-        to_beyond = distance_transform_edt(~beyond.reshape(rows, columns), sampling=frame.cell_m)
-        field = np.minimum(field, to_beyond - to_reach)
-    return np.asarray(field, np.float64)
-
-
-def _multi(shape: shapely.Geometry) -> shapely.MultiPolygon:
-    """The polygons of any geometry, shells counter-clockwise."""
-    parts = [p for p in shapely.get_parts(shape).tolist() if isinstance(p, shapely.Polygon) and not p.is_empty]
-    nested = [q for p in shapely.get_parts(shape).tolist() if isinstance(p, shapely.MultiPolygon) for q in p.geoms]
-    return shapely.MultiPolygon([orient(p) for p in [*parts, *nested]])
-
-
-def _rounded(shape: shapely.Geometry) -> shapely.MultiPolygon:
-    return _multi(shapely.set_precision(shape, 10.0**-COORDINATE_DECIMALS))
+def _rim_cells(cell_m: float) -> int:
+    """Grid cells around the roads in reach; a road out of reach farther off is nowhere in the area the nearer one."""
+    return int(np.ceil(2.0 * _off_road_m(cell_m) / cell_m)) + 2
 
 
 def _area_m2(shape: shapely.MultiPolygon) -> float:

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import TYPE_CHECKING
+
+from shapely import to_ragged_array
 
 from app.conversions.conditions import conditions_from
 from app.conversions.graph import terrain_note
-from app.conversions.place import place_feature, point_from_place, positions
+from app.conversions.place import DECIMALS, place_feature, point_from_place
 from app.conversions.route import search_stats
 from app.schemas.conditions import ConditionsSent
 from app.schemas.place import LatLon, MultiPolygonGeometry
@@ -99,8 +102,7 @@ def _band(band: RangeBand) -> BandFeature:
 
 
 def _multi_polygon(area: MultiPolygon) -> MultiPolygonGeometry:
-    return MultiPolygonGeometry(
-        coordinates=[
-            [positions(ring.coords) for ring in (polygon.exterior, *polygon.interiors)] for polygon in area.geoms
-        ]
-    )
+    _, places, (rings, polygons, _) = to_ragged_array([area])
+    points = places.round(DECIMALS).tolist()
+    lines = [points[begin:end] for begin, end in pairwise(rings.tolist())]
+    return MultiPolygonGeometry(coordinates=[lines[begin:end] for begin, end in pairwise(polygons.tolist())])
