@@ -6,6 +6,7 @@ distance, weighted cost and parent. docs/search.md has the theorem that the domi
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,19 @@ from numpy.typing import NDArray
 
 from energy.kernels import link_energy
 from energy.kernels_force import ROAD_GRADE, ROAD_WAIT, LinkPhysics, accepted_j, cabin_energy_j, road_at, road_in_time
+from routing.kernels_drives import (
+    DRIVE_END,
+    DRIVE_J,
+    DRIVE_LINK,
+    DRIVE_POTENTIAL,
+    DRIVE_S,
+    DRIVE_STATE,
+    ENTRY_LENGTH,
+    ENTRY_STOP,
+    TURNS,
+    DriveTable,
+    state_of,
+)
 from routing.kernels_gap import (
     COST,
     CRUISE_J,
@@ -27,6 +41,7 @@ from routing.kernels_gap import (
     OFFSET,
     REST_J,
     REST_S,
+    SLACK_J,
     SPEED,
     STOP,
     STOPPED,
@@ -34,16 +49,21 @@ from routing.kernels_gap import (
     WARM_LATE_W,
     GapRules,
     SearchRules,
-    leads,
+    greatest_of_sums,
+    leads_on,
+    least_worth_j,
 )
 
-LINK, PARENT, NEXT, DEAD = range(4)
+LINK, PARENT, NEXT, STATE = range(4)
+DEAD = -2  # as the next label of its link: another one leads
 # counters
 LABELS, HEAP, SETTLED, GOAL, CYCLE, REDUCED_BELOW_ZERO, CROWDED = range(7)
 
 CROWD = 48  # labels on one link beyond which dominance is relaxed, which is counted and reported
 
-DONE, FOUND, FULL, NEGATIVE_CYCLE, TOO_MANY = range(5)
+BAG_LABEL, BAG_EPOCH = range(2)
+
+DONE, FOUND, FULL, NEGATIVE_CYCLE, TOO_MANY, CRAMPED = range(6)
 
 
 class LinkArrays(NamedTuple):
@@ -72,14 +92,14 @@ class LinkArrays(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """Arrays that one search writes; capacity C labels, M links. bag_epoch spares resetting the bags."""
+    """Arrays that one search writes; capacity C labels, M links. bag: newest label of each link and the search
+    that it is of, which spares resetting. Rows of number, and the four children of a place in the heap, are aligned."""
 
     number: NDArray[np.float64]  # (C, 8)
     pointer: NDArray[np.int32]  # (C, 4)
     heap_key: NDArray[np.float64]  # (C,)
     heap_label: NDArray[np.int32]  # (C,)
-    bag_first: NDArray[np.int32]  # (M + 1,)
-    bag_epoch: NDArray[np.int32]  # (M + 1,)
+    bag: NDArray[np.int32]  # (M + 1, 2)
     counter: NDArray[np.int64]  # (8,)
 
 
@@ -147,7 +167,7 @@ def start_label(
     ws.pointer[new, LINK] = link
     ws.pointer[new, PARENT] = -1
     ws.pointer[new, NEXT] = -1
-    ws.pointer[new, DEAD] = 0
+    ws.pointer[new, STATE] = 0
     height = g.tail_height_m[link] + g.grade_frac[link] * offset
     key = -r.energy_weight * r.alpha * p.weight_n * height
     ws.number[new, KEY] = key
@@ -163,24 +183,36 @@ def run(
     bounds: NDArray[np.float64],
     r: SearchRules,
     ws: Workspace,
+    d: DriveTable,
+    fills: bool,
     epoch: int,
     goal_link: NDArray[np.int64],
     goal_offset: NDArray[np.float64],
 ) -> int:
     """Settle labels in the order of their reduced cost until the goal is settled or none is left.
 
-    Precondition: reduced costs are not negative, or r.correcting. Returns FOUND (counter[GOAL] is the label), DONE, or
-    FULL when the workspace must grow before going on. O(L log L) for L labels made. Ties: the label met first stays.
+    Precondition: reduced costs are not negative, or r.correcting. d: drives known from earlier searches, to which this
+    one adds if it fills. Returns FOUND (counter[GOAL] is the label), DONE, or FULL or CRAMPED when the workspace or the
+    table of drives must grow before going on. O(L log L) for L labels made. Ties: the label met first stays.
+
+    The loop reads tables by row and column: a view of a row would be counted in and out with locked instructions,
+    which took a third of its time.
     """
     number, index, counter = ws.number, ws.pointer, ws.counter
-    heap_key, heap_label = ws.heap_key, ws.heap_label
-    bag_first, bag_epoch = ws.bag_first, ws.bag_epoch
-    row, settling_m, top_class = g.row, g.settling_m, g.top_class
-    roads = g.roads
+    heap_key, heap_label, bag = ws.heap_key, ws.heap_label, ws.bag
+    row, settling_m, top_class, roads = g.row, g.settling_m, g.top_class, g.roads
+    drives, latest_state, drive_used = d.row, d.latest, d.used
+    room = drives.shape[0] if fills and d.grows else 0
     climate = p.cabin_w > 0.0 or p.cabin_start_w > 0.0
     fades = p.fade_width_j > 0.0
     warms = p.tyre_time_s > 0.0
     late_w = bounds[WARM_LATE_W, 0]
+    timeless = q.cabin_start_w == 0.0 and not warms
+    energy_weight, least_energy, most_energy = r.energy_weight, r.least_energy_j, r.most_energy_j
+    limited, pareto, correcting = r.limited, r.pareto, r.correcting
+    uneven = not q.printed and not q.table
+    kinetic_j = q.drive_factor * r.half_inertia_kg if uneven else 0.0
+    most_accel = greatest_of_sums(q.accel_sum)
     successor_first, successors = g.successor_first, g.successor
     links = row.shape[0]
     capacity = index.shape[0]
@@ -188,7 +220,7 @@ def run(
     status = DONE
     while heap_size > 0:
         top = heap_label[0]
-        if index[top, DEAD] == 1:
+        if index[top, NEXT] == DEAD:
             heap_drop(heap_key, heap_label, heap_size)
             heap_size -= 1
             continue
@@ -199,133 +231,192 @@ def run(
             settled += 1
             if counter[GOAL] < 0 or number[top, COST] < number[counter[GOAL], COST]:
                 counter[GOAL] = top
-            if r.correcting:
+            if correcting:
                 continue
             break
-        first, end = successor_first[link], successor_first[link + 1]
-        if made + (end - first) + goal_link.size >= capacity:
+        # what the label needs is asked for before the heap is put in order, so that memory answers meanwhile
+        state = index[top, STATE]
+        turns = 0
+        length, p_stop = 0.0, 0.0
+        if state > 0:
+            length, p_stop, count = drives[state, ENTRY_LENGTH], drives[state, ENTRY_STOP], drives[state, TURNS]
+            if math.isnan(length + p_stop + count):
+                state = 0
+            else:
+                turns = int(count)
+        if state == 0:
+            turns = successor_first[link + 1] - successor_first[link]
+            length, p_stop = row[link, LENGTH], row[link, STOP]
+        if made + turns + goal_link.size >= capacity:
             status = FULL
             break
         if made > r.label_limit:
             status = TOO_MANY
             break
-        heap_drop(heap_key, heap_label, heap_size)
-        heap_size -= 1
-        settled += 1
+        if room > 0 and drive_used[0] + turns * (d.most_turns + 1) > room:
+            status = CRAMPED
+            break
         cost0, energy0, time0 = number[top, COST], number[top, ENERGY], number[top, TIME]
         distance0, offset, key0 = number[top, DISTANCE], number[top, OFFSET], number[top, KEY]
         v, stopped = number[top, SPEED], number[top, STOPPED]
-        here = row[link]
-        v_max = here[LIMIT]
+        heap_drop(heap_key, heap_label, heap_size)
+        heap_size -= 1
+        settled += 1
         for k in range(goal_link.size):
             if goal_link[k] == link and goal_offset[k] > offset:
                 ds = goal_offset[k] - offset
+                v_max = row[link, LIMIT]
                 road = road_in_time(p, roads, link, time0, ds / v_max)
                 e, t, _ = link_energy(p, road, ds, v, stopped, v_max, v_max, 1.0, 0.0)
                 if climate:
                     e += cabin_energy_j(p, time0, time0 + t)
-                e = accepted_j(p, energy0, e, r.least_energy_j)
-                e = max(e, r.least_energy_j - energy0)
-                if energy0 + e <= r.most_energy_j:
-                    cost = cost0 + r.energy_weight * e + r.time_weight * t + r.distance_weight * ds
-                    height = here[HEIGHT] + roads[link, ROAD_GRADE] * goal_offset[k]
-                    number[made, KEY] = cost - r.energy_weight * r.alpha * p.weight_n * height
+                e = accepted_j(p, energy0, e, least_energy)
+                e = max(e, least_energy - energy0)
+                if energy0 + e <= most_energy:
+                    cost = cost0 + energy_weight * e + r.time_weight * t + r.distance_weight * ds
+                    height = row[link, HEIGHT] + roads[link, ROAD_GRADE] * goal_offset[k]
+                    number[made, KEY] = cost - energy_weight * r.alpha * p.weight_n * height
                     number[made, COST], number[made, ENERGY] = cost, energy0 + e
                     number[made, TIME], number[made, DISTANCE] = time0 + t, distance0 + ds
-                    index[made, LINK], index[made, PARENT], index[made, DEAD] = links, top, 0
+                    index[made, LINK], index[made, PARENT], index[made, NEXT] = links, top, -1
                     heap_push(heap_key, heap_label, heap_size, number[made, KEY], made)
                     heap_size += 1
                     made += 1
-        ds = here[LENGTH] - offset
-        p_stop = here[STOP]
+        ds = length - offset
         known_target = -1.0
-        e = 0.0
-        t = 0.0
-        v_end = 0.0
-        for k in range(first, end):
-            successor = successors[k]
-            there = row[successor]
-            target = min(v_max, there[LIMIT])
-            if target != known_target:
-                at_limit = v == v_max and target == v_max and offset == 0.0 and not warms
-                if at_limit and (stopped == 0.0 or here[REST_S] >= 0.0):
-                    e, t, v_end = here[CRUISE_J], here[CRUISE_S], v_max
-                    if stopped > 0.0:
-                        e += stopped * (here[REST_J] - e)
-                        t += stopped * (here[REST_S] - t)
-                else:
-                    road = road_at(roads, link)
-                    if warms:
-                        road = road_in_time(p, roads, link, time0, ds / v_max)
-                    e, t, v_end = link_energy(p, road, ds, v, stopped, v_max, target, p_stop, roads[link, ROAD_WAIT])
-                if climate:
-                    e += cabin_energy_j(p, time0, time0 + t)
-                if fades:
-                    e = accepted_j(p, energy0, e, r.least_energy_j)
-                known_target = target
-            used = max(energy0 + e, r.least_energy_j)  # a full battery: the rest is braked away
-            if used > r.most_energy_j:
+        heat_s = -1.0
+        heat = 0.0
+        new_j = 0.0
+        new_s = 0.0
+        new_end = 0.0
+        for k in range(turns):
+            successor = 0
+            entered = 0
+            drive_j, t, v_end, potential = 0.0, 0.0, 0.0, 0.0
+            known = False
+            if state > 0:
+                n = state + 1 + k
+                drive_j, t, v_end = drives[n, DRIVE_J], drives[n, DRIVE_S], drives[n, DRIVE_END]
+                entry, potential, link_after = drives[n, DRIVE_STATE], drives[n, DRIVE_POTENTIAL], drives[n, DRIVE_LINK]
+                known = not math.isnan(drive_j + t + v_end + entry + potential + link_after)
+                if known:
+                    entered, successor = int(entry), int(link_after)
+            if not known:
+                successor = successors[successor_first[link] + k]
+                v_max = row[link, LIMIT]
+                target = min(v_max, row[successor, LIMIT])
+                if target != known_target:
+                    at_limit = v == v_max and target == v_max and offset == 0.0 and not warms
+                    if at_limit and (stopped == 0.0 or row[link, REST_S] >= 0.0):
+                        new_j, new_s, new_end = row[link, CRUISE_J], row[link, CRUISE_S], v_max
+                        if stopped > 0.0:
+                            new_j += stopped * (row[link, REST_J] - new_j)
+                            new_s += stopped * (row[link, REST_S] - new_s)
+                    else:
+                        road = road_at(roads, link)
+                        if warms:
+                            road = road_in_time(p, roads, link, time0, ds / v_max)
+                        wait = roads[link, ROAD_WAIT]
+                        new_j, new_s, new_end = link_energy(p, road, ds, v, stopped, v_max, target, p_stop, wait)
+                    known_target = target
+                drive_j, t, v_end = new_j, new_s, new_end
+                kinetic = r.half_inertia_kg * (1.0 - p_stop) * v_end * v_end
+                potential = r.alpha * (p.weight_n * row[successor, HEIGHT] + kinetic)
+                if not warms:
+                    entered = state_of(
+                        latest_state,
+                        drives,
+                        drive_used,
+                        successor,
+                        successor_first[successor + 1] - successor_first[successor],
+                        row[successor, LENGTH],
+                        row[successor, STOP],
+                        v_end,
+                        p_stop,
+                        fills,
+                    )
+                    if fills and state > 0:
+                        n = state + 1 + k
+                        drives[n, DRIVE_J], drives[n, DRIVE_S], drives[n, DRIVE_END] = drive_j, t, v_end
+                        drives[n, DRIVE_STATE], drives[n, DRIVE_POTENTIAL] = entered, potential
+                        drives[n, DRIVE_LINK] = successor
+            e = drive_j
+            if climate:
+                if t != heat_s:
+                    heat_s = t
+                    heat = cabin_energy_j(p, time0, time0 + t)
+                e += heat
+            if fades:
+                e = accepted_j(p, energy0, e, least_energy)
+            used = max(energy0 + e, least_energy)  # a full battery: the rest is braked away
+            if used > most_energy:
                 continue
-            cost = cost0 + r.energy_weight * (used - energy0) + r.time_weight * t + r.distance_weight * ds
-            new = number[made]
-            new[COST], new[ENERGY], new[SPEED], new[STOPPED] = cost, used, v_end, p_stop
-            new[TIME] = time0 + t
-            if bag_epoch[successor] != epoch:
-                bag_epoch[successor] = epoch
-                bag_first[successor] = -1
+            cost = cost0 + energy_weight * (used - energy0) + r.time_weight * t + r.distance_weight * ds
+            if bag[successor, BAG_EPOCH] != epoch:
+                bag[successor, BAG_EPOCH] = epoch
+                bag[successor, BAG_LABEL] = -1
+            number[made, COST], number[made, ENERGY], number[made, TIME] = cost, used, time0 + t
+            number[made, SPEED], number[made, STOPPED] = v_end, p_stop
             before = -1
             crowd = 0
             superfluous = False
-            other = bag_first[successor]
+            other = bag[successor, BAG_LABEL]
             while other >= 0:
                 after = index[other, NEXT]
                 crowd += 1
-                one = number[other]
+                crowded = crowd > CROWD
+                one_cost, one_v, one_stopped = number[other, COST], number[other, SPEED], number[other, STOPPED]
+                lead_j = used - number[other, ENERGY]
+                equal = one_v == v_end and one_stopped == p_stop
                 # a lead in cost is needed, so that at most one of two unequal labels can lead
-                if one[COST] <= cost and (
-                    (
-                        one[SPEED] == v_end
-                        and one[STOPPED] == p_stop
-                        and not r.pareto
-                        and ((q.cabin_start_w == 0.0 and not warms) or (one[TIME] >= new[TIME] and late_w == 0.0))
+                if one_cost <= cost:
+                    if equal and not pareto:
+                        superfluous = timeless or (number[other, TIME] >= time0 + t and late_w == 0.0)
+                    if not superfluous:
+                        closer = equal or crowded
+                        if not closer:
+                            slack_j = bounds[SLACK_J, top_class[successor]] if uneven else 0.0
+                            worth_j = least_worth_j(
+                                kinetic_j,
+                                most_accel,
+                                slack_j,
+                                row[successor, LENGTH],
+                                row[successor, LIMIT],
+                                one_v,
+                                one_stopped,
+                                v_end,
+                                p_stop,
+                            )
+                            closer = one_cost + energy_weight * worth_j <= cost and (not limited or worth_j <= lead_j)
+                        superfluous = closer and leads_on(
+                            p, q, bounds, r, roads, row, settling_m, top_class, successor, number, other, made, crowded
+                        )
+                    if superfluous:
+                        break
+                leading = cost <= one_cost
+                if leading and not (equal or crowded):
+                    slack_j = bounds[SLACK_J, top_class[successor]] if uneven else 0.0
+                    worth_j = least_worth_j(
+                        kinetic_j,
+                        most_accel,
+                        slack_j,
+                        row[successor, LENGTH],
+                        row[successor, LIMIT],
+                        v_end,
+                        p_stop,
+                        one_v,
+                        one_stopped,
                     )
-                    or leads(
-                        p,
-                        q,
-                        bounds,
-                        r,
-                        roads,
-                        successor,
-                        there,
-                        settling_m[successor],
-                        top_class[successor],
-                        one,
-                        new,
-                        crowd > CROWD,
-                    )
+                    leading = cost + energy_weight * worth_j <= one_cost and (not limited or worth_j <= -lead_j)
+                if leading and leads_on(
+                    p, q, bounds, r, roads, row, settling_m, top_class, successor, number, made, other, crowded
                 ):
-                    superfluous = True
-                    break
-                if cost <= one[COST] and leads(
-                    p,
-                    q,
-                    bounds,
-                    r,
-                    roads,
-                    successor,
-                    there,
-                    settling_m[successor],
-                    top_class[successor],
-                    new,
-                    one,
-                    crowd > CROWD,
-                ):
-                    index[other, DEAD] = 1
+                    index[other, NEXT] = DEAD
                     if before < 0:
-                        bag_first[successor] = after
+                        bag[successor, BAG_LABEL] = after
                     else:
                         index[before, NEXT] = after
-                    if r.correcting and is_ancestor(index, top, other):
+                    if correcting and is_ancestor(index, top, other):
                         counter[CYCLE] = successor
                 else:
                     before = other
@@ -334,14 +425,13 @@ def run(
                 counter[CROWDED] += 1
             if superfluous:
                 continue
-            index[made, LINK], index[made, PARENT], index[made, DEAD] = successor, top, 0
-            index[made, NEXT] = bag_first[successor]
-            bag_first[successor] = made
-            kinetic = r.half_inertia_kg * (1.0 - p_stop) * v_end * v_end
-            key = cost - r.energy_weight * r.alpha * (p.weight_n * there[HEIGHT] + kinetic)
-            if key < key0 - 1e-9 * (abs(key0) + r.energy_weight * 3600.0):
+            index[made, LINK], index[made, PARENT], index[made, STATE] = successor, top, entered
+            index[made, NEXT] = bag[successor, BAG_LABEL]
+            bag[successor, BAG_LABEL] = made
+            key = cost - energy_weight * potential
+            if key < key0 - 1e-9 * (abs(key0) + energy_weight * 3600.0):
                 counter[REDUCED_BELOW_ZERO] += 1
-            new[KEY], new[DISTANCE], new[OFFSET] = key, distance0 + ds, 0.0
+            number[made, KEY], number[made, DISTANCE], number[made, OFFSET] = key, distance0 + ds, 0.0
             heap_push(heap_key, heap_label, heap_size, key, made)
             heap_size += 1
             made += 1
@@ -410,7 +500,7 @@ def arrivals(
     node_energy (N,) starts as inf; node_label (N,) the label whose link ends there; link_reach_m (M,) starts as −1.
     """
     for label in range(ws.counter[LABELS]):
-        if ws.pointer[label, DEAD] == 1:
+        if ws.pointer[label, NEXT] == DEAD:
             continue
         link = ws.pointer[label, LINK]
         offset = ws.number[label, OFFSET]

@@ -321,3 +321,64 @@ def leads(
         # a full battery could take away the lead: count a's charge only as far as it can't be clamped until they meet
         lead = max(lead, r.least_energy_j + gain)
     return bool(lead + energy - NOISE_J <= b[ENERGY])
+
+
+@njit(nogil=True, cache=True)
+def leads_on(
+    p: LinkPhysics,
+    q: GapRules,
+    bounds: NDArray[np.float64],
+    r: SearchRules,
+    roads: NDArray[np.float64],
+    row: NDArray[np.float64],
+    settling_m: NDArray[np.float64],
+    top_class: NDArray[np.int8],
+    link: int,
+    number: NDArray[np.float64],
+    a: int,
+    b: int,
+    crowded: bool,
+) -> bool:
+    """Whether label a makes label b superfluous; a, b are rows of the label table, link is that of both."""
+    return leads(
+        p, q, bounds, r, roads, link, row[link], settling_m[link], top_class[link], number[a], number[b], crowded
+    )
+
+
+@njit(nogil=True, cache=True)
+def least_worth_j(
+    kinetic_j: float,
+    most_accel: float,
+    slack_j: float,
+    length: float,
+    v_max: float,
+    v_a: float,
+    p_a: float,
+    v_b: float,
+    p_b: float,
+) -> float:
+    """Lead in energy without which state A leads no label in another state B [J], never more than state_gap asks for.
+
+    It spares most comparisons of labels on short links. kinetic_j: drive_factor · half_inertia_kg, 0 for a model whose
+    gaps are exact; slack_j: row SLACK_J of the bounds; most_accel: no mean acceleration is greater [m/s²].
+    """
+    none = 1.0 - max(p_a, p_b)
+    worth = none * max(0.0, v_b * v_b - v_a * v_a)
+    slowest = min(v_a, v_b)
+    if p_a != p_b:
+        slowest = 0.0
+        if p_a > p_b:
+            worth += (p_a - p_b) * v_b * v_b
+    worth_j = kinetic_j * worth * (1.0 - 1e-9) - 2.0 * NOISE_J
+    if v_max * v_max - slowest * slowest > 2.0 * (1.0 + 1e-9) * most_accel * length:
+        worth_j += slack_j  # they do not meet in this link
+    return worth_j
+
+
+@njit(nogil=True, cache=True)
+def greatest_of_sums(running_sum: NDArray[np.float64]) -> float:
+    """The greatest value of a table that is given by its running sums."""
+    most = 0.0
+    for k in range(running_sum.size - 1):
+        most = max(most, running_sum[k + 1] - running_sum[k])
+    return most

@@ -18,6 +18,7 @@ from energy.kernels import MEDIUM, TOUCH_MPS, mean_over_intervals
 from energy.kernels_force import LinkPhysics
 from energy.stops import FunctionalClass, StopSettings
 from routing import kernels, kernels_gap
+from routing.drives import Drives
 from routing.errors import NegativeCycleError, SearchLimitError
 from routing.gaps import gap_bounds, gap_rules
 from routing.kernels import LinkArrays, Workspace
@@ -47,6 +48,7 @@ class SearchSpace:
     gap: GapRules
     bounds: NDArray[np.float64]
     half_inertia_kg: float
+    drives: Drives
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,7 +184,7 @@ def search_space(
     )
     gap = gap_rules(physics, roads, driven)
     bounds = gap_bounds(physics, gap, half_inertia, roads, driven)
-    return SearchSpace(arrays, physics, gap, bounds, half_inertia)
+    return SearchSpace(arrays, physics, gap, bounds, half_inertia, Drives(graph.successor_first))
 
 
 def _run_up(
@@ -210,25 +212,32 @@ def _run_up(
 def new_workspace(links: int, capacity: int) -> Workspace:
     """Arrays for one search; pages that the search never touches cost nothing."""
     return Workspace(
-        number=np.empty((capacity, 8)),
+        number=_aligned(8 * capacity, 0).reshape(capacity, 8),
         pointer=np.empty((capacity, 4), np.int32),
-        heap_key=np.empty(capacity),
+        heap_key=_aligned(capacity, 1),
         heap_label=np.empty(capacity, np.int32),
-        bag_first=np.empty(links + 1, np.int32),
-        bag_epoch=np.zeros(links + 1, np.int32),
+        bag=np.zeros((links + 1, 2), np.int32),
         counter=np.zeros(8, np.int64),
     )
+
+
+def _aligned(count: int, place: int) -> NDArray[np.float64]:
+    """Unset numbers, float64 (count,), of which the one at a place begins a cache line."""
+    line = 8  # numbers of 8 bytes
+    raw = np.empty(count + 2 * line)
+    begin = (-(raw.ctypes.data // 8) - place) % line
+    return raw[begin : begin + count]
 
 
 def _grown(ws: Workspace) -> Workspace:
     """The same workspace with twice the capacity, content kept."""
     old = ws.pointer.shape[0]
-    new = new_workspace(ws.bag_first.size - 1, 2 * old)
+    new = new_workspace(ws.bag.shape[0] - 1, 2 * old)
     for small, large in ((ws.number, new.number), (ws.pointer, new.pointer)):
         large[:old] = small
     new.heap_key[:old] = ws.heap_key
     new.heap_label[:old] = ws.heap_label
-    return new._replace(bag_first=ws.bag_first, bag_epoch=ws.bag_epoch, counter=ws.counter)
+    return new._replace(bag=ws.bag, counter=ws.counter)
 
 
 class WorkspacePool:
@@ -286,13 +295,27 @@ def _run(
         kernels.start_label(space.arrays, space.physics, rules, ws, start.link_idx, start.offset_m, begin_s)
     goal_link = np.array([g.link_idx for g in goals], np.int64)
     goal_offset = np.array([g.offset_m for g in goals], np.float64)
-    while True:
-        status = kernels.run(
-            space.arrays, space.physics, space.gap, space.bounds, rules, ws, epoch, goal_link, goal_offset
-        )
-        if status != kernels.FULL:
-            break
-        ws = _grown(ws)
+    with space.drives.lent() as lent:
+        while True:
+            status = kernels.run(
+                space.arrays,
+                space.physics,
+                space.gap,
+                space.bounds,
+                rules,
+                ws,
+                lent.table,
+                lent.fills,
+                epoch,
+                goal_link,
+                goal_offset,
+            )
+            if status == kernels.FULL:
+                ws = _grown(ws)
+            elif status == kernels.CRAMPED:
+                lent.grow()
+            else:
+                break
     if status == kernels.NEGATIVE_CYCLE:
         cycle = int(ws.counter[kernels.CYCLE])
         pool.give_back(ws, epoch)

@@ -1,0 +1,76 @@
+"""Compiled: the table of drives, what links take from the states that they were entered in before.
+
+Speeds do not depend on energy, so that a drive of a link from one entry state towards one successor always takes the
+same, climate, tyres that warm up and what a battery refuses apart. A search that fills the table writes what it drives;
+the next one adds up numbers.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+# columns of a state's row
+ENTRY_MPS, ENTRY_STOPPED, EARLIER, TURNS, ENTRY_LENGTH, ENTRY_STOP = range(6)
+# columns of a drive's row
+DRIVE_J, DRIVE_S, DRIVE_END, DRIVE_STATE, DRIVE_POTENTIAL, DRIVE_LINK = range(6)
+COLUMNS = 6
+
+
+class DriveTable(NamedTuple):
+    """States in which links are entered and the drives from them; a state is the number of its row, from 1 on.
+
+    latest: (M,), the newest state of each link, 0 for none. row: (R, 6). A state's row has the entry speed [m/s], the
+    probability of having stopped, the link's state before it (0 at the end), the number of the link's turns, its length
+    [m] and the probability of stopping at its end. A row for each turn follows: energy [J] without climate, time [s],
+    speed at the end [m/s], the state in which it enters the successor (0 where there was no room for it), the potential
+    there [J] and the successor. used: (1,), rows in use. most_turns: of any link. grows: more room may be asked for.
+
+    Every value is NaN or 0 until it is written, once. So one search may fill the table while others read it: what they
+    find is either absent or right, in whatever order it becomes visible to them.
+    """
+
+    latest: NDArray[np.int32]
+    row: NDArray[np.float64]
+    used: NDArray[np.int64]
+    most_turns: int
+    grows: bool
+
+
+@njit(nogil=True, cache=True)
+def state_of(
+    latest: NDArray[np.int32],
+    table: NDArray[np.float64],
+    used: NDArray[np.int64],
+    link: int,
+    turns: int,
+    length: float,
+    p_stop: float,
+    speed: float,
+    stopped: float,
+    fills: bool,
+) -> int:
+    """The state of a link with exactly this entry, made if it is new and the search fills; 0 where there is none.
+
+    turns, length [m], p_stop: of the link, for a new state.
+    """
+    state: int = latest[link]
+    while state > 0:
+        if table[state, ENTRY_MPS] == speed and table[state, ENTRY_STOPPED] == stopped:
+            return state
+        earlier = table[state, EARLIER]
+        if math.isnan(earlier):
+            break
+        state = int(earlier)
+    made = used[0]
+    if not fills or made + 1 + turns > table.shape[0]:
+        return 0
+    table[made, ENTRY_MPS], table[made, ENTRY_STOPPED], table[made, EARLIER] = speed, stopped, latest[link]
+    table[made, TURNS], table[made, ENTRY_LENGTH], table[made, ENTRY_STOP] = turns, length, p_stop
+    used[0] = made + 1 + turns
+    latest[link] = made
+    return int(made)
