@@ -49,6 +49,15 @@ class Drives:
             if fills:
                 self._filling.release()
 
+    def forget(self) -> None:
+        """Give the memory back, unless a search fills the table just now; those that read it keep what they have."""
+        if self.rows == 0 or not self._filling.acquire(blocking=False):
+            return
+        try:
+            self._table = self._empty(LEAST_ROWS)
+        finally:
+            self._filling.release()
+
     def grown(self) -> DriveTable:
         """The table with more room, for the search that fills it; others may go on reading the smaller one."""
         old = self._table

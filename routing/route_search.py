@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from routing.spans import ChainMaker
 
 SPACES_KEPT: Final = 12
+TABLES_KEPT: Final = 4  # of drives, which take more memory than all else of a space
 LABELS_PER_LINK: Final = 20
 PARETO_LABELS_PER_LINK: Final = 8  # beyond it an answer with a bound beats a proof that takes many seconds
 
@@ -112,6 +113,9 @@ class RouteSearch:
             self._spaces[key] = space  # last used is last; the first is dropped
             while len(self._spaces) > SPACES_KEPT:
                 self._spaces.pop(next(iter(self._spaces)))
+            longest_unused = list(self._spaces.values())[:-TABLES_KEPT]
+        for unused in longest_unused:
+            unused.drives.forget()
         return space
 
     def best_path(self, query: RouteQuery, weights: Weights, leg: Leg) -> BestPath:

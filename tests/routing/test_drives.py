@@ -19,7 +19,9 @@ from energy.vehicle_files import load_vehicles
 from routing.drives import LEAST_ROWS, Drives
 from routing.graph import RoadGraph
 from routing.kernels_gap import SLACK_J, greatest_of_sums, least_worth_j, state_gap
+from routing.route_search import TABLES_KEPT, RouteSearch
 from routing.search import Limits, LinkPosition, SearchSpace, WorkspacePool, find_path, reach, search_space
+from routing.spans import ChainMaker
 from tests.routing.test_search_exact import (
     LEARNED,
     LOSSY,
@@ -194,3 +196,33 @@ def test_quick_bound_asks_for_no_more_than_the_whole_one(speeds, stopped, length
     slack_j = float(space.bounds[SLACK_J, k])
     if (v_a, stopped[0]) != (v_b, stopped[1]):
         assert least_worth_j(kinetic_j, accel, slack_j, length, limit, *state) <= whole
+
+
+def test_forgotten_table_is_filled_anew_and_one_that_is_being_filled_is_kept(streets):
+    space = space_of(streets)
+    first = reached(streets, space)
+    with space.drives.lent() as lent:
+        assert lent.fills
+        space.drives.forget()
+        assert space.drives.rows > 0
+    space.drives.forget()
+    assert space.drives.rows == 0
+    same(reached(streets, space), first)
+    assert space.drives.rows > 0
+
+
+def test_only_the_conditions_asked_for_last_keep_their_tables(streets):
+    search = RouteSearch(streets, ChainMaker(streets))
+    skies = [replace(STILL, payload_kg=100.0 * k) for k in range(TABLES_KEPT + 2)]
+
+    def asked(sky):
+        return search.space(vehicle(), LinkModel.INTEGRATED, StopRule.EXPECTED, StopSettings(), sky)
+
+    spaces = [asked(sky) for sky in skies[:2]]
+    for space in spaces:
+        reached(streets, space)
+    for sky in skies[2:]:
+        reached(streets, asked(sky))
+    assert [space.drives.rows > 0 for space in spaces] == [False, False]
+    assert all(asked(sky).drives.rows > 0 for sky in skies[-TABLES_KEPT:])
+    same(reached(streets, asked(skies[0])), reached(streets, space_of(streets, sky=skies[0])))
