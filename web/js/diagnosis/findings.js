@@ -98,7 +98,7 @@ export const parameterCards = ({ parameter_errors: errors }) => errors.toSorted(
       "div", {},
       el("span", { class: "small dim" }, "These drives"),
       el("span", { class: "figure num" }, valueText(one.fitted, one.unit, one.ci95)),
-      one.ci95 && el("span", { class: "small dim num" }, `95 %: ${intervalText(one.fitted, one.ci95)}`),
+      intervalText(one.fitted, one.ci95) && el("span", { class: "small dim num" }, `95 %: ${intervalText(one.fitted, one.ci95)}`),
     ),
   ),
   el("p", { class: "small" }, `That makes ${valueText(one.energy_kwh, "kWh", null, true)}, ${number(100 * one.energy_share, 1)} % of the measured energy.`),

@@ -28,11 +28,12 @@ export function fitPart(result, choose) {
   ];
 }
 
+const interval = (text) => text && el("span", { class: "small dim num" }, `95 %: ${text}`);
 const score = (name, one, kind) => el(
   "div", { class: kind },
   el("span", { class: "small dim" }, name),
   el("span", { class: "figure num" }, `${number(100 * one.mape, 1)} %`),
-  one.mape_ci95 && el("span", { class: "small dim num" }, `95 %: ${intervalText(100 * one.mape, percents(one.mape_ci95))}`),
+  interval(one.mape_ci95 ? intervalText(100 * one.mape, percents(one.mape_ci95)) : ""),
 );
 
 function picture(trips, choose) {

@@ -72,8 +72,12 @@ export function residualMap(app, diagnoses, picked) {
   function tell() {
     const piece = pieces[hovered];
     readout.classList.toggle("dim", !piece);
-    if (!piece) fill(readout, "Point at a road to read it.");
-    else fill(readout, el("b", {}, valueText(piece.mean_w, "W", piece.ci95, true)), piece.ci95 && ` (95 %: ${intervalText(piece.mean_w, piece.ci95)})`, el("br"), piece.title);
+    if (!piece) {
+      fill(readout, "Point at a road to read it.");
+      return;
+    }
+    const between = intervalText(piece.mean_w, piece.ci95);
+    fill(readout, el("b", {}, valueText(piece.mean_w, "W", piece.ci95, true)), between && ` (95 %: ${between})`, el("br"), piece.title);
   }
 
   /** Where the residuals lie, null for nowhere. */
