@@ -134,9 +134,9 @@ def test_reverse_in_any_weather_never_promises_more_than_a_forward_search_finds(
 
 @settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(maps(), vehicles, st.sampled_from([StopRule.EXPECTED, StopRule.NONE]), st.data())
-def test_reverse_on_small_maps_is_the_best_of_all_ways(graph, car, rule, data):
+def test_reverse_on_small_maps_takes_no_more_than_any_way(graph, car, rule, data):
     charge = (0.7, 0.1)
-    space, goal, asked, back, _, _ = drawn(graph, car, rule, charge, CAPACITY_J, STILL, data)
+    space, goal, _, back, _, _ = drawn(graph, car, rule, charge, CAPACITY_J, STILL, data)
     limits = charge_limits(*charge, CAPACITY_J)
     for node in range(graph.node_count):
         least = min(
@@ -144,8 +144,8 @@ def test_reverse_on_small_maps_is_the_best_of_all_ways(graph, car, rule, data):
             for start in departures(graph, node)
             for end in goal
         )
-        # ways of more links than were enumerated may be cheaper, but no way is cheaper than the exact search's
-        assert back.node_energy_j[node] / 3.6e6 <= least + 1e-5 or least * 3.6e6 > asked.soc_j - asked.reserve_j
+        # ways of more links than were enumerated may take less; that none takes less than is told, exact searches show
+        assert back.node_energy_j[node] / 3.6e6 <= least + 1e-5
 
 
 def straight(heights, reserve_frac=0.0, soc_frac=0.5, **changes):
