@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from routing.kernels_drives import COLUMNS, DriveTable
+from routing.kernels_drives import COLUMNS, PAIR_COLUMNS, DriveTable
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 LEAST_ROWS: Final = 16_384
 MOST_ROWS: Final = 4_194_304  # 200 MB: 1.2 million states, a city of 900 000 links
 GROWTH: Final = 2
+ROWS_PER_PAIR: Final = 8  # a city's search compares some 50 000 pairs of states and has 600 000 rows
 
 
 class Drives:
@@ -77,6 +78,7 @@ class Drives:
             latest=np.zeros(self._links, np.int32),
             row=np.full((rows, COLUMNS), np.nan),
             used=np.ones(1, np.int64),
+            pair=np.full((1 << (rows // ROWS_PER_PAIR).bit_length(), PAIR_COLUMNS), np.nan),
             most_turns=self._most_turns,
             grows=rows < self._most_rows,
         )

@@ -108,7 +108,7 @@ def gap_bounds(
         drift[k] = 2.0 * ratio * top / least[k]
     same = (physics.regen_min_mps, _cut_j(physics, roads), *warm_up_w(physics, gap, roads, driven_mps))
     rest = np.repeat([[*same, physics.tyre_time_s]], n, axis=0).T
-    return np.vstack((least, distance, slack_j, slack_s, gain, drift, rest))
+    return np.ascontiguousarray(np.vstack((least, distance, slack_j, slack_s, gain, drift, rest)))
 
 
 def _swing(mean: NDArray[np.float64], bound: NDArray[np.float64], k: int, top: float) -> tuple[float, float]:

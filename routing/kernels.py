@@ -14,6 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from energy.kernels import link_energy
+from energy.kernels_borrow import borrowed, borrowed_physics
 from energy.kernels_force import ROAD_GRADE, ROAD_WAIT, LinkPhysics, accepted_j, cabin_energy_j, road_at, road_in_time
 from routing.kernels_drives import (
     DRIVE_END,
@@ -24,8 +25,14 @@ from routing.kernels_drives import (
     DRIVE_STATE,
     ENTRY_LENGTH,
     ENTRY_STOP,
+    MOST_STATES,
+    PAIR,
+    PAIR_GAIN_J,
+    PAIR_J,
+    PAIR_S,
     TURNS,
     DriveTable,
+    pair_slot,
     state_of,
 )
 from routing.kernels_gap import (
@@ -34,10 +41,12 @@ from routing.kernels_gap import (
     CRUISE_S,
     DISTANCE,
     ENERGY,
+    GAIN_J,
     HEIGHT,
     KEY,
     LENGTH,
     LIMIT,
+    NOISE_COST,
     OFFSET,
     REST_J,
     REST_S,
@@ -46,12 +55,15 @@ from routing.kernels_gap import (
     STOP,
     STOPPED,
     TIME,
-    WARM_LATE_W,
     GapRules,
     SearchRules,
+    borrowed_rules,
+    climate_due_j,
+    gap_of,
     greatest_of_sums,
-    leads_on,
+    leads,
     least_worth_j,
+    warm_up_due_j,
 )
 
 LINK, PARENT, NEXT, STATE = range(4)
@@ -198,22 +210,28 @@ def run(
     The loop reads tables by row and column: a view of a row would be counted in and out with locked instructions,
     which took a third of its time.
     """
-    number, index, counter = ws.number, ws.pointer, ws.counter
-    heap_key, heap_label, bag = ws.heap_key, ws.heap_label, ws.bag
-    row, settling_m, top_class, roads = g.row, g.settling_m, g.top_class, g.roads
-    drives, latest_state, drive_used = d.row, d.latest, d.used
+    p, q, bounds = borrowed_physics(p), borrowed_rules(q), borrowed(bounds)
+    number, index, counter = borrowed(ws.number), borrowed(ws.pointer), borrowed(ws.counter)
+    heap_key, heap_label, bag = borrowed(ws.heap_key), borrowed(ws.heap_label), borrowed(ws.bag)
+    row, settling_m, top_class, roads = (
+        borrowed(g.row),
+        borrowed(g.settling_m),
+        borrowed(g.top_class),
+        borrowed(g.roads),
+    )
+    drives, latest_state = borrowed(d.row), borrowed(d.latest)
+    drive_used, pairs = borrowed(d.used), borrowed(d.pair)
     room = drives.shape[0] if fills and d.grows else 0
     climate = p.cabin_w > 0.0 or p.cabin_start_w > 0.0
     fades = p.fade_width_j > 0.0
     warms = p.tyre_time_s > 0.0
-    late_w = bounds[WARM_LATE_W, 0]
     timeless = q.cabin_start_w == 0.0 and not warms
     energy_weight, least_energy, most_energy = r.energy_weight, r.least_energy_j, r.most_energy_j
     limited, pareto, correcting = r.limited, r.pareto, r.correcting
     uneven = not q.printed and not q.table
     kinetic_j = q.drive_factor * r.half_inertia_kg if uneven else 0.0
     most_accel = greatest_of_sums(q.accel_sum)
-    successor_first, successors = g.successor_first, g.successor
+    successor_first, successors = borrowed(g.successor_first), borrowed(g.successor)
     links = row.shape[0]
     capacity = index.shape[0]
     heap_size, made, settled = counter[HEAP], counter[LABELS], counter[SETTLED]
@@ -355,7 +373,8 @@ def run(
             if bag[successor, BAG_EPOCH] != epoch:
                 bag[successor, BAG_EPOCH] = epoch
                 bag[successor, BAG_LABEL] = -1
-            number[made, COST], number[made, ENERGY], number[made, TIME] = cost, used, time0 + t
+            now_s = time0 + t
+            number[made, COST], number[made, ENERGY], number[made, TIME] = cost, used, now_s
             number[made, SPEED], number[made, STOPPED] = v_end, p_stop
             before = -1
             crowd = 0
@@ -364,53 +383,102 @@ def run(
             while other >= 0:
                 after = index[other, NEXT]
                 crowd += 1
-                crowded = crowd > CROWD
-                one_cost, one_v, one_stopped = number[other, COST], number[other, SPEED], number[other, STOPPED]
-                lead_j = used - number[other, ENERGY]
+                one_cost, one_j, one_s = number[other, COST], number[other, ENERGY], number[other, TIME]
+                one_v, one_stopped = number[other, SPEED], number[other, STOPPED]
                 equal = one_v == v_end and one_stopped == p_stop
-                # a lead in cost is needed, so that at most one of two unequal labels can lead
-                if one_cost <= cost:
-                    if equal and not pareto:
-                        superfluous = timeless or (number[other, TIME] >= time0 + t and late_w == 0.0)
-                    if not superfluous:
-                        closer = equal or crowded
-                        if not closer:
-                            slack_j = bounds[SLACK_J, top_class[successor]] if uneven else 0.0
-                            worth_j = least_worth_j(
-                                kinetic_j,
-                                most_accel,
-                                slack_j,
-                                row[successor, LENGTH],
-                                row[successor, LIMIT],
-                                one_v,
-                                one_stopped,
-                                v_end,
-                                p_stop,
-                            )
-                            closer = one_cost + energy_weight * worth_j <= cost and (not limited or worth_j <= lead_j)
-                        superfluous = closer and leads_on(
-                            p, q, bounds, r, roads, row, settling_m, top_class, successor, number, other, made, crowded
+                gone = False
+                for newer in range(2):  # whether the older label leads the new one, then whether the new one leads
+                    cost_a, cost_b, energy_a, energy_b = one_cost, cost, one_j, used
+                    if newer == 1:
+                        cost_a, cost_b, energy_a, energy_b = cost, one_cost, used, one_j
+                    if cost_a > cost_b:
+                        continue
+                    if pareto:
+                        # a full battery would take a lead in energy and leave the debt in time
+                        debt = cost_a - energy_weight * energy_a - (cost_b - energy_weight * energy_b)
+                        if energy_a > energy_b or (debt > NOISE_COST and least_energy != -math.inf):
+                            continue
+                    v_a, p_a, v_b, p_b = one_v, one_stopped, v_end, p_stop
+                    if newer == 1:
+                        v_a, p_a, v_b, p_b = v_end, p_stop, one_v, one_stopped
+                    due = 0.0
+                    if not timeless:
+                        s_a, s_b = (one_s, now_s) if newer == 0 else (now_s, one_s)
+                        due = climate_due_j(q, s_a, s_b)
+                        if warms:
+                            due += warm_up_due_j(bounds, top_class[successor], s_a, s_b)
+                    if equal or crowd > CROWD:
+                        worth_j = due
+                        if not equal:
+                            gained = (1.0 - p_b) * v_b * v_b - (1.0 - p_a) * v_a * v_a
+                            worth_j += q.drive_factor * r.half_inertia_kg * max(0.0, gained)
+                        gone = cost_a + energy_weight * worth_j <= cost_b
+                        if gone and (pareto or (limited and equal)):
+                            gone = energy_a + worth_j <= energy_b
+                    else:
+                        k_top = top_class[successor] if uneven or fades else 0
+                        long, v_max = row[successor, LENGTH], row[successor, LIMIT]
+                        worth_j = least_worth_j(
+                            kinetic_j,
+                            most_accel,
+                            bounds[SLACK_J, k_top] if uneven else 0.0,
+                            long,
+                            v_max,
+                            v_a,
+                            p_a,
+                            v_b,
+                            p_b,
                         )
-                    if superfluous:
+                        if cost_a + energy_weight * worth_j > cost_b or (limited and energy_a + worth_j > energy_b):
+                            continue
+                        gap_j, lost_s, gain_j = math.nan, 0.0, 0.0
+                        slot = -1
+                        one_entered = index[other, STATE]
+                        if entered > 0 and one_entered > 0:
+                            if newer == 1:
+                                slot = pair_slot(pairs, entered, one_entered)
+                            else:
+                                slot = pair_slot(pairs, one_entered, entered)
+                            if slot >= 0 and not math.isnan(pairs[slot, PAIR]):
+                                gap_j, lost_s, gain_j = (
+                                    pairs[slot, PAIR_J],
+                                    pairs[slot, PAIR_S],
+                                    pairs[slot, PAIR_GAIN_J],
+                                )
+                        if math.isnan(gap_j + lost_s + gain_j):
+                            gap_j, lost_s, gain_j = gap_of(
+                                p,
+                                q,
+                                bounds,
+                                r,
+                                roads,
+                                successor,
+                                long,
+                                v_max,
+                                settling_m[successor],
+                                top_class[successor],
+                                v_a,
+                                p_a,
+                                v_b,
+                                p_b,
+                                one_s if newer == 1 else now_s,
+                            )
+                            if slot >= 0 and fills:
+                                a, b = (entered, one_entered) if newer == 1 else (one_entered, entered)
+                                pairs[slot, PAIR_J], pairs[slot, PAIR_S], pairs[slot, PAIR_GAIN_J] = (
+                                    gap_j,
+                                    lost_s,
+                                    gain_j,
+                                )
+                                pairs[slot, PAIR] = float(int(a) * MOST_STATES + int(b))
+                        fade_frac = bounds[GAIN_J, k_top] / q.fade_width_j if fades else 0.0
+                        gone = leads(r, cost_a, energy_a, cost_b, energy_b, gap_j, lost_s, gain_j, due, fade_frac)
+                    if gone:
+                        superfluous = newer == 0
                         break
-                leading = cost <= one_cost
-                if leading and not (equal or crowded):
-                    slack_j = bounds[SLACK_J, top_class[successor]] if uneven else 0.0
-                    worth_j = least_worth_j(
-                        kinetic_j,
-                        most_accel,
-                        slack_j,
-                        row[successor, LENGTH],
-                        row[successor, LIMIT],
-                        v_end,
-                        p_stop,
-                        one_v,
-                        one_stopped,
-                    )
-                    leading = cost + energy_weight * worth_j <= one_cost and (not limited or worth_j <= -lead_j)
-                if leading and leads_on(
-                    p, q, bounds, r, roads, row, settling_m, top_class, successor, number, made, other, crowded
-                ):
+                if superfluous:
+                    break
+                if gone:
                     index[other, NEXT] = DEAD
                     if before < 0:
                         bag[successor, BAG_LABEL] = after
@@ -447,6 +515,7 @@ def run(
 @njit(nogil=True, cache=True)
 def fill_cruise(p: LinkPhysics, row: NDArray[np.float64], roads: NDArray[np.float64]) -> None:
     """Energy and time of each link entered at its limit or from rest, left at the limit or stopped, into its row."""
+    p, row, roads = borrowed_physics(p), borrowed(row), borrowed(roads)
     for k in range(row.shape[0]):
         v, length, stop = row[k, LIMIT], row[k, LENGTH], row[k, STOP]
         r = road_at(roads, k)
@@ -499,17 +568,20 @@ def arrivals(
 
     node_energy (N,) starts as inf; node_label (N,) the label whose link ends there; link_reach_m (M,) starts as −1.
     """
+    p = borrowed_physics(p)
+    pointer, number, roads = borrowed(ws.pointer), borrowed(ws.number), borrowed(g.roads)
+    limit_mps, length_m = g.speed_limit_mps, g.length_m
     for label in range(ws.counter[LABELS]):
-        if ws.pointer[label, NEXT] == DEAD:
+        if pointer[label, NEXT] == DEAD:
             continue
-        link = ws.pointer[label, LINK]
-        offset = ws.number[label, OFFSET]
-        energy0 = ws.number[label, ENERGY]
-        v, stopped = ws.number[label, SPEED], ws.number[label, STOPPED]
-        time0 = ws.number[label, TIME]
-        v_max = g.speed_limit_mps[link]
-        length = g.length_m[link]
-        road = road_in_time(p, g.roads, link, time0, (length - offset) / v_max)
+        link = pointer[label, LINK]
+        offset = number[label, OFFSET]
+        energy0 = number[label, ENERGY]
+        v, stopped = number[label, SPEED], number[label, STOPPED]
+        time0 = number[label, TIME]
+        v_max = limit_mps[link]
+        length = length_m[link]
+        road = road_in_time(p, roads, link, time0, (length - offset) / v_max)
         e, t, _ = link_energy(p, road, length - offset, v, stopped, v_max, v_max, 1.0, 0.0)
         e = accepted_j(p, energy0, e + cabin_energy_j(p, time0, time0 + t), r.least_energy_j)
         used = max(energy0 + e, r.least_energy_j)
@@ -523,7 +595,7 @@ def arrivals(
             low, high = offset, length
             for _ in range(24):
                 middle = 0.5 * (low + high)
-                road = road_in_time(p, g.roads, link, time0, (middle - offset) / v_max)
+                road = road_in_time(p, roads, link, time0, (middle - offset) / v_max)
                 e, t, _ = link_energy(p, road, middle - offset, v, stopped, v_max, v_max, 1.0, 0.0)
                 e += cabin_energy_j(p, time0, time0 + t)
                 if energy0 + e <= r.most_energy_j:

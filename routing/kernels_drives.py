@@ -19,6 +19,11 @@ ENTRY_MPS, ENTRY_STOPPED, EARLIER, TURNS, ENTRY_LENGTH, ENTRY_STOP = range(6)
 # columns of a drive's row
 DRIVE_J, DRIVE_S, DRIVE_END, DRIVE_STATE, DRIVE_POTENTIAL, DRIVE_LINK = range(6)
 COLUMNS = 6
+# columns of a pair of states, of which the first is asked whether it leads the second: both, and what gap_of says
+PAIR, PAIR_J, PAIR_S, PAIR_GAIN_J = range(4)
+PAIR_COLUMNS = 4
+MOST_STATES = 1 << 24
+PROBES = 4
 
 
 class DriveTable(NamedTuple):
@@ -29,6 +34,7 @@ class DriveTable(NamedTuple):
     [m] and the probability of stopping at its end. A row for each turn follows: energy [J] without climate, time [s],
     speed at the end [m/s], the state in which it enters the successor (0 where there was no room for it), the potential
     there [J] and the successor. used: (1,), rows in use. most_turns: of any link. grows: more room may be asked for.
+    pair: (H, 4), H a power of two, gaps between two states of a link in the order of their hash.
 
     Every value is NaN or 0 until it is written, once. So one search may fill the table while others read it: what they
     find is either absent or right, in whatever order it becomes visible to them.
@@ -37,6 +43,7 @@ class DriveTable(NamedTuple):
     latest: NDArray[np.int32]
     row: NDArray[np.float64]
     used: NDArray[np.int64]
+    pair: NDArray[np.float64]
     most_turns: int
     grows: bool
 
@@ -74,3 +81,19 @@ def state_of(
     used[0] = made + 1 + turns
     latest[link] = made
     return int(made)
+
+
+@njit(nogil=True, cache=True, inline="always")
+def pair_slot(table: NDArray[np.float64], a: int, b: int) -> int:
+    """Where the gap of state a over state b is kept or would be, −1 where there is no room for it."""
+    first, second = int(a), int(b)
+    key = float(first * MOST_STATES + second)
+    mask = table.shape[0] - 1
+    at = (first * 2654435761 + second * 2246822519) >> 7 & mask
+    found = -1
+    for _ in range(PROBES):
+        if table[at, PAIR] == key or math.isnan(table[at, PAIR]):
+            found = at
+            break
+        at = (at + 1) & mask
+    return found

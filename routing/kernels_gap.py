@@ -13,6 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from energy.kernels import link_energy, mean_over_intervals, speed_change_j
+from energy.kernels_borrow import borrowed
 from energy.kernels_force import LinkPhysics, road_in_time
 
 # columns of the label table
@@ -88,6 +89,28 @@ class GapRules(NamedTuple):
     accel_sum: NDArray[np.float64]
     printed: bool
     table: bool
+
+
+@njit(nogil=True, cache=True)
+def borrowed_rules(q: GapRules) -> GapRules:
+    """The same rules with borrowed arrays."""
+    return GapRules(
+        q.drive_factor,
+        q.recuperation_factor,
+        q.linear_n_per_mps,
+        q.aero_n_per_mps2,
+        q.sag_n,
+        q.power_w,
+        q.cap_w,
+        q.loss_w,
+        q.fade_width_j,
+        q.cabin_start_w,
+        q.cabin_time_s,
+        borrowed(q.speed_bound_mps),
+        borrowed(q.accel_sum),
+        q.printed,
+        q.table,
+    )
 
 
 @njit(nogil=True, cache=True)
@@ -244,105 +267,72 @@ def warm_up_due_j(bounds: NDArray[np.float64], k: int, t_a: float, t_b: float) -
 
 
 @njit(nogil=True, cache=True)
-def rest_of_cost(r: SearchRules, label: NDArray[np.float64]) -> float:
-    """Weighted time and distance of a label: its cost without energy."""
-    rest: float = label[COST] - r.energy_weight * label[ENERGY]
-    return rest
+def gap_of(
+    p: LinkPhysics,
+    q: GapRules,
+    bounds: NDArray[np.float64],
+    r: SearchRules,
+    roads: NDArray[np.float64],
+    link: int,
+    length: float,
+    v_max: float,
+    settling: float,
+    k: int,
+    v_a: float,
+    p_a: float,
+    v_b: float,
+    p_b: float,
+    begin_s: float,
+) -> tuple[float, float, float]:
+    """Most energy [J] and time [s] that state A can cost over state B on any way on, and what else `leads` asks for.
+
+    The third value is the most that A can recuperate until they meet [J], −inf where they meet in this link. The first
+    is inf where nothing is known, which is links too short for the printed model. begin_s: when B enters the link.
+    """
+    if q.printed:
+        if length < settling:
+            return math.inf, 0.0, 0.0
+        energy, lost = phase_gap(p, roads, link, length, v_max, v_a, p_a, v_b, p_b, begin_s)
+        return energy + bounds[WARM_UP_W, k] * abs(lost), lost, -math.inf
+    energy, lost, meets, gain = state_gap(p, q, bounds, r.half_inertia_kg, length, v_max, k, v_a, p_a, v_b, p_b)
+    return energy, lost, -math.inf if meets else gain
 
 
 @njit(nogil=True, cache=True)
 def leads(
-    p: LinkPhysics,
-    q: GapRules,
-    bounds: NDArray[np.float64],
     r: SearchRules,
-    roads: NDArray[np.float64],
-    index: int,
-    link: NDArray[np.float64],
-    settling: float,
-    k: int,
-    a: NDArray[np.float64],
-    b: NDArray[np.float64],
-    crowded: bool,
+    cost_a: float,
+    energy_a: float,
+    cost_b: float,
+    energy_b: float,
+    energy: float,
+    lost: float,
+    gain: float,
+    due: float,
+    fade_frac: float,
 ) -> bool:
-    """Whether label a makes label b on the same link superfluous, whatever follows; a, b, link are table rows.
+    """Whether label a makes label b in another state of the same link superfluous, whatever follows.
 
-    index: of the link. crowded: compare kinetic energy and cost alone, without the slack for differing accelerations.
+    energy, lost, gain: what gap_of says of their states. due: what a may still spend because it is earlier or later
+    [J]. fade_frac: share of a lead that a battery may lose until they meet whose acceptance falls with charge.
     """
-    if a[COST] > b[COST] or (r.pareto and a[ENERGY] > b[ENERGY]):
+    if energy == math.inf or fade_frac >= 1.0:
         return False
-    fills = r.pareto and r.least_energy_j != -math.inf
-    if fills and rest_of_cost(r, a) > rest_of_cost(r, b) + NOISE_COST:
-        return False  # a full battery would take the lead in energy and leave the debt in time
-    v_a, p_a = a[SPEED], a[STOPPED]
-    v_b, p_b = b[SPEED], b[STOPPED]
-    due = climate_due_j(q, a[TIME], b[TIME])
-    if bounds[WARM_UP_W, k] > 0.0:
-        due += warm_up_due_j(bounds, k, a[TIME], b[TIME])
-    if v_a == v_b and p_a == p_b:
-        if due == 0.0:
-            return True
-        if a[COST] + r.energy_weight * due > b[COST]:
-            return False
-        return bool(not r.limited or a[ENERGY] + due <= b[ENERGY])
-    if crowded:
-        gained = (1.0 - p_b) * v_b * v_b - (1.0 - p_a) * v_a * v_a
-        worth = q.drive_factor * r.half_inertia_kg * max(0.0, gained) + due
-        if a[COST] + r.energy_weight * worth > b[COST]:
-            return False
-        return not r.pareto or a[ENERGY] + worth <= b[ENERGY]
-    if q.printed:
-        if link[LENGTH] < settling:
-            return False
-        energy, lost = phase_gap(p, roads, index, link[LENGTH], link[LIMIT], v_a, p_a, v_b, p_b, b[TIME])
-        energy += bounds[WARM_UP_W, k] * abs(lost)
-        meets = True
-        gain = 0.0
-    else:
-        energy, lost, meets, gain = state_gap(
-            p, q, bounds, r.half_inertia_kg, link[LENGTH], link[LIMIT], k, v_a, p_a, v_b, p_b
-        )
     energy += due
-    if q.fade_width_j > 0.0:
-        # a cap that falls with charge takes from a lead what both can recuperate until they meet
-        kept = 1.0 - bounds[GAIN_J, k] / q.fade_width_j
-        if kept <= 0.0:
-            return False
-        if energy > 0.0:
-            energy /= kept
-    if a[COST] + r.energy_weight * (energy - NOISE_J) + r.time_weight * (lost - NOISE_S) > b[COST]:
+    if energy > 0.0:
+        energy /= 1.0 - fade_frac
+    lost -= NOISE_S
+    if cost_a + r.energy_weight * (energy - NOISE_J) + r.time_weight * lost > cost_b:
         return False
     if not r.limited:
         return True
-    if fills and rest_of_cost(r, a) + r.time_weight * (lost - NOISE_S) > rest_of_cost(r, b) + NOISE_COST:
-        return False
-    lead = a[ENERGY]
-    if not meets:
-        # a full battery could take away the lead: count a's charge only as far as it can't be clamped until they meet
-        lead = max(lead, r.least_energy_j + gain)
-    return bool(lead + energy - NOISE_J <= b[ENERGY])
-
-
-@njit(nogil=True, cache=True)
-def leads_on(
-    p: LinkPhysics,
-    q: GapRules,
-    bounds: NDArray[np.float64],
-    r: SearchRules,
-    roads: NDArray[np.float64],
-    row: NDArray[np.float64],
-    settling_m: NDArray[np.float64],
-    top_class: NDArray[np.int8],
-    link: int,
-    number: NDArray[np.float64],
-    a: int,
-    b: int,
-    crowded: bool,
-) -> bool:
-    """Whether label a makes label b superfluous; a, b are rows of the label table, link is that of both."""
-    return leads(
-        p, q, bounds, r, roads, link, row[link], settling_m[link], top_class[link], number[a], number[b], crowded
-    )
+    if r.pareto and r.least_energy_j != -math.inf:
+        # a full battery would take the lead in energy and leave the debt in time
+        rest_a, rest_b = cost_a - r.energy_weight * energy_a, cost_b - r.energy_weight * energy_b
+        if rest_a + max(0.0, r.time_weight * lost) > rest_b + NOISE_COST:
+            return False
+    # a full battery could take away the lead: count a's charge only as far as it can't be clamped until they meet
+    return bool(max(energy_a, r.least_energy_j + gain) + energy - NOISE_J <= energy_b)
 
 
 @njit(nogil=True, cache=True)
