@@ -72,7 +72,7 @@ class Drives:
 
     def _empty(self, rows: int) -> DriveTable:
         # room for what one label can add is asked for beforehand, so that a search that may grow never stops short
-        least = self._most_turns * (self._most_turns + 1) + 2
+        least = self._most_turns * (self._most_turns + 2) + 2
         rows = min(max(rows, 2 * least), self._most_rows)
         return DriveTable(
             latest=np.zeros(self._links, np.int32),

@@ -65,6 +65,16 @@ from routing.kernels_gap import (
     least_worth_j,
     warm_up_due_j,
 )
+from routing.kernels_heap import heap_drop, heap_push
+from routing.kernels_homing import (
+    FARTHEST,
+    FARTHEST_FRAC,
+    FARTHEST_J,
+    FARTHEST_M,
+    FARTHEST_S,
+    Homing,
+    cost_to_goal,
+)
 
 LINK, PARENT, NEXT, STATE = range(4)
 DEAD = -2  # as the next label of its link: another one leads
@@ -116,47 +126,6 @@ class Workspace(NamedTuple):
 
 
 @njit(nogil=True, cache=True)
-def heap_push(heap_key: NDArray[np.float64], heap_label: NDArray[np.int32], size: int, key: float, label: int) -> None:
-    """Add a label to the four-ary heap of a size; the caller counts."""
-    k = size
-    while k > 0:
-        up = (k - 1) >> 2
-        if heap_key[up] <= key:
-            break
-        heap_key[k] = heap_key[up]
-        heap_label[k] = heap_label[up]
-        k = up
-    heap_key[k] = key
-    heap_label[k] = label
-
-
-@njit(nogil=True, cache=True)
-def heap_drop(heap_key: NDArray[np.float64], heap_label: NDArray[np.int32], size: int) -> None:
-    """Take the least key off the four-ary heap of a size; the caller counts."""
-    size -= 1
-    key = heap_key[size]
-    label = heap_label[size]
-    k = 0
-    while True:
-        child = 4 * k + 1
-        if child >= size:
-            break
-        best = child
-        best_key = heap_key[child]
-        for c in range(child + 1, min(child + 4, size)):
-            if heap_key[c] < best_key:
-                best = c
-                best_key = heap_key[c]
-        if best_key >= key:
-            break
-        heap_key[k] = best_key
-        heap_label[k] = heap_label[best]
-        k = best
-    heap_key[k] = key
-    heap_label[k] = label
-
-
-@njit(nogil=True, cache=True)
 def is_ancestor(index: NDArray[np.int32], label: int, candidate: int) -> bool:
     """Whether candidate is on the way from label back to its start."""
     while label >= 0:
@@ -197,6 +166,7 @@ def run(
     ws: Workspace,
     d: DriveTable,
     fills: bool,
+    h: Homing,
     epoch: int,
     goal_link: NDArray[np.int64],
     goal_offset: NDArray[np.float64],
@@ -232,10 +202,43 @@ def run(
     kinetic_j = q.drive_factor * r.half_inertia_kg if uneven else 0.0
     most_accel = greatest_of_sums(q.accel_sum)
     successor_first, successors = borrowed(g.successor_first), borrowed(g.successor)
+    directed = h.used
+    into_first, into, node, slowest_mps = (
+        borrowed(h.into_first),
+        borrowed(h.into),
+        borrowed(h.node),
+        borrowed(h.slowest_mps),
+    )
+    tail, back_key, back_node = borrowed(h.tail), borrowed(h.heap_key), borrowed(h.heap_node)
+    back_count, back_reach, back_epoch = borrowed(h.in_heap), borrowed(h.reach), h.epoch
+    time_weight, distance_weight = r.time_weight, r.distance_weight
     links = row.shape[0]
     capacity = index.shape[0]
     heap_size, made, settled = counter[HEAP], counter[LABELS], counter[SETTLED]
     status = DONE
+    if directed:
+        far = 0.0
+        for k in range(heap_size):
+            here = tail[index[heap_label[k], LINK]]
+            far = max(
+                far,
+                cost_to_goal(
+                    into_first,
+                    into,
+                    node,
+                    back_key,
+                    back_node,
+                    back_count,
+                    back_reach,
+                    back_epoch,
+                    energy_weight,
+                    time_weight,
+                    distance_weight,
+                    here,
+                ),
+            )
+        margin = energy_weight * FARTHEST_J + time_weight * FARTHEST_S + distance_weight * FARTHEST_M
+        back_reach[FARTHEST] = max(FARTHEST_FRAC * far, far + margin)
     while heap_size > 0:
         top = heap_label[0]
         if index[top, NEXT] == DEAD:
@@ -271,7 +274,7 @@ def run(
         if made > r.label_limit:
             status = TOO_MANY
             break
-        if room > 0 and drive_used[0] + turns * (d.most_turns + 1) > room:
+        if room > 0 and drive_used[0] + turns * (d.most_turns + 2) > room:
             status = CRAMPED
             break
         cost0, energy0, time0 = number[top, COST], number[top, ENERGY], number[top, TIME]
@@ -291,7 +294,7 @@ def run(
                 e = accepted_j(p, energy0, e, least_energy)
                 e = max(e, least_energy - energy0)
                 if energy0 + e <= most_energy:
-                    cost = cost0 + energy_weight * e + r.time_weight * t + r.distance_weight * ds
+                    cost = cost0 + energy_weight * e + time_weight * t + distance_weight * ds
                     height = row[link, HEIGHT] + roads[link, ROAD_GRADE] * goal_offset[k]
                     number[made, KEY] = cost - energy_weight * r.alpha * p.weight_n * height
                     number[made, COST], number[made, ENERGY] = cost, energy0 + e
@@ -369,10 +372,29 @@ def run(
             used = max(energy0 + e, least_energy)  # a full battery: the rest is braked away
             if used > most_energy:
                 continue
-            cost = cost0 + energy_weight * (used - energy0) + r.time_weight * t + r.distance_weight * ds
+            cost = cost0 + energy_weight * (used - energy0) + time_weight * t + distance_weight * ds
             if bag[successor, BAG_EPOCH] != epoch:
                 bag[successor, BAG_EPOCH] = epoch
                 bag[successor, BAG_LABEL] = -1
+            # a drive that has not gathered way, soon after the start, is outside of what the bound was made for
+            ahead = 0.0
+            if directed and v_end >= slowest_mps[successor]:
+                ahead = cost_to_goal(
+                    into_first,
+                    into,
+                    node,
+                    back_key,
+                    back_node,
+                    back_count,
+                    back_reach,
+                    back_epoch,
+                    energy_weight,
+                    time_weight,
+                    distance_weight,
+                    tail[successor],
+                )
+                if ahead == math.inf:
+                    continue
             now_s = time0 + t
             number[made, COST], number[made, ENERGY], number[made, TIME] = cost, used, now_s
             number[made, SPEED], number[made, STOPPED] = v_end, p_stop
@@ -496,7 +518,7 @@ def run(
             index[made, LINK], index[made, PARENT], index[made, STATE] = successor, top, entered
             index[made, NEXT] = bag[successor, BAG_LABEL]
             bag[successor, BAG_LABEL] = made
-            key = cost - energy_weight * potential
+            key = cost - energy_weight * potential + ahead
             if key < key0 - 1e-9 * (abs(key0) + energy_weight * 3600.0):
                 counter[REDUCED_BELOW_ZERO] += 1
             number[made, KEY], number[made, DISTANCE], number[made, OFFSET] = key, distance0 + ds, 0.0
@@ -510,99 +532,6 @@ def run(
     if status == DONE and counter[GOAL] >= 0:
         return FOUND
     return status
-
-
-@njit(nogil=True, cache=True)
-def fill_cruise(p: LinkPhysics, row: NDArray[np.float64], roads: NDArray[np.float64]) -> None:
-    """Energy and time of each link entered at its limit or from rest, left at the limit or stopped, into its row."""
-    p, row, roads = borrowed_physics(p), borrowed(row), borrowed(roads)
-    for k in range(row.shape[0]):
-        v, length, stop = row[k, LIMIT], row[k, LENGTH], row[k, STOP]
-        r = road_at(roads, k)
-        wait = roads[k, ROAD_WAIT]
-        row[k, CRUISE_J], row[k, CRUISE_S], _ = link_energy(p, r, length, v, 0.0, v, v, stop, wait)
-        row[k, REST_J], row[k, REST_S], end = link_energy(p, r, length, 0.0, 0.0, v, v, stop, wait)
-        if end != v:
-            row[k, REST_S] = -1.0
-
-
-@njit(nogil=True, cache=True)
-def top_classes(
-    length: NDArray[np.float64],
-    first: NDArray[np.int64],
-    successor: NDArray[np.int32],
-    run_up: NDArray[np.float64],
-    top: NDArray[np.int8],
-) -> None:
-    """Highest speed interval that drives may be in before two of them must have met, for each link.
-
-    run_up: distance in which any entry reaches the link's limit. top starts as the interval of that limit
-    and grows along successors of links shorter than their run-up until nothing changes.
-    """
-    changed = True
-    while changed:
-        changed = False
-        for i in range(length.size):
-            if length[i] >= run_up[i]:
-                continue
-            best = top[i]
-            for k in range(first[i], first[i + 1]):
-                best = max(best, top[successor[k]])
-            if best > top[i]:
-                top[i] = best
-                changed = True
-
-
-@njit(nogil=True, cache=True)
-def arrivals(
-    g: LinkArrays,
-    p: LinkPhysics,
-    r: SearchRules,
-    ws: Workspace,
-    head: NDArray[np.int32],
-    node_energy: NDArray[np.float64],
-    node_label: NDArray[np.int32],
-    link_reach_m: NDArray[np.float64],
-) -> None:
-    """After a one-to-all search: least energy to stop at each node, and how far along each link one can stop.
-
-    node_energy (N,) starts as inf; node_label (N,) the label whose link ends there; link_reach_m (M,) starts as −1.
-    """
-    p = borrowed_physics(p)
-    pointer, number, roads = borrowed(ws.pointer), borrowed(ws.number), borrowed(g.roads)
-    limit_mps, length_m = g.speed_limit_mps, g.length_m
-    for label in range(ws.counter[LABELS]):
-        if pointer[label, NEXT] == DEAD:
-            continue
-        link = pointer[label, LINK]
-        offset = number[label, OFFSET]
-        energy0 = number[label, ENERGY]
-        v, stopped = number[label, SPEED], number[label, STOPPED]
-        time0 = number[label, TIME]
-        v_max = limit_mps[link]
-        length = length_m[link]
-        road = road_in_time(p, roads, link, time0, (length - offset) / v_max)
-        e, t, _ = link_energy(p, road, length - offset, v, stopped, v_max, v_max, 1.0, 0.0)
-        e = accepted_j(p, energy0, e + cabin_energy_j(p, time0, time0 + t), r.least_energy_j)
-        used = max(energy0 + e, r.least_energy_j)
-        if used <= r.most_energy_j:
-            link_reach_m[link] = length
-            node = head[link]
-            if used < node_energy[node]:
-                node_energy[node] = used
-                node_label[node] = label
-        elif link_reach_m[link] < length:
-            low, high = offset, length
-            for _ in range(24):
-                middle = 0.5 * (low + high)
-                road = road_in_time(p, roads, link, time0, (middle - offset) / v_max)
-                e, t, _ = link_energy(p, road, middle - offset, v, stopped, v_max, v_max, 1.0, 0.0)
-                e += cabin_energy_j(p, time0, time0 + t)
-                if energy0 + e <= r.most_energy_j:
-                    low = middle
-                else:
-                    high = middle
-            link_reach_m[link] = max(link_reach_m[link], low)
 
 
 @njit(nogil=True, cache=True)

@@ -33,7 +33,8 @@ class DriveTable(NamedTuple):
     probability of having stopped, the link's state before it (0 at the end), the number of the link's turns, its length
     [m] and the probability of stopping at its end. A row for each turn follows: energy [J] without climate, time [s],
     speed at the end [m/s], the state in which it enters the successor (0 where there was no room for it), the potential
-    there [J] and the successor. used: (1,), rows in use. most_turns: of any link. grows: more room may be asked for.
+    there [J] and the successor; then one for stopping at the link's end: energy and time. used: (1,), rows in use.
+    most_turns: of any link. grows: more room may be asked for.
     pair: (H, 4), H a power of two, gaps between two states of a link in the order of their hash.
 
     Every value is NaN or 0 until it is written, once. So one search may fill the table while others read it: what they
@@ -74,11 +75,11 @@ def state_of(
             break
         state = int(earlier)
     made = used[0]
-    if not fills or made + 1 + turns > table.shape[0]:
+    if not fills or made + 2 + turns > table.shape[0]:
         return 0
     table[made, ENTRY_MPS], table[made, ENTRY_STOPPED], table[made, EARLIER] = speed, stopped, latest[link]
     table[made, TURNS], table[made, ENTRY_LENGTH], table[made, ENTRY_STOP] = turns, length, p_stop
-    used[0] = made + 1 + turns
+    used[0] = made + 2 + turns
     latest[link] = made
     return int(made)
 

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from energy.kernels import link_energy
 from energy.kernels_force import ROAD_WAIT, LinkPhysics, cabin_energy_j, road_at, road_in_time
-from routing.kernels import LinkArrays, heap_drop, heap_push
+from routing.kernels import LinkArrays
 from routing.kernels_entries import Entries
 from routing.kernels_gap import CRUISE_J, CRUISE_S, REST_J, REST_S
+from routing.kernels_heap import heap_drop, heap_push
 
 MERGED_MPS = 1e-3  # two drives that differ by less have met: for a car at 50 km/h that is 0.01 Wh
 

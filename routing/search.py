@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 import time
+from contextlib import contextmanager, nullcontext
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -17,26 +18,31 @@ from energy.effects import LinkSetting, drive_of
 from energy.kernels import MEDIUM, TOUCH_MPS, mean_over_intervals
 from energy.kernels_force import LinkPhysics
 from energy.stops import FunctionalClass, StopSettings
-from routing import kernels, kernels_gap
-from routing.drives import Drives
+from routing import kernels, kernels_gap, kernels_links
+from routing.aligned import aligned
+from routing.drives import Drives, LentDrives
 from routing.errors import NegativeCycleError, SearchLimitError
 from routing.gaps import gap_bounds, gap_rules
+from routing.homing import MOST_GOALS, UNDIRECTED, Guide, HomingScratch
 from routing.kernels import LinkArrays, Workspace
+from routing.kernels_arrivals import arrivals
 from routing.kernels_gap import GapRules, SearchRules
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
     from energy.effects import Drive
     from energy.vehicle_files import AnyVehicle
     from routing.graph import RoadGraph
+    from routing.kernels_homing import Homing
     from routing.query import Weights
 
 JOULE_PER_KWH: Final = 3.6e6
 SECOND_PER_HOUR: Final = 3600.0
 METRE_PER_KM: Final = 1000.0
+WORKSPACES_KEPT: Final = 4
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +55,7 @@ class SearchSpace:
     bounds: NDArray[np.float64]
     half_inertia_kg: float
     drives: Drives
+    guide: Guide
 
 
 @dataclass(frozen=True, slots=True)
@@ -160,14 +167,14 @@ def search_space(
     roads = drive.roads(setting, wait)
     interval, run_up, settling = _run_up(physics, driven)
     top = interval.copy()
-    kernels.top_classes(graph.length_m, graph.successor_first, graph.successor, run_up, top)
+    kernels_links.top_classes(graph.length_m, graph.successor_first, graph.successor, run_up, top)
     half_inertia = 0.5 * physics.inertia_kg
     row = np.zeros((graph.link_count, 8))
     row[:, kernels_gap.LENGTH] = graph.length_m
     row[:, kernels_gap.LIMIT] = driven
     row[:, kernels_gap.HEIGHT] = graph.node_height_m[graph.tail]
     row[:, kernels_gap.STOP] = probability
-    kernels.fill_cruise(physics, row, roads)
+    kernels_links.fill_cruise(physics, row, roads)
     arrays = LinkArrays(
         row=row,
         roads=roads,
@@ -184,7 +191,13 @@ def search_space(
     )
     gap = gap_rules(physics, roads, driven)
     bounds = gap_bounds(physics, gap, half_inertia, roads, driven)
-    return SearchSpace(arrays, physics, gap, bounds, half_inertia, Drives(graph.successor_first))
+    guide = Guide(graph, arrays, physics, gap, potential_share(physics))
+    return SearchSpace(arrays, physics, gap, bounds, half_inertia, Drives(graph.successor_first), guide)
+
+
+def potential_share(physics: LinkPhysics) -> float:
+    """α of the potential of lemma 1, half-way between η_chg and 1/η_dis."""
+    return 0.5 * (physics.drive_factor + physics.recuperation_factor)
 
 
 def _run_up(
@@ -212,21 +225,13 @@ def _run_up(
 def new_workspace(links: int, capacity: int) -> Workspace:
     """Arrays for one search; pages that the search never touches cost nothing."""
     return Workspace(
-        number=_aligned(8 * capacity, 0).reshape(capacity, 8),
+        number=aligned(8 * capacity, 0).reshape(capacity, 8),
         pointer=np.empty((capacity, 4), np.int32),
-        heap_key=_aligned(capacity, 1),
+        heap_key=aligned(capacity, 1),
         heap_label=np.empty(capacity, np.int32),
         bag=np.zeros((links + 1, 2), np.int32),
         counter=np.zeros(8, np.int64),
     )
-
-
-def _aligned(count: int, place: int) -> NDArray[np.float64]:
-    """Unset numbers, float64 (count,), of which the one at a place begins a cache line."""
-    line = 8  # numbers of 8 bytes
-    raw = np.empty(count + 2 * line)
-    begin = (-(raw.ctypes.data // 8) - place) % line
-    return raw[begin : begin + count]
 
 
 def _grown(ws: Workspace) -> Workspace:
@@ -246,6 +251,7 @@ class WorkspacePool:
     def __init__(self, links: int) -> None:
         self._links = links
         self._free: list[tuple[Workspace, int]] = []
+        self._homing: list[HomingScratch] = []
         self._lock = threading.Lock()
 
     def take(self) -> tuple[Workspace, int]:
@@ -258,8 +264,22 @@ class WorkspacePool:
     def give_back(self, ws: Workspace, epoch: int) -> None:
         """Return a workspace; only a few are kept."""
         with self._lock:
-            if len(self._free) < 4 and epoch < 2_000_000_000:
+            if len(self._free) < WORKSPACES_KEPT and epoch < 2_000_000_000:
                 self._free.append((ws, epoch + 1))
+
+    @contextmanager
+    def directed(self, space: SearchSpace, goals: Sequence[LinkPosition]) -> Iterator[Homing]:
+        """What directs a search to its goals; for one search."""
+        with self._lock:
+            scratch = self._homing.pop() if self._homing else None
+        if scratch is None:
+            scratch = HomingScratch(self._links)
+        try:
+            yield space.guide.homing(scratch, [goal.link_idx for goal in goals])
+        finally:
+            with self._lock:
+                if len(self._homing) < WORKSPACES_KEPT:
+                    self._homing.append(scratch)
 
 
 def _rules(space: SearchSpace, weights: Weights, limits: Limits, pareto: bool, label_limit: int) -> SearchRules:
@@ -270,7 +290,7 @@ def _rules(space: SearchSpace, weights: Weights, limits: Limits, pareto: bool, l
         energy_weight=weights.energy / JOULE_PER_KWH,
         time_weight=weights.time / SECOND_PER_HOUR,
         distance_weight=weights.distance / METRE_PER_KM,
-        alpha=0.5 * (p.drive_factor + p.recuperation_factor),
+        alpha=potential_share(p),
         half_inertia_kg=space.half_inertia_kg,
         limited=limits.held,
         pareto=pareto,
@@ -285,6 +305,8 @@ def _run(
     rules: SearchRules,
     starts: Sequence[LinkPosition],
     goals: Sequence[LinkPosition],
+    lent: LentDrives,
+    homing: Homing = UNDIRECTED,
     begin_s: float = 0.0,
 ) -> tuple[Workspace, int, int, SearchCounts]:
     ws, epoch = pool.take()
@@ -295,27 +317,27 @@ def _run(
         kernels.start_label(space.arrays, space.physics, rules, ws, start.link_idx, start.offset_m, begin_s)
     goal_link = np.array([g.link_idx for g in goals], np.int64)
     goal_offset = np.array([g.offset_m for g in goals], np.float64)
-    with space.drives.lent() as lent:
-        while True:
-            status = kernels.run(
-                space.arrays,
-                space.physics,
-                space.gap,
-                space.bounds,
-                rules,
-                ws,
-                lent.table,
-                lent.fills,
-                epoch,
-                goal_link,
-                goal_offset,
-            )
-            if status == kernels.FULL:
-                ws = _grown(ws)
-            elif status == kernels.CRAMPED:
-                lent.grow()
-            else:
-                break
+    while True:
+        status = kernels.run(
+            space.arrays,
+            space.physics,
+            space.gap,
+            space.bounds,
+            rules,
+            ws,
+            lent.table,
+            lent.fills,
+            homing,
+            epoch,
+            goal_link,
+            goal_offset,
+        )
+        if status == kernels.FULL:
+            ws = _grown(ws)
+        elif status == kernels.CRAMPED:
+            lent.grow()
+        else:
+            break
     if status == kernels.NEGATIVE_CYCLE:
         cycle = int(ws.counter[kernels.CYCLE])
         pool.give_back(ws, epoch)
@@ -346,14 +368,19 @@ def find_path(
     pareto: bool = False,
     label_limit: int = 50_000_000,
     begin_s: float = 0.0,
+    directed: bool = True,
 ) -> tuple[FoundPath | None, SearchCounts]:
     """The cheapest way from a start to a goal, or None; the vehicle starts from rest and stops at the goal.
 
     pareto must be set where limits are held and anything but energy is weighted. begin_s: time since departure at the
-    start [s], which cabin and tyres depend on; the path's own time counts from there.
+    start [s], which cabin and tyres depend on; the path's own time counts from there. directed: towards the goals by
+    the lower bound of docs/search-goal.md, which changes the work and not the answer.
     """
     rules = _rules(space, weights, limits, pareto, label_limit)
-    ws, epoch, goal, counts = _run(space, pool, rules, starts, goals, begin_s)
+    directed = directed and 0 < len(goals) <= MOST_GOALS and not rules.correcting
+    homing = pool.directed(space, goals) if directed else nullcontext(UNDIRECTED)
+    with space.drives.lent() as lent, homing as bound:
+        ws, epoch, goal, counts = _run(space, pool, rules, starts, goals, lent, bound, begin_s)
     try:
         return (None if goal < 0 else _unpack(ws, goal, goals, begin_s)), counts
     finally:
@@ -395,12 +422,11 @@ def reach(
     from routing.query import ECO
 
     rules = _rules(space, ECO, limits, False, label_limit)
-    ws, epoch, _, counts = _run(space, pool, rules, starts, ())
-    try:
-        node_energy = np.full(node_count, np.inf)
-        node_label = np.full(node_count, -1, np.int32)
-        link_reach = np.full(head.size, -1.0)
-        kernels.arrivals(space.arrays, space.physics, rules, ws, head, node_energy, node_label, link_reach)
-    finally:
-        pool.give_back(ws, epoch)
+    node_energy, link_reach = np.full(node_count, np.inf), np.full(head.size, -1.0)
+    with space.drives.lent() as lent:  # the labels have states of this table
+        ws, epoch, _, counts = _run(space, pool, rules, starts, (), lent)
+        try:
+            arrivals(space.arrays, space.physics, rules, ws, lent.table, lent.fills, head, node_energy, link_reach)
+        finally:
+            pool.give_back(ws, epoch)
     return Reach(node_energy, link_reach, limits.most_energy_j, counts)

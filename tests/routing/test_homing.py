@@ -1,0 +1,195 @@
+"""The lower bound that directs a search: it never exceeds what any drive takes, and changes the work but no answer."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import dijkstra
+
+from energy.chain import LinkModel, StopRule
+from energy.conditions import STILL
+from energy.kernels import link_energy
+from energy.kernels_force import ROAD_WAIT, road_at
+from energy.stops import StopSettings
+from energy.vehicle_files import load_vehicles
+from routing.homing import PASSES, HomingScratch, least_costs, plain_physics
+from routing.kernels_homing import FARTHEST, INTO_J, INTO_M, INTO_S, INTO_TAIL, cost_to_goal
+from routing.kernels_least import LEAST_J, LEAST_S, SLOWEST, STOPPED_LEAST, STOPPED_MOST, fill_entries, fill_least
+from routing.query import ECO
+from routing.search import Limits, LinkPosition, WorkspacePool, find_path, potential_share, search_space
+from tests.routing.test_search_exact import (
+    LEARNED,
+    LOSSY,
+    WEATHER,
+    charges,
+    graph_of,
+    maps,
+    rules,
+    vehicle,
+    vehicles,
+    weightings,
+)
+from tests.routing.test_search_real import REPOSITORY, andorra, planner  # noqa: F401  (fixtures)
+
+skies = st.sampled_from([STILL, *WEATHER])
+learned = st.sampled_from([None, LOSSY, *LEARNED])
+
+
+def space_of(graph, car, rule, sky=STILL):
+    return search_space(graph, car, LinkModel.INTEGRATED, rule, StopSettings(), sky)
+
+
+def tables_of(space):
+    """Entries (M, 3) and least costs (M, 2), by link."""
+    g = space.arrays
+    entry, least = np.empty((g.row.shape[0], 3)), np.empty((g.row.shape[0], 2))
+    turns = (g.successor_first, g.successor)
+    fill_entries(space.physics, g.row, *turns, PASSES, entry)
+    plain = plain_physics(space.physics)
+    fill_least(plain, potential_share(plain), space.gap.sag_n, g.row, g.roads, *turns, entry, least)
+    return entry, least
+
+
+def tables():
+    """Cars that know nothing but what each speed takes."""
+    cars = load_vehicles(REPOSITORY / "data/vehicles").values()
+    return [car for car in cars if not hasattr(car, "mass_kg")]
+
+
+@settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(maps(), vehicles, rules, skies, learned, st.floats(0.0, 1.0), st.floats(0.0, 1.0))
+def test_no_entry_of_a_link_takes_less_than_the_least_and_none_leaves_it_slower(
+    graph, car, rule, sky, effects, share, between
+):
+    car = car if effects is None else replace(car, effects=effects)
+    space = space_of(graph, car, rule, sky)
+    p, g, alpha = space.physics, space.arrays, potential_share(space.physics)
+    entry, least = tables_of(space)
+    for link in range(graph.link_count):
+        limit = g.speed_limit_mps[link]
+        low = entry[link, SLOWEST]
+        assert low <= limit
+        v = min(low + share * (limit - low), limit)
+        stopped = entry[link, STOPPED_LEAST] + between * (entry[link, STOPPED_MOST] - entry[link, STOPPED_LEAST])
+        p_stop = g.stop_probability_frac[link]
+        for following in graph.successors(link).tolist():
+            target = g.speed_limit_mps[following]
+            e, t, end = link_energy(
+                p, road_at(g.roads, link), g.length_m[link], v, stopped, limit, target, p_stop, g.roads[link, ROAD_WAIT]
+            )
+            kinetic = space.half_inertia_kg * ((1.0 - p_stop) * end**2 - (1.0 - stopped) * v**2)
+            climb = graph.node_height_m[graph.head[link]] - graph.node_height_m[graph.tail[link]]
+            assert least[link, LEAST_J] <= max(e - alpha * (p.weight_n * climb + kinetic), 0.0) + 1e-6
+            assert least[link, LEAST_S] <= t * (1.0 + 1e-12) + 1e-9
+            assert end >= entry[following, SLOWEST]
+            assert entry[following, STOPPED_LEAST] <= p_stop <= entry[following, STOPPED_MOST]
+
+
+@settings(max_examples=120, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(maps(nodes=6), vehicles, weightings, charges, rules, skies, learned, st.data())
+def test_directed_search_answers_what_an_undirected_one_does(graph, car, weights, limits, rule, sky, effects, data):
+    car = car if effects is None else replace(car, effects=effects)
+    space = space_of(graph, car, rule, sky)
+    links = data.draw(st.lists(st.integers(0, graph.link_count - 1), min_size=3, max_size=3))
+    start, *goals = (LinkPosition(link, 0.5 * float(graph.length_m[link])) for link in links)
+    pareto = limits.held and (weights.time > 0.0 or weights.distance > 0.0)
+    pool = WorkspacePool(graph.link_count)
+    (path, counts), (plain, _) = (
+        find_path(space, pool, weights, limits, [start], goals, pareto=pareto, begin_s=30.0, directed=directed)
+        for directed in (True, False)
+    )
+    assert counts.reduced_below_zero == 0
+    assert (path is None) == (plain is None)
+    if path is not None:
+        assert path.cost == pytest.approx(plain.cost, rel=1e-9, abs=1e-9)
+
+
+@pytest.mark.parametrize("car", tables(), ids=lambda car: car.id)
+def test_bound_of_consumption_tables_holds_on_a_chain_of_links(car):
+    links = [(k, (k + 1) % 5, 40.0 + 200.0 * k, 8.0 + 4.0 * k, k % 4) for k in range(5)]
+    links += [(b, a, length, limit, cross) for a, b, length, limit, cross in links]
+    graph = graph_of(links, [0.0, 3.0, 1.0, 6.0, 2.0])
+    space = space_of(graph, car, StopRule.EXPECTED)
+    start, goal = LinkPosition(0, 0.0), LinkPosition(graph.link_count - 1, 5.0)
+    (path, counts), (plain, _) = (
+        find_path(space, WorkspacePool(graph.link_count), ECO, Limits(), [start], [goal], directed=directed)
+        for directed in (True, False)
+    )
+    assert path is not None
+    assert path.cost == pytest.approx(plain.cost, rel=1e-12)
+    assert counts.reduced_below_zero == 0
+
+
+def asked(homing, weights, node):
+    h = homing
+    return cost_to_goal(
+        h.into_first, h.into, h.node, h.heap_key, h.heap_node, h.in_heap, h.reach, h.epoch, *weights, node
+    )
+
+
+def test_costs_to_the_goal_are_those_of_scipy_and_never_more_beyond_the_radius(andorra):  # noqa: F811
+    space = space_of(andorra, vehicle(), StopRule.EXPECTED)
+    weights = (1.0 / 3.6e6, 0.002, 1e-5)
+    costs = space.guide.costs()
+    to = np.repeat(np.arange(andorra.node_count), np.diff(costs.into_first))
+    price = costs.into[:, [INTO_J, INTO_S, INTO_M]] @ np.array(weights)
+    order = np.argsort(-price)  # of parallel links the last one written stays
+    matrix = {}
+    for a, b, c in zip(to[order], costs.into[order, INTO_TAIL].astype(int), price[order], strict=True):
+        matrix[int(a), int(b)] = c
+    row, column = np.array(list(matrix)).T
+    shape = (andorra.node_count, andorra.node_count)
+    goal = 1000
+    expected = dijkstra(
+        coo_array((list(matrix.values()), (row, column)), shape=shape).tocsr(), indices=andorra.tail[goal]
+    )
+    scratch = HomingScratch(andorra.link_count)
+    for farthest in (math.inf, float(np.median(expected))):
+        homing = space.guide.homing(scratch, [goal])
+        homing.reach[FARTHEST] = farthest
+        got = np.array([asked(homing, weights, node) for node in range(andorra.node_count)])
+        near = expected <= min(farthest, 1e9)
+        assert got[near] == pytest.approx(expected[near], rel=1e-9, abs=1e-12)
+        assert (got <= expected * (1.0 + 1e-9)).all()
+        assert (got[~near] >= farthest).all()
+
+
+def test_nothing_leads_to_the_goal_of_a_road_that_none_enters():
+    graph = graph_of([(0, 1, 300.0, 15.0, 0), (1, 0, 300.0, 15.0, 0)], [0.0, 0.0])
+    space = space_of(graph, vehicle(), StopRule.NONE)
+    homing = space.guide.homing(HomingScratch(graph.link_count), [0])
+    homing.into_first[:] = 0  # as if no link led anywhere
+    assert asked(homing, (1.0, 0.0, 0.0), int(graph.tail[0])) == 0.0
+    assert asked(homing, (1.0, 0.0, 0.0), int(graph.head[0])) == math.inf
+
+
+def test_directed_searches_on_andorra_settle_less_than_half_of_the_labels(andorra):  # noqa: F811
+    space = space_of(andorra, vehicle(), StopRule.EXPECTED)
+    pool = WorkspacePool(andorra.link_count)
+    rng = np.random.default_rng(20261122)
+    settled = np.zeros(2)
+    for start, goal in rng.choice(andorra.link_count, (40, 2), replace=False).tolist():
+        ends = [LinkPosition(start, 0.0)], [LinkPosition(goal, 0.5 * float(andorra.length_m[goal]))]
+        answers = [find_path(space, pool, ECO, Limits(), *ends, directed=directed) for directed in (True, False)]
+        assert answers[0][0].cost == pytest.approx(answers[1][0].cost, rel=1e-9)
+        settled += [counts.labels_settled for _, counts in answers]
+        assert answers[0][1].reduced_below_zero == 0
+    assert settled[0] < 0.5 * settled[1]
+
+
+def test_least_costs_of_a_flat_road_without_stops_are_those_of_driving_at_the_limit():
+    links = [(k, (k + 1) % 4, 2000.0, 15.0, 0) for k in range(4)]
+    graph = graph_of(links, [0.0] * 4)
+    space = space_of(graph, vehicle(), StopRule.NONE)
+    g, p = space.arrays, space.physics
+    costs = least_costs(graph, g, p, space.gap, potential_share(p))
+    e, t, _ = link_energy(p, road_at(g.roads, 0), 2000.0, 15.0, 0.0, 15.0, 15.0, 0.0, 0.0)
+    assert costs.into[:, INTO_J] == pytest.approx(e, rel=1e-9)
+    assert costs.into[:, INTO_S] == pytest.approx(t, rel=1e-12)
+    assert costs.slowest_mps == pytest.approx(15.0)
