@@ -132,13 +132,14 @@ def _load(folder: Path) -> Loaded:
         took.append(time.perf_counter() - began)
     return Loaded(
         float(np.median(took)),
-        _difference(loaded, before),
-        _difference(touched, before),
-        _difference(private_after, private),
+        difference_mb(loaded, before),
+        difference_mb(touched, before),
+        difference_mb(private_after, private),
     )
 
 
-def _difference(later: float | None, earlier: float | None) -> float | None:
+def difference_mb(later: float | None, earlier: float | None) -> float | None:
+    """The difference of two figures, None where one of them is."""
     return None if later is None or earlier is None else later - earlier
 
 

@@ -90,7 +90,8 @@ def print_report(report: Report, console: Console) -> None:
         )
 
 
-def _table(title: str, left: tuple[str, ...], right: tuple[str, ...]) -> Table:
+def markdown_table(title: str, left: tuple[str, ...], right: tuple[str, ...]) -> Table:
+    """An empty table that is Markdown when printed; columns of words, then columns of figures."""
     table = Table(title=title, title_justify="left", title_style="bold", box=box.MARKDOWN)
     for heading in left:
         table.add_column(heading, overflow="fold")
@@ -114,7 +115,7 @@ def _searches(report: Report) -> Table:
         "reached",
         "target",
     )
-    table = _table(title, ("graph", "stops", "limits"), numbers)
+    table = markdown_table(title, ("graph", "stops", "limits"), numbers)
     for graph in report.graphs:
         for f in graph.searches:
             table.add_row(
@@ -135,7 +136,7 @@ def _searches(report: Report) -> Table:
 
 def _making(report: Report) -> Table:
     numbers = ("nodes", "links", "make s", "save s", "process s", "idle MB", "peak MB", "peak B/link")
-    table = _table("Import or generation, each in a fresh process", ("graph", "how"), numbers)
+    table = markdown_table("Import or generation, each in a fresh process", ("graph", "how"), numbers)
     for m in (graph.made for graph in report.graphs):
         table.add_row(
             m.name,
@@ -154,7 +155,7 @@ def _making(report: Report) -> Table:
 
 def _loading(report: Report) -> Table:
     numbers = ("saved MB", "B/link", "load ms", "load/make", "added MB", "touched MB", "private MB")
-    table = _table("Loading memory-mapped, each in a fresh process", ("graph",), numbers)
+    table = markdown_table("Loading memory-mapped, each in a fresh process", ("graph",), numbers)
     for graph in report.graphs:
         made, loaded = graph.made, graph.loaded
         table.add_row(
@@ -172,7 +173,7 @@ def _loading(report: Report) -> Table:
 
 def _queries(report: Report) -> Table:
     numbers = ("answered", "refused", "median ms", "95 % ms", "search ms")
-    table = _table("Whole queries between random nodes (informative)", ("graph", "query"), numbers)
+    table = markdown_table("Whole queries between random nodes (informative)", ("graph", "query"), numbers)
     for graph in report.graphs:
         for q in graph.queries:
             times = (_milliseconds(x) for x in (q.median_s, q.p95_s, q.search_median_s))
@@ -195,7 +196,7 @@ def _models(report: Report) -> Table:
         "energy",
     )
     title = "Time-step model over fast model, stops at crossings: medians, of times also least..most over routes"
-    table = _table(title, ("graph",), numbers)
+    table = markdown_table(title, ("graph",), numbers)
     for graph in report.graphs:
         if graph.models is not None:
             m = graph.models

@@ -19,8 +19,12 @@ from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 from benchmarks.graphs import ROOT, Made, import_in_process, load_in_process, synthesize_in_process
 from benchmarks.machine import this_machine
 from benchmarks.models import measure_models
+from benchmarks.peers.environments import default_cache
 from benchmarks.queries import measure_queries
 from benchmarks.report import GraphFigures, Report, Settings, print_report, report_json
+from benchmarks.scale.regions import cache_folder
+from benchmarks.scale.report import print_scale, scale_json
+from benchmarks.scale.run import LINKS, measure_scale, scale_settings
 from benchmarks.searches import draw_sources, measure_searches
 from benchmarks.terrain import write_hills
 from energy.vehicle_files import load_vehicle
@@ -56,6 +60,10 @@ def main(argv: list[str]) -> int:
     errors = Console(stderr=True, soft_wrap=True)
     if asked.web:
         return _measure_web(asked, errors)
+    if asked.peers:
+        return _measure_peers(asked, errors)
+    if asked.scale:
+        return _measure_scale(asked, errors)
     machine = this_machine()
     notes: list[str] = []
     if machine.load >= 1.0:
@@ -72,13 +80,51 @@ def main(argv: list[str]) -> int:
     if asked.json:
         print(report_json(report))
     else:
-        console = Console(highlight=False)
-        if console.is_terminal:
-            print_report(report, console)
-        else:
-            page = Console(highlight=False, file=io.StringIO(), record=True, width=PAGE_WIDTH)
-            print_report(report, page)
-            print("\n".join(line.rstrip() for line in page.export_text().splitlines()))
+        _show(lambda console: print_report(report, console))
+    return 0
+
+
+def _show(prints: Callable[[Console], None]) -> None:
+    """Print to the terminal, or as a page of fixed width where there is none."""
+    console = Console(highlight=False)
+    if console.is_terminal:
+        prints(console)
+        return
+    page = Console(highlight=False, file=io.StringIO(), record=True, width=PAGE_WIDTH)
+    prints(page)
+    print("\n".join(line.rstrip() for line in page.export_text().splitlines()))
+
+
+def _measure_peers(asked: argparse.Namespace, errors: Console) -> int:
+    from benchmarks.peers import run, tables
+
+    order = run.Order(asked.maps, asked.peer_cache, asked.seed, asked.pairs, asked.ranges)
+    try:
+        with _progress(errors) as progress:
+            report = run.measure_peers(order, progress)
+    except (CalledProcessError, RuntimeError, ValueError, RoutingError) as error:
+        errors.print(str(error), style="red", markup=False, highlight=False)
+        return 1
+    if asked.json:
+        print(tables.report_json(report))
+    else:
+        _show(lambda console: tables.print_report(report, console))
+    return 0
+
+
+def _measure_scale(asked: argparse.Namespace, errors: Console) -> int:
+    settings = scale_settings(asked.scale_links, asked.seed, asked.pairs, asked.ranges, asked.sources, asked.repeat)
+    try:
+        with _progress(errors) as progress:
+            bar = progress.add_task("", total=None)
+            report = measure_scale(settings, asked.cache, lambda step: progress.update(bar, description=step))
+    except (CalledProcessError, OSError) as error:
+        errors.print(str(error), style="red", markup=False, highlight=False)
+        return 1
+    if asked.json:
+        print(scale_json(report))
+    else:
+        _show(lambda console: print_scale(report, console))
     return 0
 
 
@@ -101,7 +147,7 @@ def _options() -> argparse.ArgumentParser:
     maps = ROOT.parent / "shared/data/maps"
     parser.add_argument("--maps", type=Path, default=maps, metavar="DIR", help="folder of the map files")
     parser.add_argument("--seed", type=int, default=1, help="of sources, pairs, hills and the synthetic region")
-    parser.add_argument("--sources", type=_at_least(1), default=15, help="one-to-all searches a graph and case")
+    parser.add_argument("--sources", type=_at_least(1), default=15, help="one-to-all searches a graph and case; with --scale 3 at most")
     parser.add_argument("--repeat", type=_at_least(1), default=3, help="timings of each search; their median counts")
     parser.add_argument("--pairs", type=_at_least(1), default=40, help="routes a graph and weighting")
     parser.add_argument("--ranges", type=_at_least(1), default=10, help="range queries a graph")
@@ -111,7 +157,21 @@ def _options() -> argparse.ArgumentParser:
         default=100_000,
         help="links of the synthetic region",
     )
-    parser.add_argument("--web", action="store_true", help="measure the web map in a browser instead of all else")
+    instead = parser.add_mutually_exclusive_group()
+    instead.add_argument("--web", action="store_true", help="measure the web map in a browser instead of all else")
+    instead.add_argument("--peers", action="store_true", help="measure RouteE Compass and Valhalla beside ours instead")
+    parser.add_argument(
+        "--peer-cache", type=Path, default=default_cache(), metavar="DIR", help="folder of their environments"
+    )
+    instead.add_argument("--scale", action="store_true", help="measure what grows with the graph instead of all else")
+    parser.add_argument(
+        "--scale-links",
+        type=_sizes,
+        default=LINKS,
+        metavar="N,…",
+        help="links of the regions that --scale makes",
+    )
+    parser.add_argument("--cache", type=Path, default=cache_folder(), metavar="DIR", help="where --scale keeps them")
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     return parser
 
@@ -124,6 +184,10 @@ def _at_least(least: int) -> Callable[[str], int]:
         return value
 
     return number
+
+
+def _sizes(text: str) -> tuple[int, ...]:
+    return tuple(_at_least(SMALLEST_SYNTH_LINKS)(size) for size in text.split(","))
 
 
 def _make_graphs(

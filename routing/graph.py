@@ -17,9 +17,13 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    SomeLinks = NDArray[np.integer] | slice  # indices of links, or a run of them
+
 FORMAT_VERSION: Final = 1
 E7: Final = 1e7  # geometry is stored as whole 1e-7 degrees, as OSM does (11 mm)
 EARTH_RADIUS_M: Final = 6_371_008.8  # IUGG mean radius
+
+ALL_LINKS: Final = slice(None)
 
 
 class Terrain(StrEnum):
@@ -118,21 +122,23 @@ class RoadGraph:
         """Number of directed links."""
         return int(self.tail.size)
 
-    def climb_m(self) -> NDArray[np.float64]:
-        """Height gained along each link from its node heights, float64 (M,) [m]."""
-        climb: NDArray[np.float64] = self.node_height_m[self.head] - self.node_height_m[self.tail]
+    def climb_m(self, links: SomeLinks = ALL_LINKS) -> NDArray[np.float64]:
+        """Height gained along links from their node heights, float64 (k,) [m]."""
+        climb: NDArray[np.float64] = self.node_height_m[self.head[links]] - self.node_height_m[self.tail[links]]
         return climb
 
-    def altitude_m(self) -> NDArray[np.float64]:
-        """Mean height of each link's ends, float64 (M,) [m]."""
-        return np.asarray(0.5 * (self.node_height_m[self.head] + self.node_height_m[self.tail]), np.float64)
+    def altitude_m(self, links: SomeLinks = ALL_LINKS) -> NDArray[np.float64]:
+        """Mean height of the ends of links, float64 (k,) [m]."""
+        both = self.node_height_m[self.head[links]] + self.node_height_m[self.tail[links]]
+        return np.asarray(0.5 * both, np.float64)
 
-    def heading(self) -> NDArray[np.float64]:
-        """East and north part of each link's way over its length, float64 (M, 2): 1 together where it is straight."""
+    def heading(self, links: SomeLinks = ALL_LINKS) -> NDArray[np.float64]:
+        """East and north part of links' ways over their lengths, float64 (k, 2): 1 together where one is straight."""
         lat, lon = self.node_lat_deg, self.node_lon_deg
-        shrink = np.cos(np.radians(0.5 * (lat[self.head] + lat[self.tail])))
-        east = np.radians(lon[self.head] - lon[self.tail]) * shrink * EARTH_RADIUS_M / self.length_m
-        north = np.radians(lat[self.head] - lat[self.tail]) * EARTH_RADIUS_M / self.length_m
+        tail, head, length_m = self.tail[links], self.head[links], self.length_m[links]
+        shrink = np.cos(np.radians(0.5 * (lat[head] + lat[tail])))
+        east = np.radians(lon[head] - lon[tail]) * shrink * EARTH_RADIUS_M / length_m
+        north = np.radians(lat[head] - lat[tail]) * EARTH_RADIUS_M / length_m
         whole = np.maximum(np.hypot(east, north), 1.0)  # rounding, and lengths measured otherwise
         return np.column_stack((east / whole, north / whole))
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import threading
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import shapely
 
 from routing.errors import PointFarFromRoadError, PointOutsideMapError
-from routing.graph import E7, EARTH_RADIUS_M
+from routing.graph import EARTH_RADIUS_M
+from routing.nearest import RoadTree
 from routing.query import Point, SnappedPoint
 from routing.search import LinkPosition
 
@@ -28,23 +29,12 @@ class RoadIndex:
     def __init__(self, graph: RoadGraph) -> None:
         self._graph = graph
         self._lock = threading.Lock()
-        self._tree: shapely.STRtree | None = None
-        self._road: NDArray[np.int64] = np.empty(0, np.int64)
-        south, north = graph.meta.bbox[1], graph.meta.bbox[3]
-        self._shrink = float(np.cos(np.radians((south + north) / 2.0)))
+        self._tree: RoadTree | None = None
 
-    def _indexed(self) -> shapely.STRtree:
+    def _indexed(self) -> RoadTree:
         with self._lock:
             if self._tree is None:
-                graph = self._graph
-                # one direction of a two-way road is enough
-                self._road = np.flatnonzero((graph.reverse_idx < 0) | (np.arange(graph.link_count) < graph.reverse_idx))
-                points = np.diff(graph.geometry_first)[self._road]
-                begin = graph.geometry_first[self._road]
-                row = np.repeat(begin - np.concatenate(([0], np.cumsum(points)[:-1])), points) + np.arange(points.sum())
-                xy = np.column_stack((graph.geometry_lon_e7[row] / E7 * self._shrink, graph.geometry_lat_e7[row] / E7))
-                lines: Any = shapely.linestrings(xy, indices=np.repeat(np.arange(self._road.size), points))
-                self._tree = shapely.STRtree(lines)
+                self._tree = RoadTree(self._graph)
             return self._tree
 
     def snap(self, field: str, point: Point, limit_m: float) -> tuple[SnappedPoint, tuple[LinkPosition, ...]]:
@@ -55,9 +45,7 @@ class RoadIndex:
         west, south, east, north = self._graph.meta.bbox
         if not (south <= point.lat_deg <= north and west <= point.lon_deg <= east):
             raise PointOutsideMapError(field, point.lat_deg, point.lon_deg, self._graph.meta.bbox)
-        tree = self._indexed()
-        nearest = tree.query_nearest(shapely.Point(point.lon_deg * self._shrink, point.lat_deg))
-        link_idx = int(self._road[int(nearest[0])])
+        link_idx = self._indexed().nearest(point)
         offset_m, distance_m, on_road = self._project(link_idx, point)
         if distance_m > limit_m:
             raise PointFarFromRoadError(field, point.lat_deg, point.lon_deg, distance_m, limit_m)

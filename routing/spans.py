@@ -11,7 +11,7 @@ from energy.chain import Chain
 from energy.errors import LinkError
 from energy.kernels import REST
 from energy.stops import StopSettings
-from routing.search import link_stops
+from routing.stops import link_stops
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -23,11 +23,10 @@ SLACK_FRAC: Final = 1e-6  # of a link's length: places nearer than this are the 
 
 
 class ChainMaker:
-    """Makes chains of one graph's links; keeps what is the same for all of them."""
+    """Makes chains of one graph's links; reads these links alone, so that a large graph costs no more."""
 
     def __init__(self, graph: RoadGraph) -> None:
         self.graph = graph
-        self._altitude_m, self._heading = graph.altitude_m(), graph.heading()
 
     def chain(self, spans: tuple[LinkSpan, ...], settings: StopSettings | None = None) -> Chain:
         """The chain of links that stretches of links make, with altitude and heading.
@@ -81,16 +80,15 @@ class ChainMaker:
     def of_links(self, idx: NDArray[np.int64], length_m: NDArray[np.float64], settings: StopSettings) -> Chain:
         """Links of the graph one after the other, each driven over a length."""
         graph = self.graph
-        probability, wait = link_stops(graph, settings)
+        probability, wait = link_stops(graph, settings, links=idx)
         stop_class = 4 * graph.urban[idx].astype(np.int8) + graph.cross[idx]
-        climb = graph.node_height_m[graph.head[idx]] - graph.node_height_m[graph.tail[idx]]
         return Chain(
             length_m=length_m,
-            grade_frac=climb / graph.length_m[idx],
+            grade_frac=graph.climb_m(idx) / graph.length_m[idx],
             speed_limit_mps=graph.speed_limit_mps[idx],
-            stop_probability_frac=probability[idx],
-            stop_time_s=wait[idx],
+            stop_probability_frac=probability,
+            stop_time_s=wait,
             stop_class=stop_class.astype(np.int8),
-            altitude_m=self._altitude_m[idx],
-            heading=self._heading[idx],
+            altitude_m=graph.altitude_m(idx),
+            heading=graph.heading(idx),
         )

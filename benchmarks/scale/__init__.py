@@ -1,0 +1,1 @@
+"""`joulepath bench --scale`: what grows with the graph, and what does not."""

@@ -1,0 +1,111 @@
+"""Compiled: the road nearest to a place, through a tree of boxes."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+import energy.compilation  # noqa: F401  (sets the cache folder before anything is compiled)
+
+E7 = 1e7
+FAN = 16  # boxes in a box
+ROUNDING_M = 1e-6  # distances to a box and to the road in it are computed differently
+WEST, SOUTH, EAST, NORTH = range(4)
+
+
+class Boxes(NamedTuple):
+    """Boxes around R roads, those of near roads side by side, and around FAN of them each, up to one around all.
+
+    road: int32 (R,) one link of each road. box: int32 (B, 4), west, south, east, north [1e-7 deg], a level after the
+    other, from that of the roads up; level_first: int64 (L + 1,) where levels begin. Box k of a level holds boxes
+    FAN·k to FAN·k + FAN − 1 of the level below.
+    """
+
+    road: NDArray[np.int32]
+    box: NDArray[np.int32]
+    level_first: NDArray[np.int64]
+
+
+class Lines(NamedTuple):
+    """The polylines of links, as in RoadGraph."""
+
+    geometry_first: NDArray[np.int64]
+    geometry_lon_e7: NDArray[np.int32]
+    geometry_lat_e7: NDArray[np.int32]
+
+
+@njit(nogil=True, cache=True)
+def line_distance_m(lines: Lines, link: int, lon_deg: float, lat_deg: float, east_m: float, north_m: float) -> float:
+    """Distance from a place to a link's line [m], exactly 0 at its points.
+
+    east_m, north_m: metres of a degree of longitude and of latitude.
+    """
+    begin, end = lines.geometry_first[link], lines.geometry_first[link + 1]
+    x0 = (lines.geometry_lon_e7[begin] / E7 - lon_deg) * east_m
+    y0 = (lines.geometry_lat_e7[begin] / E7 - lat_deg) * north_m
+    least = math.hypot(x0, y0)
+    for k in range(begin + 1, end):
+        x1 = (lines.geometry_lon_e7[k] / E7 - lon_deg) * east_m
+        y1 = (lines.geometry_lat_e7[k] / E7 - lat_deg) * north_m
+        least = min(least, math.hypot(x1, y1))
+        dx, dy = x1 - x0, y1 - y0
+        length2 = dx * dx + dy * dy
+        along = -(x0 * dx + y0 * dy)
+        if 0.0 < along < length2:
+            least = min(least, math.hypot(x0 + along / length2 * dx, y0 + along / length2 * dy))
+        x0, y0 = x1, y1
+    return least
+
+
+@njit(nogil=True, cache=True)
+def nearest_link(boxes: Boxes, lines: Lines, lon_deg: float, lat_deg: float, east_m: float, north_m: float) -> int:
+    """The link of the road nearest to a place, of those equally near the one of the least number; -1 where no road is.
+
+    east_m, north_m: metres of a degree of longitude and of latitude. O(log R) for roads that overlap little.
+    """
+    level_first, box, road = boxes.level_first, boxes.box, boxes.road
+    top = level_first.size - 2
+    stack_level = np.empty(FAN * (top + 1) + 1, np.int64)
+    stack_box = np.empty(FAN * (top + 1) + 1, np.int64)
+    stack_m = np.empty(FAN * (top + 1) + 1)
+    stack_level[0], stack_box[0], stack_m[0] = top, 0, 0.0
+    waiting = 1 if road.size > 0 else 0
+    best_m = math.inf
+    best_link = -1
+    lon_e7, lat_e7 = lon_deg * E7, lat_deg * E7
+    while waiting > 0:
+        waiting -= 1
+        level, held = stack_level[waiting], stack_box[waiting]
+        if stack_m[waiting] > best_m + ROUNDING_M:
+            continue
+        if level == 0:
+            link = road[held]
+            away_m = line_distance_m(lines, link, lon_deg, lat_deg, east_m, north_m)
+            if away_m < best_m or (away_m == best_m and link < best_link):
+                best_m, best_link = away_m, link
+            continue
+        below = level_first[level - 1]
+        nearest_m = math.inf
+        nearest_place = waiting
+        for k in range(FAN * held, min(FAN * held + FAN, level_first[level] - below)):
+            at = below + k
+            east = max(box[at, WEST] - lon_e7, lon_e7 - box[at, EAST], 0.0) * (east_m / E7)
+            north = max(box[at, SOUTH] - lat_e7, lat_e7 - box[at, NORTH], 0.0) * (north_m / E7)
+            away_m = math.hypot(east, north)
+            if away_m > best_m + ROUNDING_M:
+                continue
+            stack_level[waiting], stack_box[waiting], stack_m[waiting] = level - 1, k, away_m
+            if away_m < nearest_m:
+                nearest_m, nearest_place = away_m, waiting
+            waiting += 1
+        # the nearest one is looked at first
+        if nearest_place < waiting:
+            last = waiting - 1
+            swapped, swapped_m = stack_box[last], stack_m[last]
+            stack_box[last], stack_m[last] = stack_box[nearest_place], stack_m[nearest_place]
+            stack_box[nearest_place], stack_m[nearest_place] = swapped, swapped_m
+    return int(best_link)

@@ -1,0 +1,69 @@
+"""The tree of roads finds what looking at every road finds."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+import shapely
+
+from routing.graph import RoadGraph
+from routing.kernels_nearest import FAN
+from routing.nearest import METRE_PER_DEGREE, RoadTree
+from routing.query import Point
+from routing.synth import synthesize
+
+pytestmark = pytest.mark.nojit
+
+
+@pytest.fixture(scope="module")
+def graph() -> RoadGraph:
+    return synthesize("roads", seed=11, width_km=None, height_km=None, links_target=700)
+
+
+@pytest.fixture(scope="module")
+def tree(graph: RoadGraph) -> RoadTree:
+    return RoadTree(graph)
+
+
+def distances_m(graph: RoadGraph, point: Point) -> np.ndarray:
+    """From a place to every link, one after the other, in the plane that touches the earth at the place."""
+    scale = np.array((METRE_PER_DEGREE * math.cos(math.radians(point.lat_deg)), METRE_PER_DEGREE))
+    lines = [(graph.geometry(k) - (point.lon_deg, point.lat_deg)) * scale for k in range(graph.link_count)]
+    return np.asarray(shapely.distance(shapely.Point(0.0, 0.0), [shapely.LineString(line) for line in lines]))
+
+
+def test_nearest_to_places_all_over_the_map_is_what_looking_at_every_road_finds(graph, tree):
+    assert graph.link_count > 2 * FAN * FAN  # so that the tree has levels between its roads and its top
+    rng = np.random.default_rng(2)
+    west, south, east, north = graph.meta.bbox
+    for lat, lon in zip(rng.uniform(south, north, 60).tolist(), rng.uniform(west, east, 60).tolist(), strict=True):
+        point = Point(lat, lon)
+        away_m = distances_m(graph, point)
+        assert away_m[tree.nearest(point)] == pytest.approx(float(away_m.min()), abs=1e-6)
+
+
+def test_nearest_at_a_junction_is_the_link_of_the_least_number(graph, tree):
+    degree = np.bincount(graph.tail, minlength=graph.node_count) + np.bincount(graph.head, minlength=graph.node_count)
+    junctions = np.flatnonzero(degree >= 6)
+    assert junctions.size > 20
+    for node in junctions[:20].tolist():
+        at = Point(float(graph.node_lat_deg[node]), float(graph.node_lon_deg[node]))
+        met = np.flatnonzero((graph.tail == node) | (graph.head == node))
+        assert tree.nearest(at) == met.min()
+
+
+def test_nearest_far_outside_of_the_map_is_a_road_at_its_rim(graph, tree):
+    _, south, east, north = graph.meta.bbox
+    point = Point(0.5 * (south + north), east + 20.0)
+    away_m = distances_m(graph, point)
+    assert away_m[tree.nearest(point)] == pytest.approx(float(away_m.min()), abs=1e-6)
+
+
+def test_nearest_direction_of_a_two_way_road_is_the_one_of_the_least_number(graph, tree):
+    for link in range(0, graph.link_count, 97):
+        line = graph.geometry(link)
+        lon, lat = (0.5 * (line[0] + line[1])).tolist()
+        found = tree.nearest(Point(lat, lon))
+        assert found < graph.reverse_idx[found] or graph.reverse_idx[found] < 0
