@@ -82,14 +82,20 @@ class NoPathError(RoutingError):
 
 
 class NegativeCycleError(RoutingError):
-    """A link model that gains energy on a cycle, so that no cheapest route exists."""
+    """A drive that gains energy on a cycle, so that no cheapest route exists.
 
-    def __init__(self, link_idx: int) -> None:
+    least_load_n: the least road load on any link [N]. Where it is negative that is the cause, else the printed model.
+    """
+
+    def __init__(self, link_idx: int, least_load_n: float = 0.0) -> None:
         self.link_idx = link_idx
-        super().__init__(
-            f"the link model gains energy on a cycle through link {link_idx}: no cheapest route exists; "
-            "use link_model 'integrated', which conserves energy"
-        )
+        self.least_load_n = least_load_n
+        if least_load_n < 0.0:
+            gains = f"the road load, {least_load_n:.1f} N at its least under these conditions,"
+            remedy = "choose conditions in which it is at least 0 N"
+        else:
+            gains, remedy = "the link model", "use link_model 'integrated', which conserves energy"
+        super().__init__(f"{gains} gains energy on a cycle through link {link_idx}: no cheapest route exists; {remedy}")
 
 
 class SearchLimitError(RoutingError):

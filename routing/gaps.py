@@ -23,12 +23,7 @@ def gap_rules(physics: LinkPhysics, roads: NDArray[np.float64], driven_mps: NDAr
     """The vehicle as dominance sees it: bounds on what a difference of states can cost that hold on every link."""
     linear, aero = roads[:, force.ROAD_LINEAR], roads[:, force.ROAD_AERO]
     wind = roads[:, force.ROAD_WIND]
-    # most that the road load falls between two speeds: down to its vertex, or to the driven speed
-    vertex = np.divide(-linear, 2.0 * aero, out=np.full_like(aero, np.inf), where=aero > 0.0)
-    lowest = np.clip(vertex, 0.0, driven_mps)
-    sag = np.maximum(-(linear + aero * lowest) * lowest, 0.0)
-    if bool((wind < 0.0).any()):
-        sag = 2.0 * sag  # where the air comes from behind the drag falls as fast again
+    sag = _sag_n(linear, aero, wind, driven_mps)
     cold = roads[:, force.ROAD_WARM_UP]
     drive, loss_w = physics.drive_factor, 0.0
     if physics.loss_per_n2 > 0.0 or physics.loss_per_w > 0.0:
@@ -58,6 +53,40 @@ def gap_rules(physics: LinkPhysics, roads: NDArray[np.float64], driven_mps: NDAr
         printed=physics.printed,
         table=physics.table,
     )
+
+
+def least_load_n(physics: LinkPhysics, roads: NDArray[np.float64], driven_mps: NDArray[np.float64]) -> float:
+    """Least road load of all links at the speeds driven on them [N]; below 0 lemma 1 does not hold.
+
+    Vehicles are checked for it, but for no wind, for speeds up to 200 km/h and grades up to 31 %. Wind from behind
+    takes the load no further than to 0, and cold tyres only add to it.
+    """
+    if physics.table:
+        return 0.0
+    aero, wind = roads[:, force.ROAD_AERO], roads[:, force.ROAD_WIND]
+    ahead = np.maximum(wind, 0.0)
+    b = roads[:, force.ROAD_LINEAR] + 2.0 * aero * ahead
+    vertex = np.divide(-b, 2.0 * aero, out=np.zeros_like(aero), where=aero > 0.0)
+    at_mps = np.stack((np.zeros_like(aero), driven_mps, np.clip(vertex, 0.0, driven_mps)))
+    load = roads[:, force.ROAD_ROLLING] + aero * ahead**2 + (b + aero * at_mps) * at_mps
+    return float(np.where(wind < 0.0, 0.0, load).min())
+
+
+def _sag_n(
+    linear: NDArray[np.float64], aero: NDArray[np.float64], wind: NDArray[np.float64], driven_mps: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Most that the road load of each link falls from one speed to a higher one, float64 (n,) [N]."""
+    ahead, behind = np.maximum(wind, 0.0), np.maximum(-wind, 0.0)
+    b = linear + 2.0 * np.minimum(aero, 0.0) * ahead
+    # it falls from 0 to the vertex, or where drag falls with speed from the vertex to the driven speed
+    vertex = np.clip(np.divide(-b, 2.0 * aero, out=np.zeros_like(aero), where=aero != 0.0), 0.0, driven_mps)
+    high = np.where(aero > 0.0, 0.0, vertex)
+    low = np.where(aero > 0.0, vertex, driven_mps)
+    sag = np.maximum((b + aero * high) * high - (b + aero * low) * low, 0.0)
+    if bool((behind > 0.0).any()):
+        sag = 2.0 * sag  # where the air comes from behind the drag falls as fast again
+        sag += np.maximum(-aero, 0.0) * (behind**2 + (driven_mps + behind) ** 2)
+    return sag
 
 
 def warm_up_w(
