@@ -117,7 +117,7 @@ def _measure_scale(asked: argparse.Namespace, errors: Console) -> int:
     try:
         with _progress(errors) as progress:
             bar = progress.add_task("", total=None)
-            report = measure_scale(settings, asked.cache, lambda step: progress.update(bar, description=step))
+            report = measure_scale(settings, asked.scale_cache, lambda step: progress.update(bar, description=step))
     except (CalledProcessError, OSError) as error:
         errors.print(str(error), style="red", markup=False, highlight=False)
         return 1
@@ -147,7 +147,9 @@ def _options() -> argparse.ArgumentParser:
     maps = ROOT.parent / "shared/data/maps"
     parser.add_argument("--maps", type=Path, default=maps, metavar="DIR", help="folder of the map files")
     parser.add_argument("--seed", type=int, default=1, help="of sources, pairs, hills and the synthetic region")
-    parser.add_argument("--sources", type=_at_least(1), default=15, help="one-to-all searches a graph and case; with --scale 3 at most")
+    parser.add_argument(
+        "--sources", type=_at_least(1), default=15, help="one-to-all searches a graph and case; with --scale 3 at most"
+    )
     parser.add_argument("--repeat", type=_at_least(1), default=3, help="timings of each search; their median counts")
     parser.add_argument("--pairs", type=_at_least(1), default=40, help="routes a graph and weighting")
     parser.add_argument("--ranges", type=_at_least(1), default=10, help="range queries a graph")
@@ -171,7 +173,9 @@ def _options() -> argparse.ArgumentParser:
         metavar="N,…",
         help="links of the regions that --scale makes",
     )
-    parser.add_argument("--cache", type=Path, default=cache_folder(), metavar="DIR", help="where --scale keeps them")
+    parser.add_argument(
+        "--scale-cache", type=Path, default=cache_folder(), metavar="DIR", help="where --scale keeps them"
+    )
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     return parser
 

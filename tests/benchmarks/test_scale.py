@@ -63,7 +63,7 @@ def report(*sizes: SizeFigures) -> ScaleReport:
 
 
 def test_run_measures_a_region_and_keeps_it(tmp_path, capsys) -> None:
-    assert main([*TINY, "--cache", str(tmp_path), "--json"]) == 0
+    assert main([*TINY, "--scale-cache", str(tmp_path), "--json"]) == 0
     told = json.loads(capsys.readouterr().out)
     (size,) = told["sizes"]
     links = size["made"]["links"]
