@@ -44,13 +44,27 @@ FASTEST = Weights(0.0, 1.0, 0.0)
 BALANCED = Weights(1.0, 10.0, 0.0)
 # of reaching the edge of an area, and the quantile of the standard normal distribution that belongs to it
 RANGE_PROBABILITIES = {0.1: -1.2815515655446004, 0.5: 0.0, 0.9: 1.2815515655446004}
+EPSILON_RANGE = (0.001, 0.5)  # of ParetoSettings
+MOST_RANGE = (2, 50)
 NAMED_WEIGHTS = {"eco": ECO, "fastest": FASTEST, "balanced": BALANCED}
+
+
+@dataclass(frozen=True, slots=True)
+class ParetoSettings:
+    """How close the routes of a Pareto set of time and energy are to come to every other way, and how many at most.
+
+    epsilon_frac: of the time, and of what the least energy loses on the way; 0.001..0.5. most: of routes, 2..50.
+    """
+
+    epsilon_frac: float = 0.02
+    most: int = 10
 
 
 @dataclass(frozen=True, slots=True)
 class RouteQuery:
     """One route request; a name is given to each weighting, one route is answered for each.
 
+    pareto: instead of the weightings, the Pareto set of time and energy, ordered by time.
     soc_frac, reserve_soc_frac: 0..1, reserve ≤ soc. via: places on the way, in order; the vehicle comes to rest at each
     and goes on at once, in any direction that the road permits.
     """
@@ -67,6 +81,15 @@ class RouteQuery:
     conditions: Conditions = STILL
     uncertainty: bool = False
     via: tuple[Point, ...] = ()
+    pareto: ParetoSettings | None = None
+
+
+class ParetoProof(StrEnum):
+    """What a claim on a Pareto set rests on: best ways by weightings, or all ways compared in time and energy."""
+
+    WEIGHTINGS = "weightings"
+    ALL_WAYS = "all_ways"
+    NONE = "none"
 
 
 class Trip(StrEnum):
@@ -183,11 +206,13 @@ class Remedy:
 class Route:
     """One route. Not feasible: soc goes below the reserve, deficit_j > 0 and furthest is where it does.
 
+    weights: what it is best in; None where it is of a Pareto set and no weighting found it.
+
     legs: from start to first via point and so on to the goal, one where there are no via points.
     """
 
     name: str
-    weights: Weights
+    weights: Weights | None
     feasible: bool
     distance_m: float
     duration_s: float
@@ -221,8 +246,26 @@ class SearchStats:
 
 
 @dataclass(frozen=True, slots=True)
+class ParetoClaim:
+    """What is proven of a Pareto set: no way that keeps the reserve is better than all its routes by more than this.
+
+    For every such way there is a route that takes at most 1 + epsilon_frac times its time, and at most slack_j more of
+    the battery's charge [J]. slack_j: epsilon_frac · reference_j. reference_j: charge that the route of least energy
+    uses beyond its gain in potential (docs/pareto.md). epsilon_frac, slack_j: None where nothing is proven, unproven
+    says why. found: routes that were found, of which those answered are a choice. proof: what it rests on.
+    """
+
+    epsilon_frac: float | None
+    slack_j: float | None
+    reference_j: float
+    found: int
+    proof: ParetoProof
+    unproven: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
 class RouteAnswer:
-    """Routes in the order of the weightings asked."""
+    """Routes in the order of the weightings asked, or of a Pareto set by time, then with what is proven of it."""
 
     routes: tuple[Route, ...]
     start: SnappedPoint
@@ -230,6 +273,7 @@ class RouteAnswer:
     stats: tuple[SearchStats, ...]
     warnings: tuple[str, ...]
     via: tuple[SnappedPoint, ...] = ()
+    pareto: ParetoClaim | None = None
 
 
 @dataclass(frozen=True, slots=True)

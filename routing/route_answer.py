@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 def route_of(
     chains: ChainMaker,
     name: str,
-    weights: Weights,
+    weights: Weights | None,
     query: RouteQuery,
     spans: tuple[LinkSpan, ...],
     leg_first: tuple[int, ...],
@@ -226,7 +226,7 @@ def _start_charge_needed(used_frac: NDArray[np.float64], reserve_frac: float) ->
     return max(needed, reserve_frac + longest_fall) if reserve_frac + longest_fall > 1.0 else needed
 
 
-def no_route(graph: RoadGraph, name: str, weights: Weights, query: RouteQuery, start: SnappedPoint) -> Route:
+def no_route(graph: RoadGraph, name: str, weights: Weights | None, query: RouteQuery, start: SnappedPoint) -> Route:
     """The route from a place to itself."""
     here = np.array([[start.on_road.lon_deg, start.on_road.lat_deg]] * 2)
     soc = query.soc_frac

@@ -12,6 +12,7 @@ from app.schemas.route import (
     EnergyPartsKwh,
     EnergyPartsWh,
     HotLinks,
+    ParetoAnswer,
     RemedyAnswer,
     RouteFeature,
     RouteFeatureCollection,
@@ -28,7 +29,7 @@ from app.schemas.route import (
 from energy.battery import JOULE_PER_WH
 from energy.effects import PART_NAMES
 from energy.vehicle import KMH_PER_MPS
-from routing.query import NAMED_WEIGHTS, RouteQuery, Weights
+from routing.query import NAMED_WEIGHTS, ParetoSettings, RouteQuery, Weights
 
 if TYPE_CHECKING:
     from app.schemas.route import RouteRequest
@@ -37,7 +38,7 @@ if TYPE_CHECKING:
     from energy.vehicle_files import AnyVehicle
     from routing.graph import RoadGraph
     from routing.hot_links import HotStretch
-    from routing.query import Route, RouteAnswer, RouteLeg, RouteLink, SearchStats
+    from routing.query import ParetoClaim, Route, RouteAnswer, RouteLeg, RouteLink, SearchStats
 
 JOULE_PER_KWH: Final = JOULE_PER_WH * 1000.0
 J_PER_M_PER_KWH_PER_100KM: Final = JOULE_PER_KWH / 100_000.0
@@ -58,6 +59,7 @@ def route_query(sent: RouteRequest, vehicle: AnyVehicle) -> RouteQuery:
         stop_rule=sent.stops,
         conditions=conditions_from(sent.conditions),
         uncertainty=sent.uncertainty,
+        pareto=None if sent.pareto is None else ParetoSettings(sent.pareto.epsilon_frac, sent.pareto.most),
     )
 
 
@@ -81,6 +83,7 @@ def route_response(answer: RouteAnswer, understood: RouteRequest, graph: RoadGra
         request=understood,
         warnings=list(answer.warnings),
         stats=[search_stats(stats) for stats in answer.stats],
+        pareto=None if answer.pareto is None else _pareto(answer.pareto),
         terrain=terrain_note(graph),
     )
 
@@ -104,7 +107,23 @@ def route_features(answer: RouteAnswer, understood: RouteRequest, graph: RoadGra
         request=understood,
         warnings=list(answer.warnings),
         stats=[search_stats(stats) for stats in answer.stats],
+        pareto=None if answer.pareto is None else _pareto(answer.pareto),
         terrain=terrain_note(graph),
+    )
+
+
+def _weights(weights: Weights) -> WeightsSent:
+    return WeightsSent(energy=weights.energy, time=weights.time, distance=weights.distance)
+
+
+def _pareto(claim: ParetoClaim) -> ParetoAnswer:
+    return ParetoAnswer(
+        epsilon_frac=claim.epsilon_frac,
+        energy_slack_kwh=None if claim.slack_j is None else claim.slack_j / JOULE_PER_KWH,
+        reference_kwh=claim.reference_j / JOULE_PER_KWH,
+        found=claim.found,
+        proof=claim.proof,
+        unproven=claim.unproven,
     )
 
 
@@ -138,7 +157,7 @@ def _properties(route: Route, *, with_links: bool) -> RouteProperties:
     remedy = route.remedy
     return RouteProperties(
         name=route.name,
-        weights=WeightsSent(energy=route.weights.energy, time=route.weights.time, distance=route.weights.distance),
+        weights=None if route.weights is None else _weights(route.weights),
         feasible=route.feasible,
         distance_m=route.distance_m,
         duration_s=route.duration_s,

@@ -60,7 +60,7 @@ def find_route(
         str, Header(description="application/geo+json for a FeatureCollection instead", examples=["application/json"])
     ] = "application/json",
 ) -> Response:
-    """One route for each weighting: by default the one that takes the least energy.
+    """One route for each weighting, by default the one that takes the least energy, or a Pareto set of time and energy.
 
     A goal that can't be reached on this charge is an answer too: `feasible` is false, `deficit_kwh` says how much is
     missing, `furthest` where, and `remedy` what would make it feasible.

@@ -14,6 +14,7 @@ from app.schemas.place import LatLon, LineString, Place, PlaceFeature, Snapped
 from app.schemas.vehicle import VehicleChoice
 from energy.chain import LinkModel, StopRule
 from routing.hot_links import HotReason
+from routing.query import EPSILON_RANGE, MOST_RANGE, ParetoProof, ParetoSettings
 
 MAX_VIA: Final = 20
 NamedWeighting = Literal["eco", "fastest", "balanced"]
@@ -31,6 +32,20 @@ class WeightsSent(Sent):
         if self.energy + self.time + self.distance <= 0.0:
             raise refusal("", "all 0", "at least one of energy, time, distance above 0")
         return self
+
+
+class ParetoSent(Sent):
+    """The Pareto set of time and energy: few routes of which one is about as good as any other way."""
+
+    epsilon_frac: Number = Field(
+        default=ParetoSettings().epsilon_frac,
+        ge=EPSILON_RANGE[0],
+        le=EPSILON_RANGE[1],
+        description="how much worse the best of the routes may be than any other way, in time and in energy",
+    )
+    most: int = Field(
+        default=ParetoSettings().most, ge=MOST_RANGE[0], le=MOST_RANGE[1], strict=True, description="of routes"
+    )
 
 
 class RouteRequest(Sent):
@@ -52,6 +67,9 @@ class RouteRequest(Sent):
     alternatives: list[NamedWeighting] | None = Field(
         None, min_length=1, max_length=3, description="one route for each named weighting; excludes weights"
     )
+    pareto: ParetoSent | None = Field(
+        default=None, description="the Pareto set of time and energy; excludes weights and alternatives"
+    )
     reserve_soc: Fraction = Field(default=0.0, description="state of charge that must be kept everywhere, at most soc")
     link_model: LinkModel = Field(
         default=LinkModel.INTEGRATED, description="exact integral, or the equations as printed"
@@ -72,6 +90,8 @@ class RouteRequest(Sent):
     def _one_weighting(self) -> RouteRequest:
         if self.weights is not None and self.alternatives is not None:
             raise refusal("weights", "sent with alternatives", "either weights or alternatives, not both")
+        if self.pareto is not None and (self.weights is not None or self.alternatives is not None):
+            raise refusal("pareto", "sent with weights or alternatives", "pareto without weights and alternatives")
         if self.alternatives is not None and len(set(self.alternatives)) != len(self.alternatives):
             raise refusal("alternatives", self.alternatives, "each at most once")
         if self.reserve_soc > self.soc:
@@ -191,8 +211,12 @@ class RemedyAnswer(Answered):
 class RouteProperties(Answered):
     """Everything of one route but its geometry."""
 
-    name: str = Field(description="weighting that it is best in; 'custom' for own weights")
-    weights: WeightsSent
+    name: str = Field(
+        description="weighting that it is best in; 'custom' for own weights; 'pareto-2' … of a Pareto set"
+    )
+    weights: WeightsSent | None = Field(
+        description="what it is best in; null for a route of a Pareto set that no weighting found"
+    )
     feasible: bool = Field(description="whether the charge stays above the reserve")
     distance_m: float
     duration_s: float
@@ -237,6 +261,27 @@ class SearchStatsAnswer(Answered):
     method: str
 
 
+class ParetoAnswer(Answered):
+    """What is proven of a Pareto set.
+
+    For every way that keeps the reserve there is one of the routes that takes at most 1 + epsilon_frac times its time
+    and uses at most energy_slack_kwh more charge than it. The charge used is energy_kwh + braked_away_kwh.
+    """
+
+    epsilon_frac: float | None = Field(
+        description="more than asked for if most routes are not enough; null where nothing is proven"
+    )
+    energy_slack_kwh: float | None = Field(description="epsilon_frac of reference_kwh; null where nothing is proven")
+    reference_kwh: float = Field(
+        description="charge that the route of least energy uses beyond its gain in height, which all ways share"
+    )
+    found: int = Field(
+        description="routes found that none is better than in both, of which those answered are a choice"
+    )
+    proof: ParetoProof = Field(description="best ways by weightings, or all ways compared in time and energy, or none")
+    unproven: str | None = Field(description="why nothing is proven, null where something is")
+
+
 class RouteAnswered(Answered):
     """What a route request is answered with, besides the routes."""
 
@@ -244,11 +289,14 @@ class RouteAnswered(Answered):
     request: RouteRequest = Field(description="the request as understood, with defaults; can be sent again")
     warnings: list[str]
     stats: list[SearchStatsAnswer] = Field(description="one for each search")
+    pareto: ParetoAnswer | None = Field(
+        default=None, description="what is proven of a Pareto set; null unless asked for"
+    )
     terrain: TerrainNote
 
 
 class RouteResponse(RouteAnswered):
-    """Routes, in the order of the weightings asked."""
+    """Routes, in the order of the weightings asked; those of a Pareto set from the fastest to the thriftiest."""
 
     routes: list[RouteFound]
 

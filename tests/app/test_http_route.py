@@ -346,3 +346,67 @@ def test_via_point_that_cannot_be_is_named(client: TestClient, via: object, stat
     response = client.post("/route", json=ROUTE | {"via": via})
     assert response.status_code == status, response.text
     assert response.json()["errors"][0]["field"] == field
+
+
+def test_pareto_set_answers_routes_by_time_and_what_is_proven_of_them(client: TestClient) -> None:
+    answer = ask(client, pareto={"epsilon_frac": 0.001, "most": 9}, conditions={"ambient_c": -5})
+    routes, claim = answer["routes"], answer["pareto"]
+    assert len(routes) >= 2
+    assert routes[-1]["name"] == "eco"
+    assert [route["duration_s"] for route in routes] == sorted(route["duration_s"] for route in routes)
+    assert [route["energy_kwh"] for route in routes] == sorted((r["energy_kwh"] for r in routes), reverse=True)
+    assert claim["epsilon_frac"] <= 0.001
+    assert claim["energy_slack_kwh"] == pytest.approx(claim["epsilon_frac"] * claim["reference_kwh"])
+    assert claim["found"] >= len(routes)
+    assert claim["unproven"] is None
+    named = ask(client, alternatives=["fastest", "eco", "balanced"], conditions={"ambient_c": -5})
+    assert named["pareto"] is None
+    for other in named["routes"]:
+        assert any(
+            route["duration_s"] <= other["duration_s"] * (1.001 + 1e-9)
+            and route["energy_kwh"] <= other["energy_kwh"] + claim["energy_slack_kwh"] + 1e-9
+            for route in routes
+        )
+    again = ask(client, **answer["request"])
+    assert again == answer
+
+
+def test_pareto_set_of_a_consumption_table_is_proven_too(client: TestClient) -> None:
+    vehicle = {
+        "kind": "consumption_table",
+        "name": "van",
+        "consumption": {"speed_kmh": [30, 90], "kwh_per_100km": [13, 21]},
+        "ascent_wh_per_m": 7.5,
+        "descent_wh_per_m": 4.9,
+        "aux_power_w": 600,
+        "usable_capacity_kwh": 60,
+    }
+    claim = ask(client, vehicle=vehicle, pareto={"epsilon_frac": 0.001})["pareto"]
+    assert claim["epsilon_frac"] <= 0.001
+    assert claim["reference_kwh"] > 0.0
+
+
+def test_pareto_set_without_a_proof_says_why(client: TestClient) -> None:
+    for change, why in (({"stops": "counted"}, "counted"), ({"soc": 0.002}, "no way keeps the reserve")):
+        answer = ask(client, pareto={}, **change)
+        assert answer["request"]["pareto"] == {"epsilon_frac": 0.02, "most": 10}
+        assert answer["pareto"]["proof"] == "none"
+        assert answer["pareto"]["epsilon_frac"] is None
+        assert why in answer["pareto"]["unproven"]
+        assert any(why in warning for warning in answer["warnings"])
+        assert answer["routes"][-1]["name"] == "eco"
+
+
+def test_pareto_set_from_a_place_to_itself_is_one_route_of_nothing(client: TestClient) -> None:
+    answer = ask(client, goal=START, pareto={})
+    assert [route["distance_m"] for route in answer["routes"]] == [0.0]
+    assert "same place" in answer["pareto"]["unproven"]
+
+
+def test_pareto_set_as_geojson_says_the_same(client: TestClient) -> None:
+    body = ROUTE | {"pareto": {"epsilon_frac": 0.001}, "links": False}
+    plain = client.post("/route", json=body).json()
+    collection = client.post("/route", json=body, headers={"Accept": "application/geo+json"}).json()
+    assert collection["pareto"] == plain["pareto"]
+    lines = [f["properties"]["name"] for f in collection["features"] if f["geometry"]["type"] == "LineString"]
+    assert lines == [route["name"] for route in plain["routes"]]
