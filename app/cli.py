@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from rich.console import Console
 from typer.core import TyperGroup
 
+from app.commands.batch import batches
 from app.commands.compare import comparing
 from app.commands.diagnose import diagnosing
 from app.commands.graphs import graphs, making
@@ -54,6 +55,7 @@ class ReportingGroup(TyperGroup):
 
 cli = typer.Typer(cls=ReportingGroup, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
 cli.add_typer(queries)
+cli.add_typer(batches)
 cli.add_typer(comparing)
 cli.add_typer(diagnosing)
 cli.add_typer(making)

@@ -61,7 +61,9 @@ class TimeLimitError(Exception):
 
     def __init__(self, limit_s: float) -> None:
         self.limit_s = limit_s
-        super().__init__(f"no answer within {limit_s:g} s; ask for a shorter route, less charge or fewer alternatives")
+        super().__init__(
+            f"no answer within {limit_s:g} s; ask for a shorter route, less charge, fewer alternatives or places"
+        )
 
 
 class NotReadyError(Exception):
@@ -182,6 +184,8 @@ def _query_fields(error: QueryError) -> list[FieldProblem]:
 
 
 def _energy_gain_fields(error: NegativeCycleError) -> list[FieldProblem]:
+    if error.least_load_n < 0.0:
+        return [_field("conditions", f"road load of {error.least_load_n:.1f} N", "a road load of at least 0 N")]
     return [_field("link_model", "printed", "integrated")]
 
 

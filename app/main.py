@@ -18,7 +18,7 @@ from app.body_limit import BodyLimit
 from app.deadline import DeadlinePool
 from app.diagnosing.use_cases import Diagnoses
 from app.errors import PROBLEM_TYPE, install_error_handlers
-from app.routes import diagnoses, graphs, health, range, route, simulate, tiles, vehicles
+from app.routes import diagnoses, graphs, health, matrix, range, route, simulate, tiles, vehicles
 from app.schemas.diagnosis import DiagnosisRequest
 from app.schemas.route import RouteFeatureCollection
 from app.service import Service
@@ -36,6 +36,7 @@ battery. Errors are problem details (RFC 9457) with a stable `code`; every answe
 """
 ROUTERS: Final = (
     route.router,
+    matrix.router,
     range.router,
     simulate.router,
     vehicles.router,

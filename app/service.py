@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 from app.atlas import Atlas, graph_folders
 from app.conversions.conditions import vehicle_with_effects
 from app.conversions.graph import graph_detail, graph_summary
+from app.conversions.matrix import matrix_query
 from app.conversions.range import range_features, range_query
 from app.conversions.route import route_features, route_query, route_response
 from app.conversions.simulation import chain_from_numbers, chain_link_error, simulation_answer, spans_from_links
@@ -17,7 +18,9 @@ from app.conversions.vehicle_check import vehicle_check
 from app.driving import course_of, drive, profiles, warm_up
 from app.fleet import Fleet
 from app.learned import LearnedEffectsShelf, warnings_of
+from app.matrices import MatrixWork, check_places
 from app.schemas.graph import GraphDetail, GraphList
+from app.schemas.matrix import MatrixRequest, MatrixResponse
 from app.schemas.range import RangeFeatureCollection, RangeRequest
 from app.schemas.route import RouteFeatureCollection, RouteRequest, RouteResponse
 from app.schemas.simulation import SimulateRequest, SimulateResponse
@@ -48,7 +51,7 @@ if TYPE_CHECKING:
 
 LOG = logging.getLogger(__name__)
 
-Asked = TypeVar("Asked", RouteRequest, RangeRequest, SimulateRequest)
+Asked = TypeVar("Asked", RouteRequest, MatrixRequest, RangeRequest, SimulateRequest)
 
 
 class Service:
@@ -103,6 +106,17 @@ class Service:
         planner, vehicle, understood, warnings = self._understood(sent)
         answer = planner.route(route_query(understood, vehicle))
         return replace(answer, warnings=(*warnings, *answer.warnings)), understood, planner
+
+    def matrix(self, sent: MatrixRequest) -> MatrixResponse:
+        """All drives from sources to targets, on this thread alone."""
+        work = self.matrix_work(sent)
+        return work.whole([work.part(idx) for idx in range(work.part_count)])
+
+    def matrix_work(self, sent: MatrixRequest) -> MatrixWork:
+        """All drives from sources to targets, ready to be searched row by row."""
+        check_places(sent, self.settings.matrix_limit_places)
+        planner, vehicle, understood, warnings = self._understood(sent)
+        return MatrixWork(planner.matrix(matrix_query(understood, vehicle)), understood, planner.graph, warnings)
 
     def range(self, sent: RangeRequest) -> RangeFeatureCollection:
         """The reachable area for a request."""

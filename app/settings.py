@@ -11,6 +11,7 @@ from pydantic import Field, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 from app.schemas.base import refusal
+from app.schemas.place import MAX_PLACES
 
 BUNDLED_DATA = Path(__file__).resolve().parent.parent / "data"
 STYLE_FORMS = "https://HOST/PATH, http://HOST/PATH or /PATH on this host"
@@ -49,6 +50,9 @@ class Settings(BaseSettings):
     )
     label_limit: int | None = Field(
         default=None, ge=1, description="most labels that one search may make; by default in proportion to the graph"
+    )
+    matrix_limit_places: int = Field(
+        default=100, ge=1, le=MAX_PLACES, description="most sources, and most targets, of one matrix"
     )
     body_limit_bytes: int = Field(default=4 * 1024 * 1024, ge=1024, description="largest request body [B]")
     recordings_dir: Path | None = Field(

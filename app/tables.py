@@ -8,6 +8,7 @@ from rich.table import Table
 
 if TYPE_CHECKING:
     from app.schemas.graph import GraphDetail, GraphList, TerrainNote
+    from app.schemas.matrix import MatrixResponse
     from app.schemas.range import RangeFeatureCollection
     from app.schemas.route import EnergyPartsKwh, RouteFound, RouteResponse
     from app.schemas.simulation import SimulateResponse, SpeedProfileAnswer
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from app.schemas.vehicle_check import VehicleChecks
 
 SHOWN_LINKS = 40
+SHOWN_PLACES = 8
 SOURCE_PARTS = 8  # causes that the model always has
 SHOWN_KWH = 0.0005
 
@@ -76,6 +78,17 @@ def spread_table(routes: list[RouteFound]) -> Table:
             charges = (spread.soc_end_p10, spread.soc_end_p50, spread.soc_end_p90)
             shown = (f"{value:.3f}" for value in (*energies, *charges))
             table.add_row(route.name, *shown, f"{spread.probability_above_reserve:.1%}")
+    return table
+
+
+def matrix_table(answer: MatrixResponse, sources: list[str], targets: list[str]) -> Table:
+    """Energy [kWh] of each pair of places, the first ones where there are many, or why it can't be driven."""
+    table = _table("kWh", *targets[:SHOWN_PLACES])
+    for i, source in enumerate(sources[:SHOWN_PLACES]):
+        cells = zip(answer.energy_kwh[i][:SHOWN_PLACES], answer.reason[i], strict=False)
+        table.add_row(source, *(f"{kwh:.2f}" if kwh is not None else str(reason) for kwh, reason in cells))
+    if max(len(sources), len(targets)) > SHOWN_PLACES:
+        table.caption = f"the first of {len(sources)} sources and {len(targets)} targets"
     return table
 
 

@@ -16,8 +16,13 @@ from energy.vehicle import Powertrain
 from routing.area import energies_of_reach, reachable_areas
 from routing.errors import QueryError
 from routing.graph import Terrain
+from routing.matrix import MatrixSearch
+from routing.pareto import ParetoSearch, names_of
+from routing.pareto_labels import warm_up_labels
 from routing.query import (
     ECO,
+    EPSILON_RANGE,
+    MOST_RANGE,
     RANGE_PROBABILITIES,
     LinkSpan,
     Point,
@@ -30,7 +35,7 @@ from routing.query import (
 from routing.reverse import BackCharges, ReverseSearch
 from routing.route_answer import no_route, route_of
 from routing.route_search import RouteSearch, charge_limits, method_name
-from routing.search import Limits, LinkPosition, SearchCounts, find_path, reach
+from routing.search import LOAD_NOISE_N, Limits, LinkPosition, SearchCounts, find_path, reach
 from routing.snap import RoadIndex
 from routing.spans import ChainMaker
 from routing.via import WayFinder
@@ -42,7 +47,8 @@ if TYPE_CHECKING:
     from energy.vehicle_files import AnyVehicle
     from routing.area import RoadEnergies
     from routing.graph import RoadGraph
-    from routing.query import RangeQuery, RouteQuery, Weights
+    from routing.matrix import MatrixQuery, SnappedPlace
+    from routing.query import ParetoSettings, RangeQuery, RouteQuery, SnappedPoint, Weights
     from routing.via import Way
 
 SAMPLE_LINKS: Final = 300  # on which the spread of what driving dissipates is taken
@@ -70,23 +76,29 @@ class Planner:
         home = Point(float(self.graph.node_lat_deg[0]), float(self.graph.node_lon_deg[0]))
         reachable_areas(self.graph, [(energies_of_reach(self.graph, reached), 0.0)], home)
         self._reverse.warm_up(space, middle)
+        warm_up_labels(space, middle)
         self.simulate((LinkSpan(0, 0.0, float(self.graph.length_m[0])),), vehicle)
         self._roads.snap("warm-up", Point((south + north) / 2.0, (west + east) / 2.0), math.inf)
 
     def route(self, query: RouteQuery) -> RouteAnswer:
         """One route for each weighting of the query, from rest at the start over its via points to rest at the goal.
 
-        Raises QueryError, PointOutsideMapError, PointFarFromRoadError, NoPathError, NegativeCycleError,
-        SearchLimitError. A goal out of reach on this charge is an answer, with `feasible` false.
+        Or the routes of the Pareto set that it asks for. Raises QueryError, PointOutsideMapError,
+        PointFarFromRoadError, NoPathError, NegativeCycleError, SearchLimitError. A goal out of reach on this charge is
+        an answer, with `feasible` false.
         """
         _check_charge(query.soc_frac, query.reserve_soc_frac)
         if not query.weightings:
             raise QueryError("weightings", "empty", "at least one weighting")
         for name, weights in query.weightings:
             _check_weights(name, weights)
+        if query.pareto is not None:
+            _check_pareto(query.pareto)
         asked = [("start", query.start), *((f"via[{k}]", place) for k, place in enumerate(query.via))]
         snapped = [self._roads.snap(*place, self._snap_limit_m) for place in (*asked, ("goal", query.goal))]
         points, places = [point for point, _ in snapped], [positions for _, positions in snapped]
+        if query.pareto is not None:
+            return self._pareto(query, query.pareto, points, places)
         routes, stats, unproven = [], [], []
         finder = WayFinder(self._search, query, places)
         crowded = False
@@ -105,6 +117,46 @@ class Planner:
                 warnings += (f"no route reaches the goal on this charge: {route.name!r} shows the least-energy way",)
         return RouteAnswer(tuple(routes), points[0], points[-1], tuple(stats), warnings, tuple(points[1:-1]))
 
+    def matrix(self, query: MatrixQuery) -> MatrixSearch:
+        """The drives from all sources to all targets of a query, ready to be searched row by row.
+
+        Raises QueryError, PointOutsideMapError, PointFarFromRoadError; errors of a place name it as `sources[3]`.
+        """
+        _check_charge(query.soc_frac, query.reserve_soc_frac)
+        _check_weights("matrix", query.weights)
+        sources, targets = self._snap_all("sources", query.sources), self._snap_all("targets", query.targets)
+        return MatrixSearch(self._search, query, sources, targets, self._warnings)
+
+    def _snap_all(self, field: str, places: tuple[Point, ...]) -> list[SnappedPlace]:
+        if not places:
+            raise QueryError(field, "empty", "at least one place")
+        return [self._roads.snap(f"{field}[{k}]", place, self._snap_limit_m) for k, place in enumerate(places)]
+
+    def _pareto(
+        self,
+        query: RouteQuery,
+        settings: ParetoSettings,
+        points: list[SnappedPoint],
+        places: list[tuple[LinkPosition, ...]],
+    ) -> RouteAnswer:
+        """The routes of a Pareto set, by time."""
+        front = ParetoSearch(self._search, query, settings, places).front()
+        routes = tuple(
+            route_of(self._chains, name, way.weights, query, way.spans, way.first)
+            if way.spans
+            else no_route(self.graph, name, way.weights, query, points[0])
+            for name, way in zip(names_of(front.ways), front.ways, strict=True)
+        )
+        warnings = self._warnings(query, front.crowded)
+        if front.claim.unproven is not None:
+            warnings += (f"nothing is proven of this Pareto set: {front.claim.unproven}",)
+        elif front.claim.epsilon_frac is not None and front.claim.epsilon_frac > settings.epsilon_frac:
+            warnings += (
+                f"the Pareto set is proven within {front.claim.epsilon_frac:.3g} only, not {settings.epsilon_frac:g}: "
+                f"{len(routes)} of {front.claim.found} routes found are answered",
+            )
+        return RouteAnswer(routes, points[0], points[-1], front.stats, warnings, tuple(points[1:-1]), front.claim)
+
     def range(self, query: RangeQuery) -> RangeAnswer:
         """The area that can be reached before the charge falls below the reserve, with its inner bands.
 
@@ -114,6 +166,9 @@ class Planner:
         _check_charge(query.soc_frac, query.reserve_soc_frac)
         if query.trip is not Trip.OUT and query.link_model is LinkModel.PRINTED:
             raise QueryError("link_model", "'printed'", f"'integrated' with {query.trip.value}")
+        least_n = self._search.space_of(query, query.vehicle).least_load_n
+        if query.trip is not Trip.OUT and least_n < -LOAD_NOISE_N:
+            raise QueryError("conditions", f"a road load of {least_n:.1f} N", f"at least 0 N with {query.trip.value}")
         for band in query.bands_soc_frac:
             if not query.reserve_soc_frac <= band <= query.soc_frac:
                 raise QueryError("bands", band, f"{query.reserve_soc_frac:g} (reserve_soc)..{query.soc_frac:g} (soc)")
@@ -228,6 +283,9 @@ class Planner:
             )
         if query.link_model is LinkModel.PRINTED:
             warnings.append("link model 'printed' does not conserve energy: label-correcting search")
+        elif not (space := self._search.space_of(query, query.vehicle)).conserving:
+            load = f"{space.least_load_n:.1f} N"
+            warnings.append(f"the road load falls to {load} under these conditions: label-correcting search")
         if query.vehicle.powertrain is Powertrain.ICE:
             warnings.append("combustion vehicle: energies are fuel energy, soc is the share of the tank")
         if crowded:
@@ -251,6 +309,15 @@ def _check_charge(soc_frac: float, reserve_frac: float) -> None:
         raise QueryError("soc", soc_frac, "0..1")
     if not 0.0 <= reserve_frac <= soc_frac:
         raise QueryError("reserve_soc", reserve_frac, f"0..{soc_frac:g} (soc)")
+
+
+def _check_pareto(settings: ParetoSettings) -> None:
+    if not EPSILON_RANGE[0] <= settings.epsilon_frac <= EPSILON_RANGE[1]:
+        low, high = EPSILON_RANGE
+        raise QueryError("pareto.epsilon_frac", settings.epsilon_frac, f"{low:g}..{high:g}")
+    if not MOST_RANGE[0] <= settings.most <= MOST_RANGE[1]:
+        low, high = MOST_RANGE
+        raise QueryError("pareto.most", settings.most, f"{low}..{high}")
 
 
 def _check_weights(name: str, weights: Weights) -> None:

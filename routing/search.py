@@ -22,7 +22,7 @@ from routing import kernels, kernels_gap, kernels_links
 from routing.aligned import aligned
 from routing.drives import Drives, LentDrives
 from routing.errors import NegativeCycleError, SearchLimitError
-from routing.gaps import gap_bounds, gap_rules
+from routing.gaps import gap_bounds, gap_rules, least_load_n
 from routing.homing import MOST_GOALS, UNDIRECTED, Guide, HomingScratch
 from routing.kernels import LinkArrays, Workspace
 from routing.kernels_arrivals import arrivals
@@ -42,12 +42,17 @@ if TYPE_CHECKING:
 JOULE_PER_KWH: Final = 3.6e6
 SECOND_PER_HOUR: Final = 3600.0
 METRE_PER_KM: Final = 1000.0
+LOAD_NOISE_N: Final = 1e-9  # a road load that is lifted to 0 may miss it by rounding
+SAME_OFFSET_M: Final = 1e-6  # of goals on one link that a search need not tell apart
 WORKSPACES_KEPT: Final = 4
 
 
 @dataclass(frozen=True, slots=True)
 class SearchSpace:
-    """A graph as one vehicle sees it: what the kernel reads, computed once per vehicle, conditions and settings."""
+    """A graph as one vehicle sees it: what the kernel reads, computed once per vehicle, conditions and settings.
+
+    least_load_n: least road load on any link at a speed that is driven there [N].
+    """
 
     arrays: LinkArrays
     physics: LinkPhysics
@@ -56,6 +61,12 @@ class SearchSpace:
     half_inertia_kg: float
     drives: Drives
     guide: Guide
+    least_load_n: float
+
+    @property
+    def conserving(self) -> bool:
+        """Whether no link gives back more than height and speed hold, so that labels can be set (lemma 1)."""
+        return not self.physics.printed and self.least_load_n >= -LOAD_NOISE_N
 
 
 @dataclass(frozen=True, slots=True)
@@ -192,7 +203,8 @@ def search_space(
     gap = gap_rules(physics, roads, driven)
     bounds = gap_bounds(physics, gap, half_inertia, roads, driven)
     guide = Guide(graph, arrays, physics, gap, potential_share(physics))
-    return SearchSpace(arrays, physics, gap, bounds, half_inertia, Drives(graph.successor_first), guide)
+    least_n = least_load_n(physics, roads, driven)
+    return SearchSpace(arrays, physics, gap, bounds, half_inertia, Drives(graph.successor_first), guide, least_n)
 
 
 def potential_share(physics: LinkPhysics) -> float:
@@ -294,7 +306,7 @@ def _rules(space: SearchSpace, weights: Weights, limits: Limits, pareto: bool, l
         half_inertia_kg=space.half_inertia_kg,
         limited=limits.held,
         pareto=pareto,
-        correcting=p.printed,
+        correcting=not space.conserving,
         label_limit=label_limit,
     )
 
@@ -310,11 +322,35 @@ def _run(
     begin_s: float = 0.0,
 ) -> tuple[Workspace, int, int, SearchCounts]:
     ws, epoch = pool.take()
+    began = _begin(space, rules, ws, starts, begin_s)
+    ws, status = _settle(space, rules, ws, goals, lent, homing, epoch)
+    _check_settled(status, space, ws, pool, rules, epoch)
+    counts = _counts(ws, rules, began)
+    return ws, epoch, int(ws.counter[kernels.GOAL]), counts
+
+
+def _begin(
+    space: SearchSpace, rules: SearchRules, ws: Workspace, starts: Sequence[LinkPosition], begin_s: float = 0.0
+) -> float:
+    """Put the starts into the heap of a workspace; what the clock says [s]."""
     ws.counter[:] = 0
     ws.counter[kernels.GOAL] = ws.counter[kernels.CYCLE] = -1
     began = time.perf_counter()
     for start in starts:
         kernels.start_label(space.arrays, space.physics, rules, ws, start.link_idx, start.offset_m, begin_s)
+    return began
+
+
+def _settle(
+    space: SearchSpace,
+    rules: SearchRules,
+    ws: Workspace,
+    goals: Sequence[LinkPosition],
+    lent: LentDrives,
+    homing: Homing,
+    epoch: int,
+) -> tuple[Workspace, int]:
+    """Run the kernel until it is done or has met a goal, with more room wherever it asks for it."""
     goal_link = np.array([g.link_idx for g in goals], np.int64)
     goal_offset = np.array([g.offset_m for g in goals], np.float64)
     while True:
@@ -337,16 +373,25 @@ def _run(
         elif status == kernels.CRAMPED:
             lent.grow()
         else:
-            break
+            return ws, status
+
+
+def _check_settled(
+    status: int, space: SearchSpace, ws: Workspace, pool: WorkspacePool, rules: SearchRules, epoch: int
+) -> None:
+    """Give the workspace back and raise where a search has failed."""
     if status == kernels.NEGATIVE_CYCLE:
         cycle = int(ws.counter[kernels.CYCLE])
         pool.give_back(ws, epoch)
-        raise NegativeCycleError(cycle)
+        raise NegativeCycleError(cycle, 0.0 if space.physics.printed else space.least_load_n)
     if status == kernels.TOO_MANY:
         made = int(ws.counter[kernels.LABELS])
         pool.give_back(ws, epoch)
         raise SearchLimitError(made, rules.label_limit)
-    counts = SearchCounts(
+
+
+def _counts(ws: Workspace, rules: SearchRules, began: float) -> SearchCounts:
+    return SearchCounts(
         labels_made=int(ws.counter[kernels.LABELS]),
         labels_settled=int(ws.counter[kernels.SETTLED]),
         seconds=time.perf_counter() - began,
@@ -354,7 +399,6 @@ def _run(
         reduced_below_zero=int(ws.counter[kernels.REDUCED_BELOW_ZERO]),
         crowded=int(ws.counter[kernels.CROWDED]),
     )
-    return ws, epoch, int(ws.counter[kernels.GOAL]), counts
 
 
 def find_path(
@@ -430,3 +474,64 @@ def reach(
         finally:
             pool.give_back(ws, epoch)
     return Reach(node_energy, link_reach, limits.most_energy_j, counts)
+
+
+def find_paths(
+    space: SearchSpace,
+    pool: WorkspacePool,
+    weights: Weights,
+    limits: Limits,
+    starts: Sequence[LinkPosition],
+    targets: Sequence[Sequence[LinkPosition]],
+    *,
+    label_limit: int = 50_000_000,
+) -> tuple[list[FoundPath | None], SearchCounts]:
+    """The cheapest way from a start to each target, or None, by one search that ends when all targets are settled.
+
+    targets: each by its positions, as the goals of find_path, whose answer it is: labels at goals lead nowhere, so that
+    they do not change the others. Limits may be held only where energy alone is weighted, for there is no search with
+    pairs of cost and energy here. Raises as find_path does.
+    """
+    rules = _rules(space, weights, limits, False, label_limit)
+    targets_at: dict[int, list[tuple[float, int]]] = {}
+    for k, goals in enumerate(targets):
+        for goal in goals:
+            targets_at.setdefault(goal.link_idx, []).append((goal.offset_m, k))
+    found = [-1] * len(targets)
+    ws, epoch = pool.take()
+    began = _begin(space, rules, ws, starts)
+    status = kernels.FOUND
+    with space.drives.lent() as lent:
+        while status == kernels.FOUND and -1 in found:
+            missing = [goal for label, goals in zip(found, targets, strict=True) if label < 0 for goal in goals]
+            ws, status = _settle(space, rules, ws, missing, lent, UNDIRECTED, epoch)
+            for label in _labels_at_goals(ws, rules):
+                link_idx, offset_m = _goal_place(ws, label)
+                for at_m, k in targets_at[link_idx]:
+                    if found[k] < 0 and abs(at_m - offset_m) < SAME_OFFSET_M:
+                        found[k] = label
+            ws.counter[kernels.GOAL] = -1
+    _check_settled(status, space, ws, pool, rules, epoch)
+    counts = _counts(ws, rules, began)
+    try:
+        return [None if goal < 0 else _unpack(ws, goal, targets[k], 0.0) for k, goal in enumerate(found)], counts
+    finally:
+        pool.give_back(ws, epoch)
+
+
+def _labels_at_goals(ws: Workspace, rules: SearchRules) -> list[int]:
+    """The label at a goal that was met, or, as a label-correcting search ends with all of them, all by their costs."""
+    if not rules.correcting:
+        met = int(ws.counter[kernels.GOAL])
+        return [] if met < 0 else [met]
+    made = int(ws.counter[kernels.LABELS])
+    labels = np.flatnonzero(ws.pointer[:made, kernels.LINK] == ws.bag.shape[0] - 1)
+    order = np.argsort(ws.number[labels, kernels_gap.COST], kind="stable")
+    return [int(label) for label in labels[order]]
+
+
+def _goal_place(ws: Workspace, label: int) -> tuple[int, float]:
+    """Link of a label at a goal, and how far along it the goal is [m]."""
+    before = int(ws.pointer[label, kernels.PARENT])
+    driven_m = float(ws.number[label, kernels_gap.DISTANCE] - ws.number[before, kernels_gap.DISTANCE])
+    return int(ws.pointer[before, kernels.LINK]), float(ws.number[before, kernels_gap.OFFSET]) + driven_m

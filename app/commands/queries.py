@@ -47,6 +47,10 @@ def route(
     vehicle: VehicleOption = None,
     weights: Annotated[str | None, typer.Option(metavar="E,T,D", help="worth of a kWh, an hour, a kilometre")] = None,
     alternatives: Annotated[str | None, typer.Option(metavar="eco,fastest,balanced")] = None,
+    pareto: Annotated[
+        str | None,
+        typer.Option(metavar="E[,N]", help="Pareto set of time and energy within E, such as 0.02, of at most N routes"),
+    ] = None,
     reserve_soc: ReserveOption = 0.0,
     link_model: LinkModelOption = "integrated",
     stops: StopsOption = "expected",
@@ -67,12 +71,13 @@ def route(
             "soc": soc,
             "vehicle": vehicle,
             "graph": service.settings.default_graph,
-            "weights": None if weights is None else _weights(weights),
+            "weights": None if weights is None else weights_from_text(weights),
             "alternatives": None if alternatives is None else alternatives.split(","),
+            "pareto": None if pareto is None else _pareto(pareto),
             "reserve_soc": reserve_soc,
             "link_model": link_model,
             "stops": stops,
-            "conditions": _conditions(condition),
+            "conditions": conditions_from_pairs(condition),
             "effects": effects_choice(effects),
             "uncertainty": uncertainty,
         }
@@ -87,6 +92,12 @@ def route(
     console.print(tables.hot_table(answer.routes))
     if uncertainty:
         console.print(tables.spread_table(answer.routes))
+    claim = answer.pareto
+    if claim is not None and claim.epsilon_frac is not None and claim.energy_slack_kwh is not None:
+        console.print(
+            f"proven: for any way that keeps the reserve one of these takes at most {1.0 + claim.epsilon_frac:.4f} "
+            f"times its time and {claim.energy_slack_kwh:.3f} kWh more"
+        )
     print_notes(console, answer.terrain, answer.warnings)
 
 
@@ -124,7 +135,7 @@ def reachable(
             "round_trip": round_trip,
             "link_model": link_model,
             "stops": stops,
-            "conditions": _conditions(condition),
+            "conditions": conditions_from_pairs(condition),
             "effects": effects_choice(effects),
             "uncertainty": uncertainty,
         }
@@ -194,12 +205,22 @@ def _lat_lon(field: str, text: str) -> dict[str, float]:
     return {"lat": lat, "lon": lon}
 
 
-def _weights(text: str) -> dict[str, float]:
+def weights_from_text(text: str) -> dict[str, float]:
+    """Weights of a request out of E,T,D; raises QueryError."""
     try:
         energy, time, distance = (float(part) for part in text.split(","))
     except ValueError:
         raise QueryError("weights", repr(text), "E,T,D: three numbers, such as 1,5,0") from None
     return {"energy": energy, "time": time, "distance": distance}
+
+
+def _pareto(text: str) -> dict[str, float]:
+    try:
+        epsilon, *most = text.split(",")
+        asked: dict[str, float] = {"epsilon_frac": float(epsilon)}
+        return asked | ({"most": int(*most)} if most else {})
+    except (TypeError, ValueError):
+        raise QueryError("pareto", repr(text), "E or E,N: a number and a whole one, such as 0.02,10") from None
 
 
 def _bands(text: str) -> int | list[float]:
@@ -214,8 +235,8 @@ def _bands(text: str) -> int | list[float]:
         raise QueryError("bands", repr(text), error.message()) from error
 
 
-def _conditions(given: list[str] | None) -> dict[str, object] | None:
-    """Conditions out of NAME=VALUE pairs; numbers and true or false as in JSON, all else is text."""
+def conditions_from_pairs(given: list[str] | None) -> dict[str, object] | None:
+    """Conditions of a request out of NAME=VALUE pairs; numbers and true or false as in JSON, all else is text."""
     if not given:
         return None
     found: dict[str, object] = {}

@@ -45,6 +45,16 @@ ROUTE_REQUESTS: Final[dict[str, Any]] = {
             "links": False,
         },
     },
+    "pareto": {
+        "summary": "Few routes between the fastest and the thriftiest, one within 5 % of any other way",
+        "value": {
+            "start": [-36.781, 44.4401],
+            "goal": [-36.2298, 44.2838],
+            "soc": 0.8,
+            "pareto": {"epsilon_frac": 0.05, "most": 6},
+            "links": False,
+        },
+    },
     "inline vehicle": {
         "summary": "A vehicle of one's own, with a weight on time",
         "value": {
@@ -68,6 +78,33 @@ ROUTE_REQUESTS: Final[dict[str, Any]] = {
                 "parameters": {"aux_power_w": 420},
                 "learned_from": {"vehicle": "bmw-i3-60ah", "trips": 28},
             },
+        },
+    },
+}
+
+MATRIX_REQUESTS: Final[dict[str, Any]] = {
+    "all to all": {
+        "summary": "From each of three places to each of them, with the least energy; one pair is beyond the charge",
+        "value": {
+            "sources": [
+                {"lat": 44.4401, "lon": -36.781},
+                {"lat": 44.2838, "lon": -36.2298},
+                {"lat": 44.3536, "lon": -36.5003},
+            ],
+            "soc": 0.16,
+            "reserve_soc": 0.05,
+            "vehicle": "hyundai-kona-64",
+        },
+    },
+    "depot": {
+        "summary": "From one place to others, with a weight on time, on a cold day",
+        "value": {
+            "sources": [[-36.781, 44.4401]],
+            "targets": [[-36.2298, 44.2838], [-36.5003, 44.3536]],
+            "soc": 0.9,
+            "reserve_soc": 0.1,
+            "weights": {"energy": 1, "time": 5},
+            "conditions": {"ambient_c": -5},
         },
     },
 }
@@ -167,6 +204,7 @@ DIAGNOSIS_REQUESTS: Final[dict[str, Any]] = {
 
 ROUTE_ANSWER: Final = _answer("route")
 ROUTE_FEATURES: Final = _answer("route_geojson")
+MATRIX_ANSWER: Final = _answer("matrix")
 RANGE_FEATURES: Final = _answer("range")
 SIMULATE_ANSWER: Final = _answer("simulate")
 VEHICLE_LIST: Final = _answer("vehicles")

@@ -74,7 +74,7 @@ EXAMPLES: Final = {
         FieldProblem(field="", value=2_833_561, allowed="at most 2833560 labels"),
     ),
     ErrorCode.TIME_LIMIT: (
-        "no answer within 30 s; ask for a shorter route, less charge or fewer alternatives",
+        "no answer within 30 s; ask for a shorter route, less charge, fewer alternatives or places",
         FieldProblem(field="", value=None, allowed="at most 30 s"),
     ),
     ErrorCode.DATABASE_UNAVAILABLE: (

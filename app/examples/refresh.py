@@ -11,8 +11,9 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from app.examples import RANGE_REQUESTS, ROUTE_REQUESTS, SIMULATE_REQUESTS, VEHICLE_BODIES
+from app.examples import MATRIX_REQUESTS, RANGE_REQUESTS, ROUTE_REQUESTS, SIMULATE_REQUESTS, VEHICLE_BODIES
 from app.examples.diagnoses import diagnosis_answers
+from app.schemas.matrix import MatrixRequest
 from app.schemas.range import RangeRequest
 from app.schemas.route import RouteRequest
 from app.schemas.simulation import SimulateRequest
@@ -42,12 +43,14 @@ def refresh(*, diagnoses_only: bool = False) -> None:
 
 def _answers(service: Service) -> dict[str, Any]:
     eco = RouteRequest.model_validate(ROUTE_REQUESTS["eco"]["value"])
+    square = MatrixRequest.model_validate(MATRIX_REQUESTS["all to all"]["value"])
     bands = RangeRequest.model_validate(RANGE_REQUESTS["charges left"]["value"])
     chain = SimulateRequest.model_validate(SIMULATE_REQUESTS["chain"]["value"])
     table = InlineTableVehicle.model_validate(VEHICLE_BODIES["consumption table"]["value"])
     answers = {
         "route": service.route(eco),
         "route_geojson": service.route_as_geojson(eco),
+        "matrix": service.matrix(square),
         "range": service.range(bands),
         "simulate": service.simulate(chain),
         "vehicles": service.list_vehicles(),

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, Final, Literal
 
 from pydantic import Discriminator, Field, Tag
 
 from app.schemas.base import Answered, Latitude, Longitude, Sent
+
+MAX_PLACES: Final = 1000  # in one list, which the service's own limit may be set to
 
 
 class LatLon(Sent):

@@ -74,6 +74,14 @@ def test_route_over_via_points_as_json_equals_http(client: TestClient) -> None:
     assert from_cli == timeless(client.post("/route", json=body).json())
 
 
+def test_pareto_set_as_json_equals_http_and_prints_what_is_proven(client: TestClient) -> None:
+    asked = ("--soc", "0.4", "--graph", "grid", "--pareto", "0.01,4")
+    ends = {"start": {"lat": 46.5, "lon": 8.003}, "goal": {"lat": 46.518, "lon": 8.02}}
+    body = ends | {"soc": 0.4, "graph": "grid", "pareto": {"epsilon_frac": 0.01, "most": 4}}
+    assert run_json("route", *PLACES, *asked) == timeless(client.post("/route", json=body).json())
+    assert "proven: for any way that keeps the reserve" in " ".join(run("route", *PLACES, *asked).stdout.split())
+
+
 def test_range_as_json_equals_http(client: TestClient) -> None:
     from_cli = run_json("range", "--origin", "46.5,8.003", "--soc", "0.3", "--bands", "2", "--vehicle", "nissan-leaf")
     query = "lat=46.5&lon=8.003&soc=0.3&bands=2&vehicle=nissan-leaf"
@@ -200,6 +208,7 @@ def test_graph_given_as_a_folder_is_the_one_that_answers(settings: Settings) -> 
         (("route", "--start", "95,8", "--goal", "46.5,8", "--soc", "0.5"), "start.lat is 95.0, allowed: at most 90"),
         (("route", *PLACES, "--soc", "0.5", "--weights", "1,2"), "weights is '1,2', allowed: E,T,D"),
         (("route", *PLACES, "--soc", "0.5", "--alternatives", "best"), "alternatives[0] is"),
+        (("route", *PLACES, "--soc", "0.5", "--pareto", "0.02,5,1"), "pareto is '0.02,5,1', allowed: E or E,N"),
         (("route", *PLACES, "--soc", "0.5", "--link-model", "exact"), "link_model is"),
         (("route", *PLACES, "--soc", "0.5", "--vehicle", "delorean"), "vehicle 'delorean' is unknown"),
         (("route", *PLACES, "--soc", "0.5", "--graph", "atlantis"), "graph 'atlantis' is unknown, known: grid, level"),

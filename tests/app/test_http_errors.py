@@ -52,6 +52,8 @@ JSON_HEADER = {"Content-Type": "application/json"}
         ({"effects": {"heating_cop": 0}}, "effects.heating_cop", 0, "at least 0.5"),
         ({"alternatives": ["best"]}, "alternatives[0]", "best", "'eco', 'fastest' or 'balanced'"),
         ({"alternatives": ["eco", "eco"]}, "alternatives", ["eco", "eco"], "each at most once"),
+        ({"pareto": {"epsilon_frac": 0.0}}, "pareto.epsilon_frac", 0.0, "at least 0.001"),
+        ({"pareto": {"most": 51}}, "pareto.most", 51, "at most 50"),
         ({"weights": {"energy": -1}}, "weights.energy", -1, "at least 0"),
         ({"weights": {}}, "weights", "all 0", "at least one of energy, time, distance above 0"),
         ({"reserve_soc": 0.9}, "reserve_soc", 0.9, "at most soc, 0.5"),
@@ -74,6 +76,13 @@ def test_route_without_a_required_field_names_it(client: TestClient, missing: st
     problem = check_problem(client.post("/route", json=body), 422, "invalid_request")
     assert problem["errors"] == [{"field": missing, "value": None, "allowed": "required"}]
     assert problem["detail"] == f"{missing} is missing, it is required"
+
+
+@pytest.mark.parametrize("other", [{"weights": {"energy": 1}}, {"alternatives": ["eco"]}])
+def test_pareto_set_with_weights_or_alternatives_is_refused(client: TestClient, other: dict[str, Any]) -> None:
+    response = client.post("/route", json=ROUTE | {"pareto": {}} | other)
+    assert response.status_code == 422
+    assert response.json()["errors"][0]["field"] == "pareto"
 
 
 def test_route_with_weights_and_alternatives_is_refused(client: TestClient) -> None:

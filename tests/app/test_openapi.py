@@ -60,7 +60,7 @@ def test_every_error_response_is_a_problem_with_examples_of_known_codes(app: Fas
                 assert example["status"] == int(status)
 
 
-@pytest.mark.parametrize("name", ["POST /route", "GET /range", "POST /range", "POST /simulate"])
+@pytest.mark.parametrize("name", ["POST /route", "POST /matrix", "GET /range", "POST /range", "POST /simulate"])
 def test_operation_that_takes_conditions_documents_their_error(app: FastAPI, name: str) -> None:
     (operation,) = (operation for known, operation in operations(app.openapi()) if known == name)
     content = operation["responses"]["422"]["content"]["application/problem+json"]

@@ -1,0 +1,1 @@
+"""Many requests at a time: read from files, answered on Dask, written to files."""
