@@ -98,7 +98,7 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
 
     install_error_handlers(app, allowed_methods)
     app.add_middleware(BodyLimit, limit_bytes=chosen.body_limit_bytes, upload_limit_bytes=chosen.diagnosis_limit_bytes)
-    app.add_middleware(GZipMiddleware, minimum_size=1000, compresslevel=5)
+    app.add_middleware(GZipMiddleware, minimum_size=1000, compresslevel=1)  # a fifth of the time, 7 % larger
     app.add_middleware(
         CORSMiddleware,
         allow_origins=chosen.cors_origins,

@@ -130,6 +130,8 @@ def gap_bounds(
         swing = 2.0 * ratio * top**2
         slack_s[k] = 2.0 * kernels_gap.LOST_TIME_COEF * math.sqrt(overshoot) / least[k]
         slack_j[k] = (gap.drive_factor - gap.recuperation_factor) * half_inertia_kg * swing
+        # on the way they may be as far apart as one link can drive them, before that is made good again
+        slack_j[k] += gap.recuperation_factor * half_inertia_kg * overshoot
         slack_j[k] += gap.drive_factor * distance[k] * (c * overshoot + b * math.sqrt(overshoot) + gap.sag_n)
         gain[k] = physics.recuperation_factor * (
             physics.weight_n * steepest_frac * distance[k] + half_inertia_kg * top**2

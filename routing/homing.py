@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import threading
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -65,21 +66,42 @@ def least_costs(graph: RoadGraph, arrays: LinkArrays, physics: LinkPhysics, gap:
     return LeastCosts(first, np.ascontiguousarray(into), np.ascontiguousarray(entry[:, kernels_least.SLOWEST]))
 
 
+class Direction(StrEnum):
+    """Whether a search is directed to its goals, which changes its work and not its answer."""
+
+    NEVER = "never"
+    WHEN_READY = "when ready"  # not before the least costs are known, which are then computed beside the first searches
+    ALWAYS = "always"
+
+
 class Guide:
-    """The least costs of one search space, computed when a search first has a goal; safe between threads."""
+    """The least costs of one search space; safe between threads."""
 
     def __init__(self, graph: RoadGraph, arrays: LinkArrays, physics: LinkPhysics, gap: GapRules, alpha: float) -> None:
         self._known = (graph, arrays, physics, gap, alpha)
         self._tail = graph.tail
         self._costs: LeastCosts | None = None
-        self._lock = threading.Lock()
+        self._computing = threading.Lock()
+        self._begun = False
 
     def costs(self) -> LeastCosts:
-        """The least costs of all links."""
-        with self._lock:
+        """The least costs of all links, computed if they are not known."""
+        with self._computing:
             if self._costs is None:
                 self._costs = least_costs(*self._known)
             return self._costs
+
+    def directs(self, direction: Direction) -> bool:
+        """Whether a search is to be directed now; the first one that asks has the least costs computed beside it.
+
+        They take as long as many searches of a small part of a large graph, and one-off conditions never pay for them.
+        """
+        if direction is not Direction.WHEN_READY:
+            return direction is Direction.ALWAYS
+        if self._costs is None and not self._begun:
+            self._begun = True
+            threading.Thread(target=self.costs, name="least-costs", daemon=True).start()
+        return self._costs is not None
 
     def homing(self, scratch: HomingScratch, goal_links: Sequence[int]) -> Homing:
         """What directs a search to places on these links."""

@@ -83,7 +83,7 @@ LABELS, HEAP, SETTLED, GOAL, CYCLE, REDUCED_BELOW_ZERO, CROWDED = range(7)
 
 CROWD = 48  # labels on one link beyond which dominance is relaxed, which is counted and reported
 
-BAG_LABEL, BAG_EPOCH = range(2)
+BAG_LABEL, BAG_EPOCH, BAG_STATE, BAG_COST = range(4)
 
 DONE, FOUND, FULL, NEGATIVE_CYCLE, TOO_MANY, CRAMPED = range(6)
 
@@ -121,7 +121,7 @@ class Workspace(NamedTuple):
     pointer: NDArray[np.int32]  # (C, 4)
     heap_key: NDArray[np.float64]  # (C,)
     heap_label: NDArray[np.int32]  # (C,)
-    bag: NDArray[np.int32]  # (M + 1, 2)
+    bag: NDArray[np.float64]  # (M + 1, 4)
     counter: NDArray[np.int64]  # (8,)
 
 
@@ -212,11 +212,12 @@ def run(
     tail, back_key, back_node = borrowed(h.tail), borrowed(h.heap_key), borrowed(h.heap_node)
     back_count, back_reach, back_epoch = borrowed(h.in_heap), borrowed(h.reach), h.epoch
     time_weight, distance_weight = r.time_weight, r.distance_weight
+    plain = timeless and not pareto
     links = row.shape[0]
     capacity = index.shape[0]
     heap_size, made, settled = counter[HEAP], counter[LABELS], counter[SETTLED]
     status = DONE
-    if directed:
+    if directed and back_reach[FARTHEST] == math.inf:  # not yet, and not again after making room
         far = 0.0
         for k in range(heap_size):
             here = tail[index[heap_label[k], LINK]]
@@ -375,7 +376,9 @@ def run(
             cost = cost0 + energy_weight * (used - energy0) + time_weight * t + distance_weight * ds
             if bag[successor, BAG_EPOCH] != epoch:
                 bag[successor, BAG_EPOCH] = epoch
-                bag[successor, BAG_LABEL] = -1
+                bag[successor, BAG_LABEL] = -1.0
+            elif entered > 0 and plain and bag[successor, BAG_STATE] == entered and bag[successor, BAG_COST] <= cost:
+                continue  # the newest label is in the same state, as most are
             # a drive that has not gathered way, soon after the start, is outside of what the bound was made for
             ahead = 0.0
             if directed and v_end >= slowest_mps[successor]:
@@ -401,7 +404,7 @@ def run(
             before = -1
             crowd = 0
             superfluous = False
-            other = bag[successor, BAG_LABEL]
+            other = int(bag[successor, BAG_LABEL])
             while other >= 0:
                 after = index[other, NEXT]
                 crowd += 1
@@ -503,7 +506,7 @@ def run(
                 if gone:
                     index[other, NEXT] = DEAD
                     if before < 0:
-                        bag[successor, BAG_LABEL] = after
+                        bag[successor, BAG_LABEL], bag[successor, BAG_STATE] = after, 0.0
                     else:
                         index[before, NEXT] = after
                     if correcting and is_ancestor(index, top, other):
@@ -516,8 +519,8 @@ def run(
             if superfluous:
                 continue
             index[made, LINK], index[made, PARENT], index[made, STATE] = successor, top, entered
-            index[made, NEXT] = bag[successor, BAG_LABEL]
-            bag[successor, BAG_LABEL] = made
+            index[made, NEXT] = int(bag[successor, BAG_LABEL])
+            bag[successor, BAG_LABEL], bag[successor, BAG_STATE], bag[successor, BAG_COST] = made, entered, cost
             key = cost - energy_weight * potential + ahead
             if key < key0 - 1e-9 * (abs(key0) + energy_weight * 3600.0):
                 counter[REDUCED_BELOW_ZERO] += 1

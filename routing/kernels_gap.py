@@ -157,6 +157,15 @@ def pair_gap(
 
 
 @njit(nogil=True, cache=True)
+def reaches(q: GapRules, v: float, v_max: float, length: float) -> bool:
+    """Whether an entry at v reaches v_max within a length."""
+    if v >= v_max:
+        return True
+    accel = mean_over_intervals(q.speed_bound_mps, q.accel_sum, v, v_max)
+    return bool(v_max * v_max - v * v <= 2.0 * accel * length)
+
+
+@njit(nogil=True, cache=True)
 def state_gap(
     p: LinkPhysics,
     q: GapRules,
@@ -182,10 +191,12 @@ def state_gap(
     only_one = abs(p_a - p_b)
     none = 1.0 - max(p_a, p_b)
     slowest = min(v_a, v_b) if only_one == 0.0 else 0.0
-    meets = slowest >= v_max
-    if not meets:
-        accel = mean_over_intervals(q.speed_bound_mps, q.accel_sum, slowest, v_max)
-        meets = v_max * v_max - slowest * slowest <= 2.0 * accel * length
+    # the faster one may accelerate so much less that it is the last to reach the limit
+    meets = reaches(q, slowest, v_max, length)
+    if meets and (none > 0.0 or p_a <= p_b):
+        meets = reaches(q, v_a, v_max, length)
+    if meets and (none > 0.0 or p_a >= p_b):
+        meets = reaches(q, v_b, v_max, length)
     if meets:
         energy = bounds[CUT_J, k] if slowest < bounds[CUT_MPS, k] else 0.0
         lost = 0.0
@@ -204,21 +215,22 @@ def state_gap(
         return energy, lost, True, 0.0
     deficit = none * max(0.0, v_b * v_b - v_a * v_a)
     excess = none * max(0.0, v_a * v_a - v_b * v_b)
-    slower = none * max(0.0, v_b - v_a)
+    slower = math.sqrt(none) * max(0.0, v_b - v_a)
     if p_a > p_b:
         deficit += only_one * v_b * v_b
-        slower += only_one * v_b
+        slower += math.sqrt(only_one) * v_b
     else:
         excess += only_one * v_a * v_a
     lost = 2.0 * LOST_TIME_COEF * slower / bounds[LEAST_ACCEL, k] + bounds[SLACK_S, k]
     drag = q.drive_factor * bounds[MEETING_DISTANCE, k]
     drag *= q.aero_n_per_mps2 * excess + q.linear_n_per_mps * math.sqrt(excess)
     energy = q.drive_factor * half_inertia * deficit + q.power_w * lost + bounds[SLACK_J, k]
-    energy += max(0.0, drag - q.recuperation_factor * half_inertia * excess)
+    # the drag comes first: kinetic energy that pays for it only later could miss the reserve meanwhile
+    energy += drag
     if slowest < bounds[CUT_MPS, k]:
         energy += 2.0 * bounds[CUT_J, k]
     if q.loss_w > 0.0 or q.cap_w > 0.0 or bounds[WARM_UP_W, k] > 0.0:
-        faster = none * max(0.0, v_a - v_b) + (only_one * v_a if p_a <= p_b else 0.0)
+        faster = math.sqrt(none) * max(0.0, v_a - v_b) + (math.sqrt(only_one) * v_a if p_a <= p_b else 0.0)
         apart = 2.0 * LOST_TIME_COEF * max(slower, faster) / bounds[LEAST_ACCEL, k]
         energy += q.loss_w * (apart + bounds[DRIFT_S, k]) + q.cap_w * apart
         energy += bounds[WARM_UP_W, k] * (apart + bounds[SLACK_S, k])

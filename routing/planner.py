@@ -16,9 +16,11 @@ from energy.vehicle import Powertrain
 from routing.area import energies_of_reach, reachable_areas
 from routing.errors import QueryError
 from routing.graph import Terrain
+from routing.homing import Direction
 from routing.matrix import MatrixSearch
 from routing.pareto import ParetoSearch, names_of
 from routing.pareto_labels import warm_up_labels
+from routing.practice import practice_graph
 from routing.query import (
     ECO,
     EPSILON_RANGE,
@@ -67,7 +69,15 @@ class Planner:
         self._reverse = ReverseSearch(graph, self._search.label_limit)
 
     def warm_up(self, vehicle: AnyVehicle) -> None:
-        """Compile the kernels for this graph's arrays before the first query, and build the road index."""
+        """Compile the kernels on a few links, and make what the first query of a vehicle needs of this graph."""
+        Planner(practice_graph())._ask_once(vehicle)  # compiled code is for any graph's arrays
+        space = self._search.space(vehicle, LinkModel.INTEGRATED, StopRule.EXPECTED, StopSettings())
+        space.guide.directs(Direction.WHEN_READY)  # has the least costs computed
+        west, south, east, north = self.graph.meta.bbox
+        self._roads.snap("warm-up", Point((south + north) / 2.0, (west + east) / 2.0), math.inf)
+
+    def _ask_once(self, vehicle: AnyVehicle) -> None:
+        """Run every kernel."""
         west, south, east, north = self.graph.meta.bbox
         middle = LinkPosition(0, 0.5 * float(self.graph.length_m[0]))
         space = self._search.space(vehicle, LinkModel.INTEGRATED, StopRule.EXPECTED, StopSettings())

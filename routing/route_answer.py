@@ -11,6 +11,7 @@ import numpy as np
 from energy.battery import JOULE_PER_WH, soc_along
 from energy.chain import EnergyParts, simulate_chain
 from energy.uncertainty import chain_distribution
+from routing.graph import E7
 from routing.hot_links import RouteLinks, hot_stretches
 from routing.query import Point, Remedy, Route, RouteLeg, RouteLink
 from routing.snap import part_of_line
@@ -57,21 +58,26 @@ def route_of(
     lines = _lines(graph, spans)
     line_end = np.cumsum([len(line) for line in lines]) - 1
     low, high = _quantiles_along(spread, len(spans))
+    # lists of numbers, which are read one by one several times as fast as arrays
+    grade, limit_mps = chain.grade_frac.tolist(), chain.speed_limit_mps.tolist()
+    soc_end, refused_j, end_idx = soc.tolist(), braked.tolist(), line_end.tolist()
+    name_idx = graph.name_idx[[span.link_idx for span in spans]].tolist()
+    height_end = _heights_m(graph, spans)
     links = tuple(
         RouteLink(
             link_idx=span.link_idx,
             from_m=span.from_m,
             to_m=span.to_m,
-            grade_frac=float(chain.grade_frac[k]),
-            speed_limit_mps=float(chain.speed_limit_mps[k]),
+            grade_frac=grade[k],
+            speed_limit_mps=limit_mps[k],
             stop_probability_frac=result.links[k].stop_probability_frac,
-            road_name=graph.names[int(graph.name_idx[span.link_idx])],
+            road_name=graph.names[name_idx[k]],
             result=result.links[k],
-            soc_end_frac=float(soc[k]),
-            braked_away_j=float(braked[k]),
+            soc_end_frac=soc_end[k],
+            braked_away_j=refused_j[k],
             rest=span.rest,
-            height_end_m=height_m(graph, span.link_idx, span.to_m),
-            geometry_end_idx=int(line_end[k]),
+            height_end_m=height_end[k],
+            geometry_end_idx=end_idx[k],
             soc_end_p10_frac=low[k],
             soc_end_p90_frac=high[k],
         )
@@ -140,11 +146,18 @@ def _quantiles_along(
 
 def _lines(graph: RoadGraph, spans: tuple[LinkSpan, ...]) -> list[NDArray[np.float64]]:
     """The line of each stretch without the point at which it begins, but for the first; float64 (k, 2) lon, lat."""
-    lines = []
+    idx = np.array([span.link_idx for span in spans])
+    length_m = graph.length_m[idx].tolist()
+    begin = graph.geometry_first[idx] + 1
+    count = graph.geometry_first[idx + 1] - begin
+    end = np.cumsum(count)
+    point = np.repeat(begin - (end - count), count) + np.arange(int(end[-1]))
+    whole = np.column_stack((graph.geometry_lon_e7[point] / E7, graph.geometry_lat_e7[point] / E7))
+    lines = np.split(whole, end[:-1])
     for k, span in enumerate(spans):
-        length_m = float(graph.length_m[span.link_idx])
-        line = part_of_line(graph.geometry(span.link_idx), span.from_m / length_m, span.to_m / length_m)
-        lines.append(line if k == 0 else line[1:])
+        if k == 0 or span.from_m != 0.0 or span.to_m != length_m[k]:
+            line = part_of_line(graph.geometry(span.link_idx), span.from_m / length_m[k], span.to_m / length_m[k])
+            lines[k] = line if k == 0 else line[1:]
     return lines
 
 
@@ -152,6 +165,14 @@ def height_m(graph: RoadGraph, link_idx: int, at_m: float) -> float:
     """Height of a place on a link [m], its grade being the same everywhere on it."""
     low, high = float(graph.node_height_m[graph.tail[link_idx]]), float(graph.node_height_m[graph.head[link_idx]])
     return low + (high - low) * at_m / float(graph.length_m[link_idx])
+
+
+def _heights_m(graph: RoadGraph, spans: tuple[LinkSpan, ...]) -> list[float]:
+    """Height at the end of each stretch [m]."""
+    idx, to_m = [span.link_idx for span in spans], np.array([span.to_m for span in spans])
+    low, high = graph.node_height_m[graph.tail[idx]], graph.node_height_m[graph.head[idx]]
+    heights: list[float] = (low + (high - low) * to_m / graph.length_m[idx]).tolist()
+    return heights
 
 
 def _legs(

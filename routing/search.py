@@ -15,18 +15,19 @@ from energy import kernels_force as force
 from energy.chain import LinkModel, StopRule
 from energy.conditions import STILL, Conditions
 from energy.effects import LinkSetting, drive_of
-from energy.kernels import MEDIUM, TOUCH_MPS, mean_over_intervals
+from energy.kernels import TOUCH_MPS, mean_over_intervals
 from energy.kernels_force import LinkPhysics
-from energy.stops import FunctionalClass, StopSettings
+from energy.stops import StopSettings
 from routing import kernels, kernels_gap, kernels_links
 from routing.aligned import aligned
 from routing.drives import Drives, LentDrives
 from routing.errors import NegativeCycleError, SearchLimitError
 from routing.gaps import gap_bounds, gap_rules, least_load_n
-from routing.homing import MOST_GOALS, UNDIRECTED, Guide, HomingScratch
+from routing.homing import MOST_GOALS, UNDIRECTED, Direction, Guide, HomingScratch
 from routing.kernels import LinkArrays, Workspace
 from routing.kernels_arrivals import arrivals
 from routing.kernels_gap import GapRules, SearchRules
+from routing.stops import link_stops
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -130,23 +131,6 @@ class Reach:
     counts: SearchCounts
 
 
-def link_stops(
-    graph: RoadGraph, settings: StopSettings, rule: StopRule = StopRule.EXPECTED
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Stop probability and stop time [s] at the end of each link, float64 (M,); motorways have none (equation 28).
-
-    The rule `counted` depends on the way so far and has no probability of its own: that of `expected` is its target.
-    """
-    urban = graph.urban.astype(np.intp)
-    cross = np.where(graph.functional_class == FunctionalClass.MOTORWAY, 0, graph.cross).astype(np.intp)
-    probability, wait = settings.probability_frac[urban, cross], settings.time_s[urban, cross]
-    if rule is StopRule.NONE:
-        return np.zeros_like(probability), np.zeros_like(wait)
-    if rule is StopRule.CROSSINGS:
-        return np.where((probability > 0.0) & (cross >= MEDIUM), 1.0, 0.0), wait
-    return probability, wait
-
-
 def link_setting(graph: RoadGraph, drive: Drive) -> LinkSetting:
     """The links of a graph as conditions see them: grade, speed driven, mean altitude, mean heading."""
     return LinkSetting(
@@ -241,7 +225,7 @@ def new_workspace(links: int, capacity: int) -> Workspace:
         pointer=np.empty((capacity, 4), np.int32),
         heap_key=aligned(capacity, 1),
         heap_label=np.empty(capacity, np.int32),
-        bag=np.zeros((links + 1, 2), np.int32),
+        bag=np.zeros((links + 1, 4)),
         counter=np.zeros(8, np.int64),
     )
 
@@ -412,16 +396,16 @@ def find_path(
     pareto: bool = False,
     label_limit: int = 50_000_000,
     begin_s: float = 0.0,
-    directed: bool = True,
+    direction: Direction = Direction.ALWAYS,
 ) -> tuple[FoundPath | None, SearchCounts]:
     """The cheapest way from a start to a goal, or None; the vehicle starts from rest and stops at the goal.
 
     pareto must be set where limits are held and anything but energy is weighted. begin_s: time since departure at the
-    start [s], which cabin and tyres depend on; the path's own time counts from there. directed: towards the goals by
-    the lower bound of docs/search-goal.md, which changes the work and not the answer.
+    start [s], which cabin and tyres depend on; the path's own time counts from there. direction: whether it is
+    directed to its goals by the lower bound of docs/search-goal.md.
     """
     rules = _rules(space, weights, limits, pareto, label_limit)
-    directed = directed and 0 < len(goals) <= MOST_GOALS and not rules.correcting
+    directed = 0 < len(goals) <= MOST_GOALS and not rules.correcting and space.guide.directs(direction)
     homing = pool.directed(space, goals) if directed else nullcontext(UNDIRECTED)
     with space.drives.lent() as lent, homing as bound:
         ws, epoch, goal, counts = _run(space, pool, rules, starts, goals, lent, bound, begin_s)

@@ -18,7 +18,7 @@ from energy.kernels import link_energy
 from energy.kernels_force import ROAD_WAIT, road_at
 from energy.stops import StopSettings
 from energy.vehicle_files import load_vehicles
-from routing.homing import PASSES, HomingScratch, least_costs, plain_physics
+from routing.homing import PASSES, Direction, HomingScratch, least_costs, plain_physics
 from routing.kernels_homing import FARTHEST, INTO_J, INTO_M, INTO_S, INTO_TAIL, cost_to_goal
 from routing.kernels_least import LEAST_J, LEAST_S, SLOWEST, STOPPED_LEAST, STOPPED_MOST, fill_entries, fill_least
 from routing.query import ECO
@@ -101,8 +101,8 @@ def test_directed_search_answers_what_an_undirected_one_does(graph, car, weights
     pareto = limits.held and (weights.time > 0.0 or weights.distance > 0.0)
     pool = WorkspacePool(graph.link_count)
     (path, counts), (plain, _) = (
-        find_path(space, pool, weights, limits, [start], goals, pareto=pareto, begin_s=30.0, directed=directed)
-        for directed in (True, False)
+        find_path(space, pool, weights, limits, [start], goals, pareto=pareto, begin_s=30.0, direction=direction)
+        for direction in (Direction.ALWAYS, Direction.NEVER)
     )
     assert counts.reduced_below_zero == 0
     assert (path is None) == (plain is None)
@@ -118,8 +118,8 @@ def test_bound_of_consumption_tables_holds_on_a_chain_of_links(car):
     space = space_of(graph, car, StopRule.EXPECTED)
     start, goal = LinkPosition(0, 0.0), LinkPosition(graph.link_count - 1, 5.0)
     (path, counts), (plain, _) = (
-        find_path(space, WorkspacePool(graph.link_count), ECO, Limits(), [start], [goal], directed=directed)
-        for directed in (True, False)
+        find_path(space, WorkspacePool(graph.link_count), ECO, Limits(), [start], [goal], direction=direction)
+        for direction in (Direction.ALWAYS, Direction.NEVER)
     )
     assert path is not None
     assert path.cost == pytest.approx(plain.cost, rel=1e-12)
@@ -176,7 +176,10 @@ def test_directed_searches_on_andorra_settle_less_than_half_of_the_labels(andorr
     settled = np.zeros(2)
     for start, goal in rng.choice(andorra.link_count, (40, 2), replace=False).tolist():
         ends = [LinkPosition(start, 0.0)], [LinkPosition(goal, 0.5 * float(andorra.length_m[goal]))]
-        answers = [find_path(space, pool, ECO, Limits(), *ends, directed=directed) for directed in (True, False)]
+        answers = [
+            find_path(space, pool, ECO, Limits(), *ends, direction=direction)
+            for direction in (Direction.ALWAYS, Direction.NEVER)
+        ]
         assert answers[0][0].cost == pytest.approx(answers[1][0].cost, rel=1e-9)
         settled += [counts.labels_settled for _, counts in answers]
         assert answers[0][1].reduced_below_zero == 0
@@ -193,3 +196,15 @@ def test_least_costs_of_a_flat_road_without_stops_are_those_of_driving_at_the_li
     assert costs.into[:, INTO_J] == pytest.approx(e, rel=1e-9)
     assert costs.into[:, INTO_S] == pytest.approx(t, rel=1e-12)
     assert costs.slowest_mps == pytest.approx(15.0)
+
+
+def test_first_search_runs_undirected_and_has_the_least_costs_computed_for_later_ones():
+    links = [(k, (k + 1) % 4, 200.0, 15.0, 0) for k in range(4)]
+    graph = graph_of(links, [0.0] * 4)
+    guide = space_of(graph, vehicle(), StopRule.NONE).guide
+    assert not guide.directs(Direction.NEVER)
+    first = guide.directs(Direction.WHEN_READY)
+    guide.costs()  # waits for those that were begun
+    assert guide.directs(Direction.WHEN_READY)
+    assert guide.directs(Direction.ALWAYS)
+    assert not first or guide.costs() is not None
