@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from routing.graph import RoadGraph
     from routing.search import SearchCounts, SearchSpace
 
-TARGET_RATIO: Final = 5.0
+TARGET_RATIO: Final = 2.5
 RESERVE_SOC_FRAC: Final = 0.1
 LEAST_REACHED_FRAC: Final = 0.5  # of all links, for a source to count
 TRIES: Final = 100
