@@ -289,9 +289,7 @@ class RouteAnswered(Answered):
     request: RouteRequest = Field(description="the request as understood, with defaults; can be sent again")
     warnings: list[str]
     stats: list[SearchStatsAnswer] = Field(description="one for each search")
-    pareto: ParetoAnswer | None = Field(
-        default=None, description="what is proven of a Pareto set; null unless asked for"
-    )
+    pareto: ParetoAnswer | None = Field(description="what is proven of a Pareto set; null unless asked for")
     terrain: TerrainNote
 
 
