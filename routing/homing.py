@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import threading
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -28,15 +27,6 @@ PASSES: Final = 4  # over the turns, each of which raises the speeds that links 
 MOST_GOALS: Final = 64  # beyond which a search runs undirected
 
 
-@dataclass(frozen=True, slots=True)
-class LeastCosts:
-    """What links take at least, whatever they are entered with; shapes as in Homing."""
-
-    into_first: NDArray[np.int64]
-    into: NDArray[np.float64]
-    slowest_mps: NDArray[np.float64]
-
-
 def plain_physics(physics: LinkPhysics) -> LinkPhysics:
     """A vehicle without losses, caps, climate and cold tyres, all of which only add energy."""
     return physics._replace(
@@ -52,66 +42,63 @@ def plain_physics(physics: LinkPhysics) -> LinkPhysics:
     )
 
 
-def least_costs(graph: RoadGraph, arrays: LinkArrays, physics: LinkPhysics, gap: GapRules, alpha: float) -> LeastCosts:
-    """Least energy above the potential and least time of every link, in O(M)."""
-    plain = plain_physics(physics)
-    links = graph.link_count
-    turns = (arrays.successor_first, arrays.successor)
-    entry, least = np.empty((links, 3)), np.empty((links, 2))
-    kernels_least.fill_entries(plain, arrays.row, *turns, PASSES, entry)
-    kernels_least.fill_least(plain, alpha, gap.sag_n, arrays.row, arrays.roads, *turns, entry, least)
-    first, order = np.zeros(graph.node_count + 1, np.int64), np.empty(links, np.int32)
-    kernels_homing.links_by_head(graph.head, first, order)
-    into = np.column_stack((least[order], graph.length_m[order], graph.tail[order]))
-    return LeastCosts(first, np.ascontiguousarray(into), np.ascontiguousarray(entry[:, kernels_least.SLOWEST]))
+@dataclass(frozen=True, slots=True)
+class LeastCosts:
+    """Links by the node that they lead into, and what is known of their least costs; shapes as in Homing."""
 
-
-class Direction(StrEnum):
-    """Whether a search is directed to its goals, which changes its work and not its answer."""
-
-    NEVER = "never"
-    WHEN_READY = "when ready"  # not before the least costs are known, which are then computed beside the first searches
-    ALWAYS = "always"
+    into_first: NDArray[np.int64]
+    into: NDArray[np.float64]
+    into_link: NDArray[np.int32]
+    entry: NDArray[np.float64]
+    physics: LinkPhysics
 
 
 class Guide:
-    """The least costs of one search space; safe between threads."""
+    """The least costs of one search space, link by link as searches ask for them; safe between threads."""
 
     def __init__(self, graph: RoadGraph, arrays: LinkArrays, physics: LinkPhysics, gap: GapRules, alpha: float) -> None:
-        self._known = (graph, arrays, physics, gap, alpha)
-        self._tail = graph.tail
+        self._graph, self._arrays, self._physics = graph, arrays, physics
+        self._sag_n, self._alpha = gap.sag_n, alpha
         self._costs: LeastCosts | None = None
-        self._computing = threading.Lock()
-        self._begun = False
+        self._lock = threading.Lock()
+        self.undirected = _undirected(arrays, physics)
 
     def costs(self) -> LeastCosts:
-        """The least costs of all links, computed if they are not known."""
-        with self._computing:
+        """The links by head and their entries, in O(M) the first time; no least cost is known then."""
+        with self._lock:
             if self._costs is None:
-                self._costs = least_costs(*self._known)
+                self._costs = self._unknown()
             return self._costs
 
-    def directs(self, direction: Direction) -> bool:
-        """Whether a search is to be directed now; the first one that asks has the least costs computed beside it.
-
-        They take as long as many searches of a small part of a large graph, and one-off conditions never pay for them.
-        """
-        if direction is not Direction.WHEN_READY:
-            return direction is Direction.ALWAYS
-        if self._costs is None and not self._begun:
-            self._begun = True
-            threading.Thread(target=self.costs, name="least-costs", daemon=True).start()
-        return self._costs is not None
+    def _unknown(self) -> LeastCosts:
+        graph, arrays = self._graph, self._arrays
+        plain = plain_physics(self._physics)
+        entry = np.empty((graph.link_count, 3))
+        kernels_least.fill_entries(plain, arrays.row, arrays.successor_first, arrays.successor, PASSES, entry)
+        first, order = np.zeros(graph.node_count + 1, np.int64), np.empty(graph.link_count, np.int32)
+        kernels_homing.links_by_head(graph.head, first, order)
+        into = np.full((graph.link_count, 4), np.nan)
+        into[:, kernels_homing.INTO_M] = graph.length_m[order]
+        into[:, kernels_homing.INTO_TAIL] = graph.tail[order]
+        return LeastCosts(first, into, order, entry, plain)
 
     def homing(self, scratch: HomingScratch, goal_links: Sequence[int]) -> Homing:
         """What directs a search to places on these links."""
-        costs = self.costs()
+        costs, arrays, tail = self.costs(), self._arrays, self._graph.tail
         homing = Homing(
             used=True,
             into_first=costs.into_first,
             into=costs.into,
-            tail=self._tail,
-            slowest_mps=costs.slowest_mps,
+            into_link=costs.into_link,
+            tail=tail,
+            entry=costs.entry,
+            physics=costs.physics,
+            alpha=self._alpha,
+            sag_n=self._sag_n,
+            row=arrays.row,
+            roads=arrays.roads,
+            successor_first=arrays.successor_first,
+            successor=arrays.successor,
             node=scratch.node,
             heap_key=scratch.heap_key,
             heap_node=scratch.heap_node,
@@ -119,7 +106,7 @@ class Guide:
             reach=scratch.reach,
             epoch=scratch.next_epoch(),
         )
-        kernels_homing.set_out(homing, self._tail[list(goal_links)].astype(np.int64))
+        kernels_homing.set_out(homing, tail[list(goal_links)].astype(np.int64))
         return homing
 
 
@@ -140,24 +127,28 @@ class HomingScratch:
         return self.epoch
 
 
-def undirected() -> Homing:
-    """What a search without a goal is given."""
-    nowhere = np.zeros(0, np.int32)
+def _undirected(arrays: LinkArrays, physics: LinkPhysics) -> Homing:
+    """What a search without a goal is given; its arrays are of the types of any other, of which none is read."""
+    none, nowhere = np.empty((0, 4)), np.zeros(0, np.int32)
     nowhere.flags.writeable = False  # as the arrays of a graph are, so that there is one compiled search
-    none = np.empty(0)
     return Homing(
         used=False,
         into_first=np.zeros(1, np.int64),
-        into=np.empty((0, 4)),
+        into=none,
+        into_link=np.zeros(0, np.int32),
         tail=nowhere,
-        slowest_mps=none,
-        node=np.empty((0, 3)),
-        heap_key=none,
-        heap_node=np.empty(0, np.int32),
+        entry=none,
+        physics=physics,
+        alpha=0.0,
+        sag_n=0.0,
+        row=arrays.row,
+        roads=arrays.roads,
+        successor_first=arrays.successor_first,
+        successor=arrays.successor,
+        node=none,
+        heap_key=np.empty(0),
+        heap_node=np.zeros(0, np.int32),
         in_heap=np.zeros(1, np.int64),
         reach=np.zeros(2),
         epoch=0.0,
     )
-
-
-UNDIRECTED: Final = undirected()

@@ -72,9 +72,13 @@ from routing.kernels_homing import (
     FARTHEST_J,
     FARTHEST_M,
     FARTHEST_S,
+    NODE_COST,
+    NODE_FINAL,
     Homing,
+    borrowed_homing,
     cost_to_goal,
 )
+from routing.kernels_least import SLOWEST
 
 LINK, PARENT, NEXT, STATE = range(4)
 DEAD = -2  # as the next label of its link: another one leads
@@ -203,14 +207,8 @@ def run(
     most_accel = greatest_of_sums(q.accel_sum)
     successor_first, successors = borrowed(g.successor_first), borrowed(g.successor)
     directed = h.used
-    into_first, into, node, slowest_mps = (
-        borrowed(h.into_first),
-        borrowed(h.into),
-        borrowed(h.node),
-        borrowed(h.slowest_mps),
-    )
-    tail, back_key, back_node = borrowed(h.tail), borrowed(h.heap_key), borrowed(h.heap_node)
-    back_count, back_reach, back_epoch = borrowed(h.in_heap), borrowed(h.reach), h.epoch
+    h = borrowed_homing(h)
+    node, gathered, tail, back_reach, back_epoch = h.node, h.entry, h.tail, h.reach, h.epoch
     time_weight, distance_weight = r.time_weight, r.distance_weight
     plain = timeless and not pareto
     links = row.shape[0]
@@ -221,23 +219,7 @@ def run(
         far = 0.0
         for k in range(heap_size):
             here = tail[index[heap_label[k], LINK]]
-            far = max(
-                far,
-                cost_to_goal(
-                    into_first,
-                    into,
-                    node,
-                    back_key,
-                    back_node,
-                    back_count,
-                    back_reach,
-                    back_epoch,
-                    energy_weight,
-                    time_weight,
-                    distance_weight,
-                    here,
-                ),
-            )
+            far = max(far, cost_to_goal(h, energy_weight, time_weight, distance_weight, here))
         margin = energy_weight * FARTHEST_J + time_weight * FARTHEST_S + distance_weight * FARTHEST_M
         back_reach[FARTHEST] = max(FARTHEST_FRAC * far, far + margin)
     while heap_size > 0:
@@ -381,21 +363,12 @@ def run(
                 continue  # the newest label is in the same state, as most are
             # a drive that has not gathered way, soon after the start, is outside of what the bound was made for
             ahead = 0.0
-            if directed and v_end >= slowest_mps[successor]:
-                ahead = cost_to_goal(
-                    into_first,
-                    into,
-                    node,
-                    back_key,
-                    back_node,
-                    back_count,
-                    back_reach,
-                    back_epoch,
-                    energy_weight,
-                    time_weight,
-                    distance_weight,
-                    tail[successor],
-                )
+            if directed and v_end >= gathered[successor, SLOWEST]:
+                begin = tail[successor]
+                if node[begin, NODE_FINAL] == back_epoch:
+                    ahead = node[begin, NODE_COST]
+                else:
+                    ahead = cost_to_goal(h, energy_weight, time_weight, distance_weight, begin)
                 if ahead == math.inf:
                     continue
             now_s = time0 + t

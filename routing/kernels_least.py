@@ -20,8 +20,6 @@ from routing.kernels_gap import LENGTH, LIMIT, STOP
 # columns of the table of entries: lowest speed in which a link is entered once a drive has gathered way, and the least
 # and greatest probability of having stopped before it
 SLOWEST, STOPPED_LEAST, STOPPED_MOST = range(3)
-# columns of the table of least costs: energy [J] above the potential, time [s]
-LEAST_J, LEAST_S = range(2)
 NOISE_J = 1e-6
 
 
@@ -232,7 +230,7 @@ def fill_entries(
 
 
 @njit(nogil=True, cache=True)
-def fill_least(
+def least_towards_any(
     p: LinkPhysics,
     alpha: float,
     sag_n: float,
@@ -241,35 +239,32 @@ def fill_least(
     first: NDArray[np.int64],
     successor: NDArray[np.int32],
     entry: NDArray[np.float64],
-    least: NDArray[np.float64],
-) -> None:
-    """Least energy above the potential and least time of each link, towards any successor, into least (M, 2)."""
-    p, row, roads, first = borrowed_physics(p), borrowed(row), borrowed(roads), borrowed(first)
-    successor, entry, least = borrowed(successor), borrowed(entry), borrowed(least)
-    for i in range(row.shape[0]):
-        r = road_at(roads, i)
-        limit = row[i, LIMIT]
-        low = min(entry[i, SLOWEST], limit)
-        least_j, least_s = math.inf, math.inf
-        known = -1.0
-        for k in range(first[i], first[i + 1]):
-            target = min(limit, row[successor[k], LIMIT])
-            if target == known:
-                continue
-            known = target
-            e, t = least_of_link(
-                p,
-                r,
-                alpha,
-                sag_n,
-                row[i, LENGTH],
-                limit,
-                target,
-                row[i, STOP],
-                roads[i, ROAD_WAIT],
-                low,
-                entry[i, STOPPED_LEAST],
-                entry[i, STOPPED_MOST],
-            )
-            least_j, least_s = min(least_j, e), min(least_s, t)
-        least[i, LEAST_J], least[i, LEAST_S] = max(least_j - NOISE_J, 0.0), least_s
+    link: int,
+) -> tuple[float, float]:
+    """Least energy above the potential [J] and least time [s] of a link, towards any successor, over all entries."""
+    r = road_at(roads, link)
+    limit = row[link, LIMIT]
+    low = min(entry[link, SLOWEST], limit)
+    least_j, least_s = math.inf, math.inf
+    known = -1.0
+    for k in range(first[link], first[link + 1]):
+        target = min(limit, row[successor[k], LIMIT])
+        if target == known:
+            continue
+        known = target
+        e, t = least_of_link(
+            p,
+            r,
+            alpha,
+            sag_n,
+            row[link, LENGTH],
+            limit,
+            target,
+            row[link, STOP],
+            roads[link, ROAD_WAIT],
+            low,
+            entry[link, STOPPED_LEAST],
+            entry[link, STOPPED_MOST],
+        )
+        least_j, least_s = min(least_j, e), min(least_s, t)
+    return max(least_j - NOISE_J, 0.0), least_s

@@ -13,7 +13,6 @@ from energy.battery import JOULE_PER_WH, soc_along
 from energy.chain import RULE_CODE, LinkModel, StopRule, filling_energy_j
 from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
-from routing.homing import Direction
 from routing.query import ECO, RouteQuery, Weights
 from routing.route_search import Leg, charge_limits
 from routing.search import Limits, find_path, find_paths
@@ -202,11 +201,7 @@ class MatrixSearch:
             paths, counts = find_paths(self._space, pool, weights, limits, source, goals, label_limit=most)
             row.count(counts)
         else:
-            ready = Direction.WHEN_READY
-            single = [
-                find_path(self._space, pool, weights, limits, source, goal, label_limit=most, direction=ready)
-                for goal in goals
-            ]
+            single = [find_path(self._space, pool, weights, limits, source, goal, label_limit=most) for goal in goals]
             paths = [path for path, _ in single]
             for _, counts in single:
                 row.count(counts)

@@ -16,7 +16,6 @@ from energy.vehicle import Powertrain
 from routing.area import energies_of_reach, reachable_areas
 from routing.errors import QueryError
 from routing.graph import Terrain
-from routing.homing import Direction
 from routing.matrix import MatrixSearch
 from routing.pareto import ParetoSearch, names_of
 from routing.pareto_labels import warm_up_labels
@@ -71,8 +70,7 @@ class Planner:
     def warm_up(self, vehicle: AnyVehicle) -> None:
         """Compile the kernels on a few links, and make what the first query of a vehicle needs of this graph."""
         Planner(practice_graph())._ask_once(vehicle)  # compiled code is for any graph's arrays
-        space = self._search.space(vehicle, LinkModel.INTEGRATED, StopRule.EXPECTED, StopSettings())
-        space.guide.directs(Direction.WHEN_READY)  # has the least costs computed
+        self._search.space(vehicle, LinkModel.INTEGRATED, StopRule.EXPECTED, StopSettings()).guide.costs()
         west, south, east, north = self.graph.meta.bbox
         self._roads.snap("warm-up", Point((south + north) / 2.0, (west + east) / 2.0), math.inf)
 

@@ -14,7 +14,6 @@ from energy.conditions import STILL, Conditions
 from energy.consumption_table import ConsumptionTableVehicle
 from energy.effects import drive_of
 from routing.errors import NoPathError, SearchLimitError
-from routing.homing import Direction
 from routing.query import ECO, LinkSpan
 from routing.search import (
     METRE_PER_KM,
@@ -138,7 +137,6 @@ class RouteSearch:
                 pareto=pareto,
                 label_limit=most,
                 begin_s=leg.clock_s,
-                direction=Direction.WHEN_READY,
             )
 
         path: FoundPath | None = None

@@ -23,7 +23,7 @@ from routing.aligned import aligned
 from routing.drives import Drives, LentDrives
 from routing.errors import NegativeCycleError, SearchLimitError
 from routing.gaps import gap_bounds, gap_rules, least_load_n
-from routing.homing import MOST_GOALS, UNDIRECTED, Direction, Guide, HomingScratch
+from routing.homing import MOST_GOALS, Guide, HomingScratch
 from routing.kernels import LinkArrays, Workspace
 from routing.kernels_arrivals import arrivals
 from routing.kernels_gap import GapRules, SearchRules
@@ -302,7 +302,7 @@ def _run(
     starts: Sequence[LinkPosition],
     goals: Sequence[LinkPosition],
     lent: LentDrives,
-    homing: Homing = UNDIRECTED,
+    homing: Homing,
     begin_s: float = 0.0,
 ) -> tuple[Workspace, int, int, SearchCounts]:
     ws, epoch = pool.take()
@@ -396,17 +396,17 @@ def find_path(
     pareto: bool = False,
     label_limit: int = 50_000_000,
     begin_s: float = 0.0,
-    direction: Direction = Direction.ALWAYS,
+    directed: bool = True,
 ) -> tuple[FoundPath | None, SearchCounts]:
     """The cheapest way from a start to a goal, or None; the vehicle starts from rest and stops at the goal.
 
     pareto must be set where limits are held and anything but energy is weighted. begin_s: time since departure at the
-    start [s], which cabin and tyres depend on; the path's own time counts from there. direction: whether it is
-    directed to its goals by the lower bound of docs/search-goal.md.
+    start [s], which cabin and tyres depend on; the path's own time counts from there. directed: towards the goals
+    by the lower bound of docs/search-goal.md, which changes the work and not the answer.
     """
     rules = _rules(space, weights, limits, pareto, label_limit)
-    directed = 0 < len(goals) <= MOST_GOALS and not rules.correcting and space.guide.directs(direction)
-    homing = pool.directed(space, goals) if directed else nullcontext(UNDIRECTED)
+    directed = directed and 0 < len(goals) <= MOST_GOALS and not rules.correcting
+    homing = pool.directed(space, goals) if directed else nullcontext(space.guide.undirected)
     with space.drives.lent() as lent, homing as bound:
         ws, epoch, goal, counts = _run(space, pool, rules, starts, goals, lent, bound, begin_s)
     try:
@@ -452,7 +452,7 @@ def reach(
     rules = _rules(space, ECO, limits, False, label_limit)
     node_energy, link_reach = np.full(node_count, np.inf), np.full(head.size, -1.0)
     with space.drives.lent() as lent:  # the labels have states of this table
-        ws, epoch, _, counts = _run(space, pool, rules, starts, (), lent)
+        ws, epoch, _, counts = _run(space, pool, rules, starts, (), lent, space.guide.undirected)
         try:
             arrivals(space.arrays, space.physics, rules, ws, lent.table, lent.fills, head, node_energy, link_reach)
         finally:
@@ -488,7 +488,7 @@ def find_paths(
     with space.drives.lent() as lent:
         while status == kernels.FOUND and -1 in found:
             missing = [goal for label, goals in zip(found, targets, strict=True) if label < 0 for goal in goals]
-            ws, status = _settle(space, rules, ws, missing, lent, UNDIRECTED, epoch)
+            ws, status = _settle(space, rules, ws, missing, lent, space.guide.undirected, epoch)
             for label in _labels_at_goals(ws, rules):
                 link_idx, offset_m = _goal_place(ws, label)
                 for at_m, k in targets_at[link_idx]:

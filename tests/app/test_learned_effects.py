@@ -65,7 +65,7 @@ def store_effects(service: Service, diagnosis_id: str, vehicle: str, document: s
 
 
 def area_km2(client: TestClient, **parameters: Any) -> float:
-    answer = client.get("/range", params={"lat": 46.505, "lon": 8.005, **parameters}).json()
+    answer = client.get("/range", params={"lat": 46.505, "lon": 8.001, **parameters}).json()
     return float(answer["features"][0]["properties"]["area_km2"])
 
 

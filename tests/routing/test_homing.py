@@ -18,9 +18,9 @@ from energy.kernels import link_energy
 from energy.kernels_force import ROAD_WAIT, road_at
 from energy.stops import StopSettings
 from energy.vehicle_files import load_vehicles
-from routing.homing import PASSES, Direction, HomingScratch, least_costs, plain_physics
+from routing.homing import HomingScratch
 from routing.kernels_homing import FARTHEST, INTO_J, INTO_M, INTO_S, INTO_TAIL, cost_to_goal
-from routing.kernels_least import LEAST_J, LEAST_S, SLOWEST, STOPPED_LEAST, STOPPED_MOST, fill_entries, fill_least
+from routing.kernels_least import SLOWEST, STOPPED_LEAST, STOPPED_MOST, least_towards_any
 from routing.query import ECO
 from routing.search import Limits, LinkPosition, WorkspacePool, find_path, potential_share, search_space
 from tests.routing.test_search_exact import (
@@ -47,13 +47,10 @@ def space_of(graph, car, rule, sky=STILL):
 
 def tables_of(space):
     """Entries (M, 3) and least costs (M, 2), by link."""
-    g = space.arrays
-    entry, least = np.empty((g.row.shape[0], 3)), np.empty((g.row.shape[0], 2))
-    turns = (g.successor_first, g.successor)
-    fill_entries(space.physics, g.row, *turns, PASSES, entry)
-    plain = plain_physics(space.physics)
-    fill_least(plain, potential_share(plain), space.gap.sag_n, g.row, g.roads, *turns, entry, least)
-    return entry, least
+    g, costs = space.arrays, space.guide.costs()
+    known = (costs.physics, potential_share(space.physics), space.gap.sag_n, g.row, g.roads)
+    turns = (g.successor_first, g.successor, costs.entry)
+    return costs.entry, np.array([least_towards_any(*known, *turns, link) for link in range(g.row.shape[0])])
 
 
 def tables():
@@ -85,8 +82,8 @@ def test_no_entry_of_a_link_takes_less_than_the_least_and_none_leaves_it_slower(
             )
             kinetic = space.half_inertia_kg * ((1.0 - p_stop) * end**2 - (1.0 - stopped) * v**2)
             climb = graph.node_height_m[graph.head[link]] - graph.node_height_m[graph.tail[link]]
-            assert least[link, LEAST_J] <= max(e - alpha * (p.weight_n * climb + kinetic), 0.0) + 1e-6
-            assert least[link, LEAST_S] <= t * (1.0 + 1e-12) + 1e-9
+            assert least[link, 0] <= max(e - alpha * (p.weight_n * climb + kinetic), 0.0) + 1e-6
+            assert least[link, 1] <= t * (1.0 + 1e-12) + 1e-9
             assert end >= entry[following, SLOWEST]
             assert entry[following, STOPPED_LEAST] <= p_stop <= entry[following, STOPPED_MOST]
 
@@ -101,8 +98,8 @@ def test_directed_search_answers_what_an_undirected_one_does(graph, car, weights
     pareto = limits.held and (weights.time > 0.0 or weights.distance > 0.0)
     pool = WorkspacePool(graph.link_count)
     (path, counts), (plain, _) = (
-        find_path(space, pool, weights, limits, [start], goals, pareto=pareto, begin_s=30.0, direction=direction)
-        for direction in (Direction.ALWAYS, Direction.NEVER)
+        find_path(space, pool, weights, limits, [start], goals, pareto=pareto, begin_s=30.0, directed=directed)
+        for directed in (True, False)
     )
     assert counts.reduced_below_zero == 0
     assert (path is None) == (plain is None)
@@ -118,8 +115,8 @@ def test_bound_of_consumption_tables_holds_on_a_chain_of_links(car):
     space = space_of(graph, car, StopRule.EXPECTED)
     start, goal = LinkPosition(0, 0.0), LinkPosition(graph.link_count - 1, 5.0)
     (path, counts), (plain, _) = (
-        find_path(space, WorkspacePool(graph.link_count), ECO, Limits(), [start], [goal], direction=direction)
-        for direction in (Direction.ALWAYS, Direction.NEVER)
+        find_path(space, WorkspacePool(graph.link_count), ECO, Limits(), [start], [goal], directed=directed)
+        for directed in (True, False)
     )
     assert path is not None
     assert path.cost == pytest.approx(plain.cost, rel=1e-12)
@@ -127,18 +124,18 @@ def test_bound_of_consumption_tables_holds_on_a_chain_of_links(car):
 
 
 def asked(homing, weights, node):
-    h = homing
-    return cost_to_goal(
-        h.into_first, h.into, h.node, h.heap_key, h.heap_node, h.in_heap, h.reach, h.epoch, *weights, node
-    )
+    return cost_to_goal(homing, *weights, node)
 
 
 def test_costs_to_the_goal_are_those_of_scipy_and_never_more_beyond_the_radius(andorra):  # noqa: F811
     space = space_of(andorra, vehicle(), StopRule.EXPECTED)
     weights = (1.0 / 3.6e6, 0.002, 1e-5)
     costs = space.guide.costs()
+    _, least = tables_of(space)
+    costs.into[:, [INTO_J, INTO_S]] = np.nan
     to = np.repeat(np.arange(andorra.node_count), np.diff(costs.into_first))
-    price = costs.into[:, [INTO_J, INTO_S, INTO_M]] @ np.array(weights)
+    table = np.column_stack((least[costs.into_link], costs.into[:, INTO_M]))
+    price = table @ np.array(weights)
     order = np.argsort(-price)  # of parallel links the last one written stays
     matrix = {}
     for a, b, c in zip(to[order], costs.into[order, INTO_TAIL].astype(int), price[order], strict=True):
@@ -176,10 +173,7 @@ def test_directed_searches_on_andorra_settle_less_than_half_of_the_labels(andorr
     settled = np.zeros(2)
     for start, goal in rng.choice(andorra.link_count, (40, 2), replace=False).tolist():
         ends = [LinkPosition(start, 0.0)], [LinkPosition(goal, 0.5 * float(andorra.length_m[goal]))]
-        answers = [
-            find_path(space, pool, ECO, Limits(), *ends, direction=direction)
-            for direction in (Direction.ALWAYS, Direction.NEVER)
-        ]
+        answers = [find_path(space, pool, ECO, Limits(), *ends, directed=directed) for directed in (True, False)]
         assert answers[0][0].cost == pytest.approx(answers[1][0].cost, rel=1e-9)
         settled += [counts.labels_settled for _, counts in answers]
         assert answers[0][1].reduced_below_zero == 0
@@ -190,21 +184,20 @@ def test_least_costs_of_a_flat_road_without_stops_are_those_of_driving_at_the_li
     links = [(k, (k + 1) % 4, 2000.0, 15.0, 0) for k in range(4)]
     graph = graph_of(links, [0.0] * 4)
     space = space_of(graph, vehicle(), StopRule.NONE)
-    g, p = space.arrays, space.physics
-    costs = least_costs(graph, g, p, space.gap, potential_share(p))
-    e, t, _ = link_energy(p, road_at(g.roads, 0), 2000.0, 15.0, 0.0, 15.0, 15.0, 0.0, 0.0)
-    assert costs.into[:, INTO_J] == pytest.approx(e, rel=1e-9)
-    assert costs.into[:, INTO_S] == pytest.approx(t, rel=1e-12)
-    assert costs.slowest_mps == pytest.approx(15.0)
+    p = space.physics
+    entry, least = tables_of(space)
+    e, t, _ = link_energy(p, road_at(space.arrays.roads, 0), 2000.0, 15.0, 0.0, 15.0, 15.0, 0.0, 0.0)
+    assert least[:, 0] == pytest.approx(e, rel=1e-9)
+    assert least[:, 1] == pytest.approx(t, rel=1e-12)
+    assert entry[:, SLOWEST] == pytest.approx(15.0)
 
 
-def test_first_search_runs_undirected_and_has_the_least_costs_computed_for_later_ones():
-    links = [(k, (k + 1) % 4, 200.0, 15.0, 0) for k in range(4)]
-    graph = graph_of(links, [0.0] * 4)
-    guide = space_of(graph, vehicle(), StopRule.NONE).guide
-    assert not guide.directs(Direction.NEVER)
-    first = guide.directs(Direction.WHEN_READY)
-    guide.costs()  # waits for those that were begun
-    assert guide.directs(Direction.WHEN_READY)
-    assert guide.directs(Direction.ALWAYS)
-    assert not first or guide.costs() is not None
+def test_least_costs_are_kept_from_one_search_to_the_next_and_computed_where_it_came_only(andorra):  # noqa: F811
+    space = space_of(andorra, vehicle(), StopRule.EXPECTED)
+    start, goal = LinkPosition(100, 0.0), LinkPosition(int(andorra.successors(100)[0]), 1.0)
+    pool = WorkspacePool(andorra.link_count)
+    answers = [find_path(space, pool, ECO, Limits(), [start], [goal]) for _ in range(2)]
+    known = np.isfinite(space.guide.costs().into[:, INTO_J])
+    assert 0 < known.sum() < 0.5 * known.size
+    assert answers[0][0] == answers[1][0]
+    assert answers[0][1].labels_made == answers[1][1].labels_made
