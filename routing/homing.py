@@ -11,6 +11,8 @@ import numpy as np
 
 from routing import kernels_homing, kernels_least
 from routing.aligned import aligned
+from routing.gaps import least_load_n
+from routing.graph import EARTH_RADIUS_M
 from routing.kernels_homing import Homing
 
 if TYPE_CHECKING:
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     from routing.kernels_gap import GapRules
 
 PASSES: Final = 4  # over the turns, each of which raises the speeds that links are known to be entered with
+NOISE_FRAC: Final = 1e-9
 MOST_GOALS: Final = 64  # beyond which a search runs undirected
 
 
@@ -51,6 +54,9 @@ class LeastCosts:
     into_link: NDArray[np.int32]
     entry: NDArray[np.float64]
     physics: LinkPhysics
+    place_m: NDArray[np.float64]
+    least_a_metre: NDArray[np.float64]
+    line_to_road: float
 
 
 class Guide:
@@ -80,10 +86,15 @@ class Guide:
         into = np.full((graph.link_count, 4), np.nan)
         into[:, kernels_homing.INTO_M] = graph.length_m[order]
         into[:, kernels_homing.INTO_TAIL] = graph.tail[order]
-        return LeastCosts(first, into, order, entry, plain)
+        place_m = _places_m(graph)
+        longer = max(kernels_homing.most_straight(place_m, graph.tail, graph.head, graph.length_m), 1.0)
+        load_n = max(least_load_n(plain, arrays.roads, arrays.speed_limit_mps), 0.0)
+        fastest_mps = float(arrays.speed_limit_mps.max())
+        a_metre = np.array((self._alpha * load_n, 1.0 / fastest_mps, 1.0))
+        return LeastCosts(first, into, order, entry, plain, place_m, a_metre, (1.0 - NOISE_FRAC) / longer)
 
-    def homing(self, scratch: HomingScratch, goal_links: Sequence[int]) -> Homing:
-        """What directs a search to places on these links."""
+    def homing(self, scratch: HomingScratch, start_link: int, goal_links: Sequence[int]) -> Homing:
+        """What directs a search from a place on a link to places on others."""
         costs, arrays, tail = self.costs(), self._arrays, self._graph.tail
         homing = Homing(
             used=True,
@@ -99,6 +110,10 @@ class Guide:
             roads=arrays.roads,
             successor_first=arrays.successor_first,
             successor=arrays.successor,
+            place_m=costs.place_m,
+            start_m=costs.place_m[tail[start_link]],
+            least_a_metre=costs.least_a_metre,
+            line_to_road=costs.line_to_road,
             node=scratch.node,
             heap_key=scratch.heap_key,
             heap_node=scratch.heap_node,
@@ -108,6 +123,12 @@ class Guide:
         )
         kernels_homing.set_out(homing, tail[list(goal_links)].astype(np.int64))
         return homing
+
+
+def _places_m(graph: RoadGraph) -> NDArray[np.float64]:
+    """Nodes on the mean sphere, float64 (N, 3) [m]: straight lines through it are shorter than any way on it."""
+    lat, lon = np.radians(graph.node_lat_deg), np.radians(graph.node_lon_deg)
+    return EARTH_RADIUS_M * np.column_stack((np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)))
 
 
 class HomingScratch:
@@ -145,6 +166,10 @@ def _undirected(arrays: LinkArrays, physics: LinkPhysics) -> Homing:
         roads=arrays.roads,
         successor_first=arrays.successor_first,
         successor=arrays.successor,
+        place_m=none,
+        start_m=np.empty(0),
+        least_a_metre=np.empty(0),
+        line_to_road=1.0,
         node=none,
         heap_key=np.empty(0),
         heap_node=np.zeros(0, np.int32),

@@ -1,7 +1,8 @@
 """Compiled: the least that is still to be paid from a node to the goal, found backwards as far as it is asked for.
 
 A search back from the goal over nodes, with the least cost of each link whatever it is entered with, runs just as far
-as the search from the start asks (docs/search-goal.md). What it has not reached costs at least its radius.
+as the search from the start asks (docs/search-goal.md). It is itself directed to the start by the straight line. What
+it has not reached costs at least its radius, less what is left from there to the start.
 """
 
 from __future__ import annotations
@@ -36,8 +37,10 @@ class Homing(NamedTuple):
     used: false where the search is not directed. into_first: (N + 1,), into: (M, 4) links by head, their energy and
     time NaN until they are asked for; into_link: (M,) their numbers. tail: (M,) node of each link. entry: (M, 3) of
     kernels_least. physics: without what only adds energy. alpha, sag_n, row, roads, successor_first, successor: as in
-    the search. node: (N, 3). heap_key, heap_node: for all links and goals. in_heap: nodes that the search back has in
-    its heap; reach: how far it has come; epoch: its number.
+    the search. place_m: (N, 3) of nodes in space, start_m: (3,) where the search back is led. least_a_metre: (3,) least
+    energy [J], time [s] and distance [m] of a metre of road; line_to_road: least metres of road for one of straight
+    line, at most 1. node: (N, 3). heap_key, heap_node: for all links and goals. in_heap: nodes that the search back has
+    in its heap; reach: how far it has come; epoch: its number.
     """
 
     used: bool
@@ -53,6 +56,10 @@ class Homing(NamedTuple):
     roads: NDArray[np.float64]
     successor_first: NDArray[np.int64]
     successor: NDArray[np.int32]
+    place_m: NDArray[np.float64]
+    start_m: NDArray[np.float64]
+    least_a_metre: NDArray[np.float64]
+    line_to_road: float
     node: NDArray[np.float64]
     heap_key: NDArray[np.float64]
     heap_node: NDArray[np.int32]
@@ -78,6 +85,10 @@ def borrowed_homing(h: Homing) -> Homing:
         borrowed(h.roads),
         borrowed(h.successor_first),
         borrowed(h.successor),
+        borrowed(h.place_m),
+        borrowed(h.start_m),
+        borrowed(h.least_a_metre),
+        h.line_to_road,
         borrowed(h.node),
         borrowed(h.heap_key),
         borrowed(h.heap_node),
@@ -102,7 +113,7 @@ def links_by_head(head: NDArray[np.int32], first: NDArray[np.int64], link: NDArr
 
 @njit(nogil=True, cache=True)
 def set_out(h: Homing, goal_node: NDArray[np.int64]) -> None:
-    """Begin a search back from the nodes at which the goals' links begin."""
+    """Begin a search back from the nodes at which the goals' links begin; their order among each other is free."""
     h.in_heap[HEAP_SIZE] = 0
     h.reach[RADIUS], h.reach[FARTHEST] = 0.0, math.inf
     for k in range(goal_node.size):
@@ -110,6 +121,24 @@ def set_out(h: Homing, goal_node: NDArray[np.int64]) -> None:
         h.node[n, NODE_COST], h.node[n, NODE_SEEN] = 0.0, h.epoch
         heap_push(h.heap_key, h.heap_node, h.in_heap[HEAP_SIZE], 0.0, n)
         h.in_heap[HEAP_SIZE] += 1
+
+
+@njit(nogil=True, cache=True)
+def straight_m(place_m: NDArray[np.float64], start_m: NDArray[np.float64], node: int) -> float:
+    """Distance of a node from the start in space, below that along any road."""
+    east, north, up = place_m[node, 0] - start_m[0], place_m[node, 1] - start_m[1], place_m[node, 2] - start_m[2]
+    return math.sqrt(east * east + north * north + up * up)
+
+
+@njit(nogil=True, cache=True)
+def most_straight(
+    place_m: NDArray[np.float64], tail: NDArray[np.int32], head: NDArray[np.int32], length_m: NDArray[np.float64]
+) -> float:
+    """Greatest ratio of the straight line to the length of a link; lengths may be measured otherwise."""
+    most = 0.0
+    for k in range(tail.size):
+        most = max(most, straight_m(place_m, place_m[tail[k]], head[k]) / length_m[k])
+    return most
 
 
 @njit(nogil=True, cache=True)
@@ -123,6 +152,9 @@ def cost_to_goal(h: Homing, energy_weight: float, time_weight: float, distance_w
     if node[asked, NODE_FINAL] == epoch:
         known: float = node[asked, NODE_COST]
         return known
+    place_m, start_m = h.place_m, h.start_m
+    road_j, road_s, road_m = h.least_a_metre[0], h.least_a_metre[1], h.least_a_metre[2]
+    a_metre = (energy_weight * road_j + time_weight * road_s + distance_weight * road_m) * h.line_to_road
     while size > 0 and radius < farthest:
         n = heap_node[0]
         radius = heap_key[0]
@@ -131,6 +163,7 @@ def cost_to_goal(h: Homing, energy_weight: float, time_weight: float, distance_w
         if node[n, NODE_FINAL] == epoch:
             continue
         node[n, NODE_FINAL] = epoch
+        cost = node[n, NODE_COST]
         for k in range(into_first[n], into_first[n + 1]):
             before = int(into[k, INTO_TAIL])
             if node[before, NODE_FINAL] == epoch:
@@ -148,16 +181,20 @@ def cost_to_goal(h: Homing, energy_weight: float, time_weight: float, distance_w
                     h.entry,
                     into_link[k],
                 )
+                # no less than the straight line is counted with, so that what is settled is final
+                least_j, least_s = max(least_j, road_j * into[k, INTO_M]), max(least_s, road_s * into[k, INTO_M])
                 into[k, INTO_J], into[k, INTO_S] = least_j, least_s  # other searches find both, or compute them too
-            so_far = radius + energy_weight * least_j + time_weight * least_s + distance_weight * into[k, INTO_M]
+            so_far = cost + energy_weight * least_j + time_weight * least_s + distance_weight * into[k, INTO_M]
             if node[before, NODE_SEEN] != epoch or so_far < node[before, NODE_COST]:
                 node[before, NODE_COST], node[before, NODE_SEEN] = so_far, epoch
-                heap_push(heap_key, heap_node, size, so_far, before)
+                key = so_far + a_metre * straight_m(place_m, start_m, before)
+                heap_push(heap_key, heap_node, size, key, before)
                 size += 1
         if n == asked:
             break
     h.in_heap[HEAP_SIZE] = size
     h.reach[RADIUS] = radius
     if node[asked, NODE_FINAL] == epoch:
-        return radius
-    return radius if size > 0 else math.inf
+        found: float = node[asked, NODE_COST]
+        return found
+    return max(radius - a_metre * straight_m(place_m, start_m, asked), 0.0) if size > 0 else math.inf

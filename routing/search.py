@@ -264,14 +264,16 @@ class WorkspacePool:
                 self._free.append((ws, epoch + 1))
 
     @contextmanager
-    def directed(self, space: SearchSpace, goals: Sequence[LinkPosition]) -> Iterator[Homing]:
+    def directed(
+        self, space: SearchSpace, starts: Sequence[LinkPosition], goals: Sequence[LinkPosition]
+    ) -> Iterator[Homing]:
         """What directs a search to its goals; for one search."""
         with self._lock:
             scratch = self._homing.pop() if self._homing else None
         if scratch is None:
             scratch = HomingScratch(self._links)
         try:
-            yield space.guide.homing(scratch, [goal.link_idx for goal in goals])
+            yield space.guide.homing(scratch, starts[0].link_idx, [goal.link_idx for goal in goals])
         finally:
             with self._lock:
                 if len(self._homing) < WORKSPACES_KEPT:
@@ -406,7 +408,7 @@ def find_path(
     """
     rules = _rules(space, weights, limits, pareto, label_limit)
     directed = directed and 0 < len(goals) <= MOST_GOALS and not rules.correcting
-    homing = pool.directed(space, goals) if directed else nullcontext(space.guide.undirected)
+    homing = pool.directed(space, starts, goals) if directed else nullcontext(space.guide.undirected)
     with space.drives.lent() as lent, homing as bound:
         ws, epoch, goal, counts = _run(space, pool, rules, starts, goals, lent, bound, begin_s)
     try:

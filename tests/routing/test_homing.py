@@ -84,6 +84,9 @@ def test_no_entry_of_a_link_takes_less_than_the_least_and_none_leaves_it_slower(
             climb = graph.node_height_m[graph.head[link]] - graph.node_height_m[graph.tail[link]]
             assert least[link, 0] <= max(e - alpha * (p.weight_n * climb + kinetic), 0.0) + 1e-6
             assert least[link, 1] <= t * (1.0 + 1e-12) + 1e-9
+            a_metre = space.guide.costs().least_a_metre
+            taken = e - alpha * (p.weight_n * climb + kinetic), t, 1.0 * g.length_m[link]
+            assert (a_metre * g.length_m[link] <= np.array(taken) * (1.0 + 1e-9) + 1e-6).all()
             assert end >= entry[following, SLOWEST]
             assert entry[following, STOPPED_LEAST] <= p_stop <= entry[following, STOPPED_MOST]
 
@@ -134,7 +137,8 @@ def test_costs_to_the_goal_are_those_of_scipy_and_never_more_beyond_the_radius(a
     _, least = tables_of(space)
     costs.into[:, [INTO_J, INTO_S]] = np.nan
     to = np.repeat(np.arange(andorra.node_count), np.diff(costs.into_first))
-    table = np.column_stack((least[costs.into_link], costs.into[:, INTO_M]))
+    length_m = costs.into[:, INTO_M]
+    table = np.column_stack((np.maximum(least[costs.into_link], costs.least_a_metre[:2] * length_m[:, None]), length_m))
     price = table @ np.array(weights)
     order = np.argsort(-price)  # of parallel links the last one written stays
     matrix = {}
@@ -148,19 +152,22 @@ def test_costs_to_the_goal_are_those_of_scipy_and_never_more_beyond_the_radius(a
     )
     scratch = HomingScratch(andorra.link_count)
     for farthest in (math.inf, float(np.median(expected))):
-        homing = space.guide.homing(scratch, [goal])
+        homing = space.guide.homing(scratch, 4000, [goal])
         homing.reach[FARTHEST] = farthest
         got = np.array([asked(homing, weights, node) for node in range(andorra.node_count)])
-        near = expected <= min(farthest, 1e9)
+        line_m = np.linalg.norm(homing.place_m - homing.start_m, axis=1)
+        left = line_m * homing.line_to_road * (homing.least_a_metre @ np.array(weights))
+        near = expected + left <= min(farthest, 1e9)
+        assert near.sum() > 0
         assert got[near] == pytest.approx(expected[near], rel=1e-9, abs=1e-12)
         assert (got <= expected * (1.0 + 1e-9)).all()
-        assert (got[~near] >= farthest).all()
+        assert (got[~near] >= farthest - left[~near] - 1e-9).all()
 
 
 def test_nothing_leads_to_the_goal_of_a_road_that_none_enters():
     graph = graph_of([(0, 1, 300.0, 15.0, 0), (1, 0, 300.0, 15.0, 0)], [0.0, 0.0])
     space = space_of(graph, vehicle(), StopRule.NONE)
-    homing = space.guide.homing(HomingScratch(graph.link_count), [0])
+    homing = space.guide.homing(HomingScratch(graph.link_count), 1, [0])
     homing.into_first[:] = 0  # as if no link led anywhere
     assert asked(homing, (1.0, 0.0, 0.0), int(graph.tail[0])) == 0.0
     assert asked(homing, (1.0, 0.0, 0.0), int(graph.head[0])) == math.inf
