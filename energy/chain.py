@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from enum import StrEnum
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, overload
 
 import numpy as np
 
@@ -83,6 +84,42 @@ class LinkResult:
     parts_j: NDArray[np.float64]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class LinkResults(Sequence[LinkResult]):
+    """What driving each link of a chain takes, in order: the rows are LinkResult, the columns arrays of its fields.
+
+    Each float64 (n,), parts_j float64 (n, 20).
+    """
+
+    energy_j: NDArray[np.float64]
+    duration_s: NDArray[np.float64]
+    standstill_s: NDArray[np.float64]
+    speed_end_mps: NDArray[np.float64]
+    stop_probability_frac: NDArray[np.float64]
+    parts_j: NDArray[np.float64]
+
+    def __len__(self) -> int:
+        return self.energy_j.size
+
+    @overload
+    def __getitem__(self, at: int) -> LinkResult: ...
+
+    @overload
+    def __getitem__(self, at: slice) -> tuple[LinkResult, ...]: ...
+
+    def __getitem__(self, at: int | slice) -> LinkResult | tuple[LinkResult, ...]:
+        if isinstance(at, slice):
+            return tuple(self[k] for k in range(*at.indices(len(self))))
+        return LinkResult(
+            energy_j=float(self.energy_j[at]),
+            duration_s=float(self.duration_s[at]),
+            standstill_s=float(self.standstill_s[at]),
+            speed_end_mps=float(self.speed_end_mps[at]),
+            stop_probability_frac=float(self.stop_probability_frac[at]),
+            parts_j=self.parts_j[at],
+        )
+
+
 @dataclass(frozen=True, slots=True)
 class EnergyParts:
     """Battery energy by cause [J], fields in the order of PART_NAMES; the parts add up to the whole.
@@ -122,7 +159,7 @@ class EnergyParts:
 class ChainResult:
     """What driving a whole chain takes; links in order, sums over them."""
 
-    links: tuple[LinkResult, ...]
+    links: LinkResults
     distance_m: float
     duration_s: float
     standstill_s: float
@@ -175,13 +212,9 @@ def simulate_chain(
         terms,
     )
     parts = drive.parts(setting, terms)
-    links = tuple(
-        LinkResult(float(energy[k]), float(time[k]), float(standstill[k]), float(v_end[k]), float(p_end[k]), parts[k])
-        for k in range(n)
-    )
     stops = float(p_end[:-1].sum()) if arrive_stopped else float(p_end.sum())
     return ChainResult(
-        links=links,
+        links=LinkResults(energy, time, standstill, v_end, p_end, parts),
         distance_m=float(chain.length_m.sum()),
         duration_s=float(time.sum()),
         standstill_s=float(standstill.sum()),

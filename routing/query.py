@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 from energy.chain import LinkModel, StopRule
 from energy.conditions import STILL, Conditions
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from shapely import MultiPolygon
 
-    from energy.chain import EnergyParts, LinkResult
+    from energy.chain import EnergyParts, LinkResult, LinkResults
     from energy.uncertainty import EnergyDistribution
     from energy.vehicle_files import AnyVehicle
     from routing.hot_links import HotStretch
@@ -174,6 +175,60 @@ class RouteLink:
     soc_end_p90_frac: float | None = None
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class DrivenLinks(Sequence[RouteLink]):
+    """The links of a route in driving order: the rows are RouteLink, the columns lists of its fields.
+
+    results: of all links. soc_end_p10_frac, soc_end_p90_frac: None at each link where uncertainty was not asked for.
+    """
+
+    link_idx: list[int]
+    from_m: list[float]
+    to_m: list[float]
+    grade_frac: list[float]
+    speed_limit_mps: list[float]
+    road_name: list[str]
+    results: LinkResults
+    soc_end_frac: list[float]
+    braked_away_j: list[float]
+    rest: list[bool]
+    height_end_m: list[float]
+    geometry_end_idx: list[int]
+    soc_end_p10_frac: Sequence[float | None]
+    soc_end_p90_frac: Sequence[float | None]
+
+    def __len__(self) -> int:
+        return len(self.link_idx)
+
+    @overload
+    def __getitem__(self, at: int) -> RouteLink: ...
+
+    @overload
+    def __getitem__(self, at: slice) -> tuple[RouteLink, ...]: ...
+
+    def __getitem__(self, at: int | slice) -> RouteLink | tuple[RouteLink, ...]:
+        if isinstance(at, slice):
+            return tuple(self[k] for k in range(*at.indices(len(self))))
+        result = self.results[at]
+        return RouteLink(
+            link_idx=self.link_idx[at],
+            from_m=self.from_m[at],
+            to_m=self.to_m[at],
+            grade_frac=self.grade_frac[at],
+            speed_limit_mps=self.speed_limit_mps[at],
+            stop_probability_frac=result.stop_probability_frac,
+            road_name=self.road_name[at],
+            result=result,
+            soc_end_frac=self.soc_end_frac[at],
+            braked_away_j=self.braked_away_j[at],
+            rest=self.rest[at],
+            height_end_m=self.height_end_m[at],
+            geometry_end_idx=self.geometry_end_idx[at],
+            soc_end_p10_frac=self.soc_end_p10_frac[at],
+            soc_end_p90_frac=self.soc_end_p90_frac[at],
+        )
+
+
 @dataclass(frozen=True, slots=True)
 class RouteLeg:
     """A route from one of its places to the next, from_m to to_m along the route [m].
@@ -225,7 +280,7 @@ class Route:
     climb_m: float
     descent_m: float
     geometry: NDArray[np.float64]  # (k, 2) lon, lat [deg]
-    links: tuple[RouteLink, ...]
+    links: DrivenLinks
     legs: tuple[RouteLeg, ...]
     height_start_m: float  # above sea, 0 on a graph without terrain
     deficit_j: float = 0.0

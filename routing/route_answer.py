@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from energy.battery import JOULE_PER_WH, soc_along
-from energy.chain import EnergyParts, simulate_chain
+from energy.chain import EnergyParts, LinkResults, simulate_chain
+from energy.effects import PART_NAMES
 from energy.uncertainty import chain_distribution
 from routing.graph import E7
 from routing.hot_links import RouteLinks, hot_stretches
-from routing.query import Point, Remedy, Route, RouteLeg, RouteLink
+from routing.query import DrivenLinks, Point, Remedy, Route, RouteLeg
 from routing.snap import part_of_line
 
 if TYPE_CHECKING:
@@ -52,36 +53,28 @@ def route_of(
         soc_start_frac=query.soc_frac,
     )
     capacity_wh = query.vehicle.usable_capacity_wh
-    energy_j = np.array([link.energy_j for link in result.links])
+    energy_j = result.links.energy_j
     soc, braked = soc_along(energy_j, query.soc_frac, capacity_wh)
     spread = _distribution(query, chain) if query.uncertainty else None
-    lines = _lines(graph, spans)
-    line_end = np.cumsum([len(line) for line in lines]) - 1
+    stretches = _stretches(spans)
+    geometry, line_end = _line(graph, stretches)
     low, high = _quantiles_along(spread, len(spans))
     # lists of numbers, which are read one by one several times as fast as arrays
-    grade, limit_mps = chain.grade_frac.tolist(), chain.speed_limit_mps.tolist()
-    soc_end, refused_j, end_idx = soc.tolist(), braked.tolist(), line_end.tolist()
-    name_idx = graph.name_idx[[span.link_idx for span in spans]].tolist()
-    height_end = _heights_m(graph, spans)
-    links = tuple(
-        RouteLink(
-            link_idx=span.link_idx,
-            from_m=span.from_m,
-            to_m=span.to_m,
-            grade_frac=grade[k],
-            speed_limit_mps=limit_mps[k],
-            stop_probability_frac=result.links[k].stop_probability_frac,
-            road_name=graph.names[name_idx[k]],
-            result=result.links[k],
-            soc_end_frac=soc_end[k],
-            braked_away_j=refused_j[k],
-            rest=span.rest,
-            height_end_m=height_end[k],
-            geometry_end_idx=end_idx[k],
-            soc_end_p10_frac=low[k],
-            soc_end_p90_frac=high[k],
-        )
-        for k, span in enumerate(spans)
+    links = DrivenLinks(
+        link_idx=stretches.link_idx.tolist(),
+        from_m=stretches.from_m.tolist(),
+        to_m=stretches.to_m.tolist(),
+        grade_frac=chain.grade_frac.tolist(),
+        speed_limit_mps=chain.speed_limit_mps.tolist(),
+        road_name=[graph.names[k] for k in graph.name_idx[stretches.link_idx].tolist()],
+        results=result.links,
+        soc_end_frac=soc.tolist(),
+        braked_away_j=braked.tolist(),
+        rest=[span.rest for span in spans],
+        height_end_m=_heights_m(graph, stretches).tolist(),
+        geometry_end_idx=line_end.tolist(),
+        soc_end_p10_frac=low,
+        soc_end_p90_frac=high,
     )
     climb = chain.grade_frac * chain.length_m
     soc_min = float(min(soc.min(), query.soc_frac))
@@ -101,11 +94,11 @@ def route_of(
         soc_min_frac=soc_min,
         climb_m=float(climb[climb > 0.0].sum()),
         descent_m=float(-climb[climb < 0.0].sum()),
-        geometry=np.concatenate(lines),
+        geometry=geometry,
         links=links,
         legs=_legs(leg_first, result, soc, query.soc_frac, chain.length_m),
         height_start_m=height_m(graph, spans[0].link_idx, spans[0].from_m),
-        hot_links=_hot_links(chain, result, [link.road_name for link in links]),
+        hot_links=_hot_links(chain, result, links.road_name),
         uncertainty=spread,
     )
     if feasible:
@@ -144,21 +137,42 @@ def _quantiles_along(
     return spread.soc_p10_frac.tolist(), spread.soc_p90_frac.tolist()
 
 
-def _lines(graph: RoadGraph, spans: tuple[LinkSpan, ...]) -> list[NDArray[np.float64]]:
-    """The line of each stretch without the point at which it begins, but for the first; float64 (k, 2) lon, lat."""
-    idx = np.array([span.link_idx for span in spans])
-    length_m = graph.length_m[idx].tolist()
-    begin = graph.geometry_first[idx] + 1
+class _Stretches(NamedTuple):
+    """Stretches of links as columns: int64 (n,), float64 (n,) [m], float64 (n,) [m]."""
+
+    link_idx: NDArray[np.int64]
+    from_m: NDArray[np.float64]
+    to_m: NDArray[np.float64]
+
+
+def _stretches(spans: tuple[LinkSpan, ...]) -> _Stretches:
+    return _Stretches(
+        np.array([span.link_idx for span in spans], np.int64),
+        np.array([span.from_m for span in spans]),
+        np.array([span.to_m for span in spans]),
+    )
+
+
+def _line(graph: RoadGraph, stretches: _Stretches) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """The line over stretches of links, float64 (k, 2) lon, lat, and the row at which each ends, int64 (n,)."""
+    idx, from_m, to_m = stretches
+    length_m = graph.length_m[idx]
+    begin = graph.geometry_first[idx] + 1  # the point at which a stretch begins is the last one of that before
     count = graph.geometry_first[idx + 1] - begin
     end = np.cumsum(count)
     point = np.repeat(begin - (end - count), count) + np.arange(int(end[-1]))
     whole = np.column_stack((graph.geometry_lon_e7[point] / E7, graph.geometry_lat_e7[point] / E7))
-    lines = np.split(whole, end[:-1])
-    for k, span in enumerate(spans):
-        if k == 0 or span.from_m != 0.0 or span.to_m != length_m[k]:
-            line = part_of_line(graph.geometry(span.link_idx), span.from_m / length_m[k], span.to_m / length_m[k])
-            lines[k] = line if k == 0 else line[1:]
-    return lines
+    parts, done = [], 0
+    in_part = (from_m != 0.0) | (to_m != length_m)
+    in_part[0] = True  # it brings the point at which the route begins
+    for k in np.flatnonzero(in_part).tolist():
+        parts.append(whole[done : end[k] - count[k]])
+        part = part_of_line(graph.geometry(int(idx[k])), from_m[k] / length_m[k], to_m[k] / length_m[k])
+        parts.append(part if k == 0 else part[1:])
+        done = end[k]
+        count[k] = len(parts[-1])
+    parts.append(whole[done:])
+    return np.concatenate(parts), np.cumsum(count) - 1
 
 
 def height_m(graph: RoadGraph, link_idx: int, at_m: float) -> float:
@@ -167,11 +181,11 @@ def height_m(graph: RoadGraph, link_idx: int, at_m: float) -> float:
     return low + (high - low) * at_m / float(graph.length_m[link_idx])
 
 
-def _heights_m(graph: RoadGraph, spans: tuple[LinkSpan, ...]) -> list[float]:
-    """Height at the end of each stretch [m]."""
-    idx, to_m = [span.link_idx for span in spans], np.array([span.to_m for span in spans])
+def _heights_m(graph: RoadGraph, stretches: _Stretches) -> NDArray[np.float64]:
+    """Height at the end of each stretch, float64 (n,) [m]."""
+    idx = stretches.link_idx
     low, high = graph.node_height_m[graph.tail[idx]], graph.node_height_m[graph.head[idx]]
-    heights: list[float] = (low + (high - low) * to_m / graph.length_m[idx]).tolist()
+    heights: NDArray[np.float64] = low + (high - low) * stretches.to_m / graph.length_m[idx]
     return heights
 
 
@@ -185,18 +199,18 @@ def _legs(
     """What each leg takes, from the links of the whole; soc: float64 (n,) at each link's end."""
     way_m = np.concatenate(([0.0], np.cumsum(length_m)))
     charge = np.concatenate(([soc_start_frac], soc))
+    duration_s, energy_j = result.links.duration_s.tolist(), result.links.energy_j.tolist()
     legs = []
     for begin, end in pairwise(first):
-        links = result.links[begin:end]
         legs.append(
             RouteLeg(
                 from_m=float(way_m[begin]),
                 to_m=float(way_m[end]),
-                duration_s=sum(link.duration_s for link in links),
-                energy_j=sum(link.energy_j for link in links),
+                duration_s=sum(duration_s[begin:end]),
+                energy_j=sum(energy_j[begin:end]),
                 soc_end_frac=float(charge[end]),
-                first_link=begin if links else None,
-                last_link=end - 1 if links else None,
+                first_link=begin if begin < end else None,
+                last_link=end - 1 if begin < end else None,
             )
         )
     return tuple(legs)
@@ -223,13 +237,13 @@ def _hot_links(chain: Chain, result: ChainResult, names: list[str]) -> tuple[Hot
     return hot_stretches(
         RouteLinks(
             length_m=chain.length_m,
-            energy_j=np.array([link.energy_j for link in links]),
+            energy_j=links.energy_j,
             grade_frac=chain.grade_frac,
             speed_limit_mps=chain.speed_limit_mps,
-            stop_probability_frac=np.array([link.stop_probability_frac for link in links]),
-            duration_s=np.array([link.duration_s for link in links]),
-            standstill_s=np.array([link.standstill_s for link in links]),
-            parts_j=np.array([link.parts_j for link in links]),
+            stop_probability_frac=links.stop_probability_frac,
+            duration_s=links.duration_s,
+            standstill_s=links.standstill_s,
+            parts_j=links.parts_j,
             road_names=names,
         )
     )
@@ -267,7 +281,13 @@ def no_route(graph: RoadGraph, name: str, weights: Weights | None, query: RouteQ
         climb_m=0.0,
         descent_m=0.0,
         geometry=here,
-        links=(),
+        links=_no_links(),
         legs=(nothing,) * (len(query.via) + 1),
         height_start_m=height_m(graph, start.link_idx, start.offset_m),
     )
+
+
+def _no_links() -> DrivenLinks:
+    none = np.empty(0)
+    results = LinkResults(none, none, none, none, none, np.empty((0, len(PART_NAMES))))
+    return DrivenLinks([], [], [], [], [], [], results, [], [], [], [], [], [], [])

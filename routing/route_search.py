@@ -203,7 +203,7 @@ class RouteSearch:
             stop_rule=StopRule.EXPECTED if query.stop_rule is StopRule.COUNTED else query.stop_rule,
             soc_start_frac=soc_start_frac,
         )
-        return np.array([link.energy_j for link in result.links]), np.array([link.duration_s for link in result.links])
+        return result.links.energy_j, result.links.duration_s
 
     def _energies_j(
         self, query: RouteQuery, path: FoundPath, leg: Leg, *, charged: bool = True

@@ -46,6 +46,16 @@ def test_two_links_from_rest_to_rest_add_their_phases(round_vehicle, make_chain)
     assert (result.stop_count, result.standstill_s) == (0.0, 0.0)
 
 
+def test_links_of_a_result_are_rows_of_its_columns(round_vehicle, make_chain):
+    links = simulate_chain(round_vehicle, make_chain([1000.0, 500.0, 700.0], [20.0, 10.0, 15.0])).links
+    assert len(links) == len(list(links)) == 3
+    assert [link.energy_j for link in links] == links.energy_j.tolist()
+    assert [link.speed_end_mps for link in links[1:]] == links.speed_end_mps.tolist()[1:]
+    assert links[-1].parts_j.tolist() == links.parts_j[2].tolist()
+    with pytest.raises(IndexError):
+        links[3]
+
+
 def test_trip_that_need_not_arrive_stopped_ends_at_the_limit(round_vehicle, make_chain):
     # (9): the second link is all cruise at 10 m/s: 500·247.5 J
     result = simulate_chain(round_vehicle, make_chain([1000.0, 500.0], [20.0, 10.0]), arrive_stopped=False)

@@ -112,7 +112,7 @@ def test_route_from_a_place_to_itself_takes_nothing(planner, soc):
         assert route.feasible
         assert (route.distance_m, route.duration_s, route.energy_j, route.parts.total_j()) == (0.0, 0.0, 0.0, 0.0)
         assert route.soc_start_frac == route.soc_end_frac == route.soc_min_frac == soc
-        assert route.links == ()
+        assert len(route.links) == 0
         assert route.geometry.shape == (2, 2)
         assert stats.labels_made == 0
 
