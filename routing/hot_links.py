@@ -147,7 +147,14 @@ def hot_stretches(
         if node_m[last + 1] - node_m[first] >= shortest_m
     ]
     runs.sort(key=lambda run: (-run[0], run[1]))
-    return tuple(_stretch(links, node_m, excess_j, first, last) for excess_j, first, last in runs[:limit])
+    causes_j = _causes_j(links)
+    whole_j = {reason: math.fsum(cause_j) for reason, cause_j in causes_j.items()}
+    stretches = []
+    for excess_j, first, last in runs[:limit]:
+        length_share = float(node_m[last + 1] - node_m[first]) / float(node_m[-1])
+        reason = _reason({r: j[first : last + 1] for r, j in causes_j.items()}, whole_j, length_share)
+        stretches.append(_stretch(links, node_m, excess_j, first, last, reason))
+    return tuple(stretches)
 
 
 def maximal_runs(score: NDArray[np.float64]) -> list[tuple[int, int]]:
@@ -186,7 +193,9 @@ def maximal_runs(score: NDArray[np.float64]) -> list[tuple[int, int]]:
     return list(zip(first, last, strict=True))
 
 
-def _stretch(links: RouteLinks, node_m: NDArray[np.float64], excess_j: float, first: int, last: int) -> HotStretch:
+def _stretch(
+    links: RouteLinks, node_m: NDArray[np.float64], excess_j: float, first: int, last: int, reason: HotReason
+) -> HotStretch:
     chosen = slice(first, last + 1)
     length_m = float(node_m[last + 1] - node_m[first])
     energy_j = float(links.energy_j[chosen].sum())
@@ -207,7 +216,7 @@ def _stretch(links: RouteLinks, node_m: NDArray[np.float64], excess_j: float, fi
         energy_per_m=energy_j / length_m,
         times_mean=(energy_j / length_m) / (route_j / route_m) if route_j > 0.0 else None,
         energy_share_frac=energy_j / route_j if route_j > 0.0 else None,
-        reason=_reason(links, chosen, length_m / route_m),
+        reason=reason,
         rise_m=rise_m,
         stop_count=float(links.stop_probability_frac[chosen].sum()),
         speed_mps=length_m / duration_s if duration_s > 0.0 else 0.0,
@@ -216,23 +225,20 @@ def _stretch(links: RouteLinks, node_m: NDArray[np.float64], excess_j: float, fi
     )
 
 
-def _reason(links: RouteLinks, chosen: slice, length_share: float) -> HotReason:
+def _reason(here_j: dict[HotReason, list[float]], whole_j: dict[HotReason, float], length_share: float) -> HotReason:
     """The cause whose energy exceeds its route mean for that length the most; of equal ones the first of HotReason."""
-    excess = {
-        reason: math.fsum(cause_j[chosen].tolist()) - length_share * math.fsum(cause_j.tolist())
-        for reason, cause_j in _causes_j(links).items()
-    }
+    excess = {reason: math.fsum(cause_j) - length_share * whole_j[reason] for reason, cause_j in here_j.items()}
     return max(excess, key=excess.__getitem__)
 
 
-def _causes_j(links: RouteLinks) -> dict[HotReason, NDArray[np.float64]]:
+def _causes_j(links: RouteLinks) -> dict[HotReason, list[float]]:
     """Energy of each link by reason; together they are all parts. Auxiliaries are shared out by time standing still."""
     parts = links.parts_j
     standing = np.divide(
         links.standstill_s, links.duration_s, out=np.zeros(links.length_m.size), where=links.duration_s > 0.0
     )
     idle_j = parts[:, AUXILIARY] * standing
-    return {
+    causes = {
         HotReason.CLIMB: parts[:, GRADE],
         HotReason.SPEED: parts[:, LINEAR] + parts[:, AERO],
         HotReason.STOPS: parts[:, INERTIA] + parts[:, DRIVE_LOSS] + parts[:, RECUPERATION_LOSS] + idle_j,
@@ -240,3 +246,4 @@ def _causes_j(links: RouteLinks) -> dict[HotReason, NDArray[np.float64]]:
         HotReason.ROLLING: parts[:, ROLLING],
         HotReason.CONDITIONS: parts[:, BASE_PART_COUNT:].sum(axis=1),
     }
+    return {reason: cause_j.tolist() for reason, cause_j in causes.items()}
