@@ -12,7 +12,7 @@ from app.conversions.conditions import vehicle_with_effects
 from app.conversions.graph import graph_detail, graph_summary
 from app.conversions.matrix import matrix_query
 from app.conversions.range import range_features, range_query
-from app.conversions.route import route_features, route_query, route_response
+from app.conversions.route import route_features_json, route_json, route_query, route_response
 from app.conversions.simulation import chain_from_numbers, chain_link_error, simulation_answer, spans_from_links
 from app.conversions.vehicle_check import vehicle_check
 from app.driving import course_of, drive, profiles, warm_up
@@ -22,7 +22,7 @@ from app.matrices import MatrixWork, check_places
 from app.schemas.graph import GraphDetail, GraphList
 from app.schemas.matrix import MatrixRequest, MatrixResponse
 from app.schemas.range import RangeFeatureCollection, RangeRequest
-from app.schemas.route import RouteFeatureCollection, RouteRequest, RouteResponse
+from app.schemas.route import RouteRequest, RouteResponse
 from app.schemas.simulation import SimulateRequest, SimulateResponse
 from app.schemas.vehicle_check import VehicleChecks
 from app.store.database import Database
@@ -97,10 +97,15 @@ class Service:
         answer, understood, planner = self._answered_route(sent)
         return route_response(answer, understood, planner.graph)
 
-    def route_as_geojson(self, sent: RouteRequest) -> RouteFeatureCollection:
-        """Routes for a request, as GeoJSON."""
+    def route_json(self, sent: RouteRequest) -> bytes:
+        """Routes for a request, as the JSON of what `route` returns."""
         answer, understood, planner = self._answered_route(sent)
-        return route_features(answer, understood, planner.graph)
+        return route_json(answer, understood, planner.graph)
+
+    def route_geojson(self, sent: RouteRequest) -> bytes:
+        """Routes for a request, as the JSON of a RouteFeatureCollection."""
+        answer, understood, planner = self._answered_route(sent)
+        return route_features_json(answer, understood, planner.graph)
 
     def _answered_route(self, sent: RouteRequest) -> tuple[RouteAnswer, RouteRequest, Planner]:
         planner, vehicle, understood, warnings = self._understood(sent)

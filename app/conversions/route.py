@@ -4,21 +4,19 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+import numpy as np
+from pydantic_core import to_json
+
 from app.conversions.conditions import conditions_from
 from app.conversions.graph import terrain_note
-from app.conversions.place import lat_lon, place_feature, point_from_place, positions, snapped
-from app.schemas.place import LineString
+from app.conversions.place import DECIMALS, lat_lon, place_feature, point_from_place, snapped
 from app.schemas.route import (
     EnergyPartsKwh,
     EnergyPartsWh,
     HotLinks,
     ParetoAnswer,
     RemedyAnswer,
-    RouteFeature,
-    RouteFeatureCollection,
-    RouteFound,
     RouteLegAnswer,
-    RouteLinkAnswer,
     RouteProperties,
     RouteResponse,
     SearchStatsAnswer,
@@ -38,7 +36,7 @@ if TYPE_CHECKING:
     from energy.vehicle_files import AnyVehicle
     from routing.graph import RoadGraph
     from routing.hot_links import HotStretch
-    from routing.query import ParetoClaim, Route, RouteAnswer, RouteLeg, RouteLink, SearchStats
+    from routing.query import DrivenLinks, ParetoClaim, Route, RouteAnswer, RouteLeg, SearchStats
 
 JOULE_PER_KWH: Final = JOULE_PER_WH * 1000.0
 J_PER_M_PER_KWH_PER_100KM: Final = JOULE_PER_KWH / 100_000.0
@@ -71,45 +69,57 @@ def _weightings(sent: RouteRequest) -> tuple[tuple[str, Weights], ...]:
 
 def route_response(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -> RouteResponse:
     """Routes with geometry and state of charge."""
-    return RouteResponse(
-        routes=[
-            RouteFound(
-                **dict(_properties(route, with_links=understood.links)),
-                geometry=LineString(coordinates=positions(route.geometry.tolist())),
-            )
+    return RouteResponse.model_validate(_response(answer, understood, graph))
+
+
+def route_json(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -> bytes:
+    """The JSON of route_response, made without an object for each link, which would take several times as long."""
+    return _json(_response(answer, understood, graph))
+
+
+def route_features_json(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -> bytes:
+    """The same as GeoJSON: the JSON of a RouteFeatureCollection."""
+    features = [
+        *(
+            {
+                "type": "Feature",
+                "geometry": _line(route),
+                "properties": _properties(route, with_links=understood.links),
+            }
             for route in answer.routes
-        ],
-        snapped=_snapped_ends(answer),
-        request=understood,
-        warnings=list(answer.warnings),
-        stats=[search_stats(stats) for stats in answer.stats],
-        pareto=None if answer.pareto is None else _pareto(answer.pareto),
-        terrain=terrain_note(graph),
-    )
+        ),
+        place_feature(answer.start, "start"),
+        *(place_feature(place, "via") for place in answer.via),
+        place_feature(answer.goal, "goal"),
+    ]
+    return _json(_answered(answer, understood, graph) | {"type": "FeatureCollection", "features": features})
 
 
-def route_features(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -> RouteFeatureCollection:
-    """The same as GeoJSON."""
-    return RouteFeatureCollection(
-        features=[
-            *(
-                RouteFeature(
-                    geometry=LineString(coordinates=positions(route.geometry.tolist())),
-                    properties=_properties(route, with_links=understood.links),
-                )
-                for route in answer.routes
-            ),
-            place_feature(answer.start, "start"),
-            *(place_feature(place, "via") for place in answer.via),
-            place_feature(answer.goal, "goal"),
-        ],
-        snapped=_snapped_ends(answer),
-        request=understood,
-        warnings=list(answer.warnings),
-        stats=[search_stats(stats) for stats in answer.stats],
-        pareto=None if answer.pareto is None else _pareto(answer.pareto),
-        terrain=terrain_note(graph),
-    )
+def _json(document: dict[str, object]) -> bytes:
+    return to_json(document, inf_nan_mode="null")  # as pydantic does
+
+
+def _response(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -> dict[str, object]:
+    """The fields of a RouteResponse in their order."""
+    routes = [_properties(route, with_links=understood.links) | {"geometry": _line(route)} for route in answer.routes]
+    return _answered(answer, understood, graph) | {"routes": routes}
+
+
+def _answered(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -> dict[str, object]:
+    """The fields of RouteAnswered in their order."""
+    return {
+        "snapped": _snapped_ends(answer),
+        "request": understood,
+        "warnings": list(answer.warnings),
+        "stats": [search_stats(stats) for stats in answer.stats],
+        "pareto": None if answer.pareto is None else _pareto(answer.pareto),
+        "terrain": terrain_note(graph),
+    }
+
+
+def _line(route: Route) -> dict[str, object]:
+    """The fields of a LineString."""
+    return {"type": "LineString", "coordinates": np.round(route.geometry, DECIMALS).tolist()}
 
 
 def _weights(weights: Weights) -> WeightsSent:
@@ -153,9 +163,10 @@ def parts_wh(parts_j: list[float]) -> EnergyPartsWh:
     return EnergyPartsWh(**{name: part / JOULE_PER_WH for name, part in zip(PART_NAMES, parts_j, strict=True)})
 
 
-def _properties(route: Route, *, with_links: bool) -> RouteProperties:
+def _properties(route: Route, *, with_links: bool) -> dict[str, object]:
+    """The fields of RouteProperties in their order."""
     remedy = route.remedy
-    return RouteProperties(
+    whole = RouteProperties(
         name=route.name,
         weights=None if route.weights is None else _weights(route.weights),
         feasible=route.feasible,
@@ -180,8 +191,9 @@ def _properties(route: Route, *, with_links: bool) -> RouteProperties:
         uncertainty=None if route.uncertainty is None else _uncertainty(route.uncertainty),
         hot_links=[_hot_links(stretch) for stretch in route.hot_links],
         legs=[_leg(leg) for leg in route.legs],
-        links=[_link(link) for link in route.links] if with_links else None,
+        links=None,
     )
+    return dict(whole) | {"links": _links(route.links) if with_links else None}
 
 
 def _uncertainty(spread: EnergyDistribution) -> UncertaintyAnswer:
@@ -230,25 +242,29 @@ def _leg(leg: RouteLeg) -> RouteLegAnswer:
     )
 
 
-def _link(link: RouteLink) -> RouteLinkAnswer:
-    result = link.result
-    return RouteLinkAnswer(
-        id=link.link_idx,
-        from_m=link.from_m,
-        to_m=link.to_m,
-        rest=link.rest,
-        length_m=link.to_m - link.from_m,
-        duration_s=result.duration_s,
-        energy_wh=result.energy_j / JOULE_PER_WH,
-        energy_parts_wh=parts_wh(result.parts_j.tolist()),
-        soc_end=link.soc_end_frac,
-        soc_end_p10=link.soc_end_p10_frac,
-        soc_end_p90=link.soc_end_p90_frac,
-        grade=link.grade_frac,
-        height_end_m=link.height_end_m,
-        geometry_end=link.geometry_end_idx,
-        speed_limit_kmh=link.speed_limit_mps * KMH_PER_MPS,
-        speed_end_kmh=result.speed_end_mps * KMH_PER_MPS,
-        stop_probability=link.stop_probability_frac,
-        name=link.road_name,
-    )
+def _links(links: DrivenLinks) -> list[dict[str, object]]:
+    """The fields of RouteLinkAnswer in their order, one dictionary a link."""
+    results = links.results
+    columns = {
+        "id": links.link_idx,
+        "from_m": links.from_m,
+        "to_m": links.to_m,
+        "rest": links.rest,
+        "length_m": np.subtract(links.to_m, links.from_m).tolist(),
+        "duration_s": results.duration_s.tolist(),
+        "energy_wh": (results.energy_j / JOULE_PER_WH).tolist(),
+        "energy_parts_wh": [
+            dict(zip(PART_NAMES, parts_wh, strict=True)) for parts_wh in (results.parts_j / JOULE_PER_WH).tolist()
+        ],
+        "soc_end": links.soc_end_frac,
+        "soc_end_p10": links.soc_end_p10_frac,
+        "soc_end_p90": links.soc_end_p90_frac,
+        "grade": links.grade_frac,
+        "height_end_m": links.height_end_m,
+        "geometry_end": links.geometry_end_idx,
+        "speed_limit_kmh": np.multiply(links.speed_limit_mps, KMH_PER_MPS).tolist(),
+        "speed_end_kmh": (results.speed_end_mps * KMH_PER_MPS).tolist(),
+        "stop_probability": results.stop_probability_frac.tolist(),
+        "name": links.road_name,
+    }
+    return [dict(zip(columns, link, strict=True)) for link in zip(*columns.values(), strict=True)]

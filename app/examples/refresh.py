@@ -49,7 +49,6 @@ def _answers(service: Service) -> dict[str, Any]:
     table = InlineTableVehicle.model_validate(VEHICLE_BODIES["consumption table"]["value"])
     answers = {
         "route": service.route(eco),
-        "route_geojson": service.route_as_geojson(eco),
         "matrix": service.matrix(square),
         "range": service.range(bands),
         "simulate": service.simulate(chain),
@@ -59,7 +58,8 @@ def _answers(service: Service) -> dict[str, Any]:
         "graphs": service.list_graphs(),
         "graph": service.show_graph(service.settings.default_graph),
     }
-    return {name: answer.model_dump(mode="json") for name, answer in answers.items()}
+    told = {name: answer.model_dump(mode="json") for name, answer in answers.items()}
+    return told | {"route_geojson": json.loads(service.route_geojson(eco))}
 
 
 def _first(value: Any) -> Any:

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Body, Header, Response
 
 from app.examples import ROUTE_ANSWER, ROUTE_FEATURES, ROUTE_REQUESTS
 from app.examples.problems import problems
-from app.routes.access import GEOJSON, RunningService, SearchPool, answer, prefers_geojson
+from app.routes.access import GEOJSON, JSON, RunningService, SearchPool, prefers_geojson
 from app.schemas.problem import ErrorCode
 from app.schemas.route import RouteRequest, RouteResponse
 
@@ -66,5 +66,5 @@ def find_route(
     missing, `furthest` where, and `remedy` what would make it feasible.
     """
     if prefers_geojson(accept):
-        return answer(pool.run(lambda: service.route_as_geojson(sent)), GEOJSON)
-    return answer(pool.run(lambda: service.route(sent)))
+        return Response(pool.run(lambda: service.route_geojson(sent)), media_type=GEOJSON)
+    return Response(pool.run(lambda: service.route_json(sent)), media_type=JSON)

@@ -9,6 +9,7 @@ import pytest
 from shapely.geometry import shape
 
 from app.routes.access import prefers_geojson
+from app.schemas.route import RouteFeatureCollection, RouteResponse
 
 if TYPE_CHECKING:
     from starlette.testclient import TestClient
@@ -112,6 +113,34 @@ def test_route_as_geojson_says_the_same(client: TestClient) -> None:
     assert start["geometry"]["coordinates"] == line["geometry"]["coordinates"][0]
     assert shape(line["geometry"]).length > 0
     assert collection["terrain"] == plain["terrain"]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {},
+        {"links": False},
+        {"goal": START},
+        {"soc": 0.001},
+        {"alternatives": ["eco", "fastest"], "uncertainty": True, "via": [[8.0, 46.518], [8.0, 46.518]]},
+        {"pareto": {}, "conditions": {"ambient_c": -5, "wind_speed_mps": 8, "wind_from_deg": 90}},
+    ],
+    ids=["plain", "without links", "of nothing", "beyond the charge", "via", "pareto"],
+)
+@pytest.mark.parametrize(
+    ("media_type", "schema"),
+    [("application/json", RouteResponse), ("application/geo+json", RouteFeatureCollection)],
+)
+def test_route_is_written_as_its_schema_writes_it(
+    client: TestClient,
+    media_type: str,
+    schema: type[RouteResponse | RouteFeatureCollection],
+    change: dict[str, object],
+) -> None:
+    response = client.post("/route", json=ROUTE | change, headers={"Accept": media_type})
+    assert response.status_code == 200, response.text
+    assert response.headers["content-type"] == media_type
+    assert schema.model_validate_json(response.content).model_dump_json() == response.text
 
 
 @pytest.mark.parametrize(
