@@ -5,11 +5,12 @@ from __future__ import annotations
 from contextlib import asynccontextmanager
 from typing import TYPE_CHECKING, Any, Final
 
-from fastapi import FastAPI, Request, Response
+from fastapi import FastAPI
 from fastapi.openapi.utils import get_openapi
 from fastapi.routing import APIRoute
 from fastapi_offline import FastAPIOffline
 from pydantic.json_schema import models_json_schema
+from starlette.datastructures import MutableHeaders
 from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import GZipMiddleware
 
@@ -26,7 +27,9 @@ from app.settings import Settings
 from app.web import install_web
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Awaitable, Callable
+    from collections.abc import AsyncIterator
+
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 DESCRIPTION: Final = """Routes that take the least energy, and areas that can be reached, for electric vehicles, from
 physics.
@@ -45,11 +48,32 @@ ROUTERS: Final = (
     tiles.router,
     health.router,
 )
+PAGES: Final = ("/docs", "/redoc")
 # the bundled pages need inline scripts; nothing may come from another host
 PAGE_POLICY: Final = (
     "default-src 'self'; script-src 'self' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; "
     "img-src 'self' data:; worker-src 'self' blob:; font-src 'self' data:"
 )
+
+
+class PagePolicy:
+    """ASGI middleware that sends the bundled pages with the policy that keeps them offline."""
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on, and the policy with the answer to one for a page."""
+        if scope["type"] != "http" or scope["path"] not in PAGES:
+            await self.app(scope, receive, send)
+            return
+
+        async def send_with_policy(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                MutableHeaders(scope=message)["Content-Security-Policy"] = PAGE_POLICY
+            await send(message)
+
+        await self.app(scope, receive, send_with_policy)
 
 
 def create_app(settings: Settings | None = None, service: Service | None = None) -> FastAPI:
@@ -89,13 +113,7 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
 
     install_web(app, chosen)
 
-    @app.middleware("http")
-    async def keep_pages_offline(request: Request, call_next: Callable[[Request], Awaitable[Response]]) -> Response:
-        response = await call_next(request)
-        if request.url.path in ("/docs", "/redoc"):
-            response.headers["Content-Security-Policy"] = PAGE_POLICY
-        return response
-
+    app.add_middleware(PagePolicy)
     install_error_handlers(app, allowed_methods)
     app.add_middleware(BodyLimit, limit_bytes=chosen.body_limit_bytes, upload_limit_bytes=chosen.diagnosis_limit_bytes)
     app.add_middleware(GZipMiddleware, minimum_size=1000, compresslevel=1)  # a fifth of the time, 7 % larger

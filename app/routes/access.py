@@ -14,11 +14,13 @@ from app.service import Service
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
+# what endpoints depend on is async, since plain functions would each be run on a thread of their own
+
 GEOJSON: Final = "application/geo+json"
 JSON: Final = "application/json"
 
 
-def running_service(request: Request) -> Service:
+async def running_service(request: Request) -> Service:
     """The service of this process; raises NotReadyError until its graphs are loaded."""
     service = getattr(request.app.state, "service", None)
     if not isinstance(service, Service):
@@ -26,7 +28,7 @@ def running_service(request: Request) -> Service:
     return service
 
 
-def search_pool(request: Request) -> DeadlinePool:
+async def search_pool(request: Request) -> DeadlinePool:
     """The threads that searches run on; raises NotReadyError as running_service does."""
     pool = getattr(request.app.state, "pool", None)
     if not isinstance(pool, DeadlinePool):
