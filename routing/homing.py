@@ -66,6 +66,7 @@ class Guide:
         self._graph, self._arrays, self._physics = graph, arrays, physics
         self._sag_n, self._alpha = gap.sag_n, alpha
         self._costs: LeastCosts | None = None
+        self._descent: NDArray[np.float64] | None = None
         self._lock = threading.Lock()
         self.undirected = _undirected(arrays, physics)
 
@@ -92,6 +93,19 @@ class Guide:
         fastest_mps = float(arrays.speed_limit_mps.max())
         a_metre = np.array((self._alpha * load_n, 1.0 / fastest_mps, 1.0))
         return LeastCosts(first, into, order, entry, plain, place_m, a_metre, (1.0 - NOISE_FRAC) / longer)
+
+    def descent(self) -> NDArray[np.float64]:
+        """What ways on give back at most, float64 (M, 2) as in SearchRules, in O(M log M) the first time (lemma 10)."""
+        graph = self._graph
+        costs, h = self.costs(), self.homing(HomingScratch(graph.node_count + graph.link_count), 0, ())
+        with self._lock:
+            if self._descent is None:
+                height_j = self._alpha * self._physics.weight_n * graph.node_height_m
+                level_j = height_j.copy()
+                kernels_homing.lower_levels(h, self._physics.cabin_w, level_j)
+                slowest_mps = costs.entry[:, kernels_least.SLOWEST]
+                self._descent = np.column_stack(((height_j - level_j)[graph.tail], slowest_mps))
+            return self._descent
 
     def homing(self, scratch: HomingScratch, start_link: int, goal_links: Sequence[int]) -> Homing:
         """What directs a search from a place on a link to places on others."""

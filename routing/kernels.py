@@ -39,6 +39,8 @@ from routing.kernels_gap import (
     COST,
     CRUISE_J,
     CRUISE_S,
+    DESCENT_J,
+    DESCENT_MPS,
     DISTANCE,
     ENERGY,
     GAIN_J,
@@ -82,8 +84,8 @@ from routing.kernels_least import SLOWEST
 
 LINK, PARENT, NEXT, STATE = range(4)
 DEAD = -2  # as the next label of its link: another one leads
-# counters
-LABELS, HEAP, SETTLED, GOAL, CYCLE, REDUCED_BELOW_ZERO, CROWDED = range(7)
+# counters; REFUSED_S: when the battery first refused something while cabin or tyres warm up [s], -1 for never
+LABELS, HEAP, SETTLED, GOAL, CYCLE, REDUCED_BELOW_ZERO, CROWDED, REFUSED_S = range(8)
 
 CROWD = 48  # labels on one link beyond which dominance is relaxed, which is counted and reported
 
@@ -200,6 +202,9 @@ def run(
     fades = p.fade_width_j > 0.0
     warms = p.tyre_time_s > 0.0
     timeless = q.cabin_start_w == 0.0 and not warms
+    descent = borrowed(r.descent)
+    strict = descent.shape[0] > 0
+    refused_s = math.inf
     energy_weight, least_energy, most_energy = r.energy_weight, r.least_energy_j, r.most_energy_j
     limited, pareto, correcting = r.limited, r.pareto, r.correcting
     uneven = not q.printed and not q.table
@@ -350,9 +355,12 @@ def run(
                     heat_s = t
                     heat = cabin_energy_j(p, time0, time0 + t)
                 e += heat
+            offered_j = e
             if fades:
                 e = accepted_j(p, energy0, e, least_energy)
             used = max(energy0 + e, least_energy)  # a full battery: the rest is braked away
+            if not timeless and used > energy0 + offered_j:
+                refused_s = min(refused_s, time0)
             if used > most_energy:
                 continue
             cost = cost0 + energy_weight * (used - energy0) + time_weight * t + distance_weight * ds
@@ -405,6 +413,13 @@ def run(
                         due = climate_due_j(q, s_a, s_b)
                         if warms:
                             due += warm_up_due_j(bounds, top_class[successor], s_a, s_b)
+                    safe_j = -math.inf
+                    if strict:
+                        # with no more charge than this no way on fills the battery
+                        safe_j = math.inf
+                        if v_a >= descent[successor, DESCENT_MPS]:
+                            held_j = r.alpha * r.half_inertia_kg * (1.0 - p_a) * v_a * v_a
+                            safe_j = least_energy + q.fade_width_j + descent[successor, DESCENT_J] + held_j
                     if equal or crowd > CROWD:
                         worth_j = due
                         if not equal:
@@ -412,7 +427,8 @@ def run(
                             worth_j += q.drive_factor * r.half_inertia_kg * max(0.0, gained)
                         gone = cost_a + energy_weight * worth_j <= cost_b
                         if gone and (pareto or (limited and equal)):
-                            gone = energy_a + worth_j <= energy_b
+                            charged_j = max(energy_a, safe_j) if worth_j > 0.0 else energy_a
+                            gone = charged_j + worth_j <= energy_b
                     else:
                         k_top = top_class[successor] if uneven or fades else 0
                         long, v_max = row[successor, LENGTH], row[successor, LIMIT]
@@ -470,6 +486,30 @@ def run(
                                 )
                                 pairs[slot, PAIR] = float(int(a) * MOST_STATES + int(b))
                         fade_frac = bounds[GAIN_J, k_top] / q.fade_width_j if fades else 0.0
+                        if strict:
+                            owes = due > 0.0
+                            if not owes:  # but once they meet it may be the earlier one
+                                behind_s = one_s - now_s if newer == 0 else now_s - one_s
+                                _, gained_s, _ = gap_of(
+                                    p,
+                                    q,
+                                    bounds,
+                                    r,
+                                    roads,
+                                    successor,
+                                    long,
+                                    v_max,
+                                    settling_m[successor],
+                                    top_class[successor],
+                                    v_b,
+                                    p_b,
+                                    v_a,
+                                    p_a,
+                                    now_s,
+                                )
+                                owes = gained_s > behind_s
+                            if owes:
+                                gain_j = max(gain_j, safe_j - least_energy)
                         gone = leads(r, cost_a, energy_a, cost_b, energy_b, gap_j, lost_s, gain_j, due, fade_frac)
                     if gone:
                         superfluous = newer == 0
@@ -505,6 +545,8 @@ def run(
             status = NEGATIVE_CYCLE
             break
     counter[HEAP], counter[LABELS], counter[SETTLED] = heap_size, made, settled
+    if refused_s < math.inf and (counter[REFUSED_S] < 0 or refused_s < counter[REFUSED_S]):
+        counter[REFUSED_S] = int(refused_s)
     if status == DONE and counter[GOAL] >= 0:
         return FOUND
     return status

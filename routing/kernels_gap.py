@@ -30,6 +30,9 @@ NOISE_COST = 1e-12
 LOST_TIME_COEF = 1.2131
 
 
+# columns of SearchRules.descent
+DESCENT_J, DESCENT_MPS = range(2)
+
 # rows of the table of bounds on what a difference of entry states can be worth while two drives have not met again;
 # one column a speed interval of the vehicle, for drives that stay below its upper end (docs/search.md, lemma 6):
 # least mean acceleration [m/s²]; distance until they meet, weighted and doubled [m]; what differing mean accelerations
@@ -48,7 +51,10 @@ class SearchRules(NamedTuple):
     least_energy_j: −(1 − soc)·capacity, a full battery; most_energy_j: (soc − reserve)·capacity; ±inf when not held.
     cost = energy_weight·E + time_weight·t + distance_weight·s. alpha: of the potential, in [η_chg, 1/η_dis].
     half_inertia_kg: ½·m·d. limited: any battery limit is held. pareto: dominance needs cost and energy.
-    correcting: reduced costs may be negative (printed model).
+    correcting: reduced costs may be negative (printed model). descent: (M, 2), by link the most that ways on from its
+    tail give back to an entry without speed [J], and the speed below which that isn't known [m/s]. Where cabin or tyres
+    are to be paid from a lead in charge, it counts only as far as that can't fill the battery. (0, 2): it
+    counts in full.
     """
 
     least_energy_j: float
@@ -62,6 +68,7 @@ class SearchRules(NamedTuple):
     pareto: bool
     correcting: bool
     label_limit: int
+    descent: NDArray[np.float64]
 
 
 class GapRules(NamedTuple):

@@ -112,6 +112,57 @@ def links_by_head(head: NDArray[np.int32], first: NDArray[np.int64], link: NDArr
 
 
 @njit(nogil=True, cache=True)
+def least_into(h: Homing, k: int) -> tuple[float, float]:
+    """Compute least energy above the potential [J] and least time [s] of a link, by its place in `into`, and keep them.
+
+    They are no less than the straight line is counted with, so that what a search back settles is final.
+    """
+    least_j, least_s = least_towards_any(
+        h.physics,
+        h.alpha,
+        h.sag_n,
+        h.row,
+        h.roads,
+        h.successor_first,
+        h.successor,
+        h.entry,
+        h.into_link[k],
+    )
+    length_m = h.into[k, INTO_M]
+    least_j, least_s = max(least_j, h.least_a_metre[0] * length_m), max(least_s, h.least_a_metre[1] * length_m)
+    h.into[k, INTO_J], h.into[k, INTO_S] = least_j, least_s  # other searches find both, or compute them too
+    return least_j, least_s
+
+
+@njit(nogil=True, cache=True)
+def lower_levels(h: Homing, power_w: float, level_j: NDArray[np.float64]) -> None:
+    """Lower the level of each node, float64 (N,) [J], to the least of all nodes' levels and the way there together.
+
+    A way takes at least the least costs of its links and power_w for their least times, ≥ 0. The heap of h must have
+    room for all nodes and links. O(M log M).
+    """
+    h = borrowed_homing(h)
+    size = 0
+    for n in range(level_j.size):
+        heap_push(h.heap_key, h.heap_node, size, level_j[n], n)
+        size += 1
+    while size > 0:
+        n, level = h.heap_node[0], h.heap_key[0]
+        heap_drop(h.heap_key, h.heap_node, size)
+        size -= 1
+        if level > level_j[n]:
+            continue
+        for k in range(h.into_first[n], h.into_first[n + 1]):
+            least_j, least_s = least_into(h, k)
+            before = int(h.into[k, INTO_TAIL])
+            lowered = level + least_j + power_w * least_s
+            if lowered < level_j[before]:
+                level_j[before] = lowered
+                heap_push(h.heap_key, h.heap_node, size, lowered, before)
+                size += 1
+
+
+@njit(nogil=True, cache=True)
 def set_out(h: Homing, goal_node: NDArray[np.int64]) -> None:
     """Begin a search back from the nodes at which the goals' links begin; their order among each other is free."""
     h.in_heap[HEAP_SIZE] = 0
@@ -144,7 +195,7 @@ def most_straight(
 @njit(nogil=True, cache=True)
 def cost_to_goal(h: Homing, energy_weight: float, time_weight: float, distance_weight: float, asked: int) -> float:
     """Least cost from a node to the goal, or less where it is far; inf where no road leads there. h: borrowed."""
-    into_first, into, into_link, node = h.into_first, h.into, h.into_link, h.node
+    into_first, into, node = h.into_first, h.into, h.node
     heap_key, heap_node, epoch = h.heap_key, h.heap_node, h.epoch
     size = h.in_heap[HEAP_SIZE]
     radius: float = h.reach[RADIUS]
@@ -170,20 +221,7 @@ def cost_to_goal(h: Homing, energy_weight: float, time_weight: float, distance_w
                 continue
             least_j, least_s = into[k, INTO_J], into[k, INTO_S]
             if math.isnan(least_j + least_s):
-                least_j, least_s = least_towards_any(
-                    h.physics,
-                    h.alpha,
-                    h.sag_n,
-                    h.row,
-                    h.roads,
-                    h.successor_first,
-                    h.successor,
-                    h.entry,
-                    into_link[k],
-                )
-                # no less than the straight line is counted with, so that what is settled is final
-                least_j, least_s = max(least_j, road_j * into[k, INTO_M]), max(least_s, road_s * into[k, INTO_M])
-                into[k, INTO_J], into[k, INTO_S] = least_j, least_s  # other searches find both, or compute them too
+                least_j, least_s = least_into(h, k)
             so_far = cost + energy_weight * least_j + time_weight * least_s + distance_weight * into[k, INTO_M]
             if node[before, NODE_SEEN] != epoch or so_far < node[before, NODE_COST]:
                 node[before, NODE_COST], node[before, NODE_SEEN] = so_far, epoch

@@ -81,7 +81,7 @@ class MatrixRow:
     """All drives from one source, and the work that they took.
 
     alone: entries searched one by one. unproven: those of them that may not be the best, short_by: by how much at most
-    one of them costs more than the least.
+    one of them costs more than the least. unpaid_j: as of SearchCounts, the most of all searches.
     """
 
     entries: tuple[MatrixEntry, ...]
@@ -92,6 +92,7 @@ class MatrixRow:
     alone: int
     unproven: int
     short_by: float
+    unpaid_j: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,7 +125,7 @@ class MatrixSearch:
     """One matrix, searched row by row; safe to share between threads.
 
     sources, targets: where each met the roads, and its positions on both directions of its road. warnings: of the
-    query, given whether a search was crowded.
+    query, given whether a search was crowded, and the most that is unpaid in one.
     """
 
     def __init__(
@@ -133,7 +134,7 @@ class MatrixSearch:
         query: MatrixQuery,
         sources: Sequence[SnappedPlace],
         targets: Sequence[SnappedPlace],
-        warnings: Callable[[RouteQuery, bool], tuple[str, ...]],
+        warnings: Callable[[RouteQuery, bool, float], tuple[str, ...]],
     ) -> None:
         self._search, self._weights = search, query.weights
         self._sources, self._targets = sources, [positions for _, positions in targets]
@@ -166,7 +167,8 @@ class MatrixSearch:
 
     def answer(self, rows: Sequence[MatrixRow]) -> MatrixAnswer:
         """The answer of all rows, in the order of the sources."""
-        warnings = self._warnings(self._query, any(row.crowded for row in rows))
+        crowded, unpaid_j = any(row.crowded for row in rows), max((row.unpaid_j for row in rows), default=0.0)
+        warnings = self._warnings(self._query, crowded, unpaid_j)
         unproven = sum(row.unproven for row in rows)
         if unproven > 0:
             short_by = max(row.short_by for row in rows)
@@ -315,16 +317,20 @@ class _Row:
     alone: int = 0
     unproven: int = 0
     short_by: float = 0.0
+    unpaid_j: float = 0.0
 
     def count(self, counts: SearchCounts) -> None:
         self.labels_made += counts.labels_made
         self.labels_settled += counts.labels_settled
         self.seconds += counts.seconds
         self.crowded |= counts.crowded > 0
+        self.unpaid_j = max(self.unpaid_j, counts.unpaid_j)
 
     def made(self) -> MatrixRow:
         work = (self.labels_made, self.labels_settled, self.seconds)
-        return MatrixRow(tuple(self.entries), *work, self.crowded, self.alone, self.unproven, self.short_by)
+        return MatrixRow(
+            tuple(self.entries), *work, self.crowded, self.alone, self.unproven, self.short_by, self.unpaid_j
+        )
 
 
 def _stay(query: RouteQuery) -> MatrixEntry:

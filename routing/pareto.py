@@ -48,12 +48,16 @@ class ParetoWay:
 
 @dataclass(frozen=True, slots=True)
 class ParetoFront:
-    """Ways by time, what is proven of them, the searches done, and whether one of them relaxed dominance."""
+    """Ways by time, what is proven of them, the searches done, and whether one of them relaxed dominance.
+
+    unpaid_j: as of SearchCounts, the most of all searches.
+    """
 
     ways: tuple[ParetoWay, ...]
     claim: ParetoClaim
     stats: tuple[SearchStats, ...]
     crowded: bool
+    unpaid_j: float
 
 
 class ParetoSearch:
@@ -76,7 +80,7 @@ class ParetoSearch:
         self._bounds = LowerBounds()
         self._ways: dict[tuple[LinkSpan, ...], ParetoWay] = {}
         self._stats: list[SearchStats] = []
-        self._crowded = False
+        self._crowded, self._unpaid_j = False, 0.0
 
     def front(self) -> ParetoFront:
         """Ways that come within ε of every way that keeps the reserve, as few as that takes, and what is proven.
@@ -87,7 +91,7 @@ class ParetoSearch:
         if not eco.spans or not eco.kept:
             what = "no way keeps the reserve on this charge" if eco.spans else "start and goal are the same place"
             claim = ParetoClaim(None, None, 0.0, 1, ParetoProof.NONE, what)
-            return ParetoFront((eco,), claim, tuple(self._stats), self._crowded)
+            return ParetoFront((eco,), claim, tuple(self._stats), self._crowded, self._unpaid_j)
         reference_j = self._reference_j(eco)
         unproven = self._unproven()
         compares = unproven is None and len(self._places) == 2 and is_applicable(self._space.physics)
@@ -114,7 +118,8 @@ class ParetoSearch:
             claim = ParetoClaim(gap, gap * reference_j, reference_j, len(front), proof)
         else:
             claim = ParetoClaim(None, None, reference_j, len(front), ParetoProof.NONE, unproven)
-        return ParetoFront(tuple(front[k] for k in few), claim, tuple(self._stats), self._crowded)
+        ways = tuple(front[k] for k in few)
+        return ParetoFront(ways, claim, tuple(self._stats), self._crowded, self._unpaid_j)
 
     def _eco(self) -> tuple[ParetoWay, bool]:
         """The way of least energy under the battery's limits, and whether it is proven that none uses less."""
@@ -124,7 +129,7 @@ class ParetoSearch:
         if not best.spans:
             return ParetoWay((), best.first, Trade(0.0, 0.0), True, ECO), False
         way = self._driven(best.spans, best.first, ECO)
-        proven = way.kept and self._is_best_by_legs() and not self._crowded
+        proven = way.kept and self._is_best_by_legs() and not self._crowded and self._unpaid_j == 0.0
         if proven:
             self._bounds.add_weighting(ECO, way.trade.energy_j / JOULE_PER_KWH)
         return way, proven
@@ -241,6 +246,7 @@ class ParetoSearch:
 
     def _count(self, counts: SearchCounts, method: str) -> None:
         self._crowded |= counts.crowded > 0
+        self._unpaid_j = max(self._unpaid_j, counts.unpaid_j)
         self._stats.append(SearchStats(counts.labels_made, counts.labels_settled, counts.seconds, method))
 
 

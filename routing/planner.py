@@ -36,7 +36,7 @@ from routing.query import (
 from routing.reverse import BackCharges, ReverseSearch
 from routing.route_answer import no_route, route_of
 from routing.route_search import RouteSearch, charge_limits, method_name
-from routing.search import LOAD_NOISE_N, Limits, LinkPosition, SearchCounts, find_path, reach
+from routing.search import JOULE_PER_KWH, LOAD_NOISE_N, Limits, LinkPosition, SearchCounts, find_path, reach
 from routing.snap import RoadIndex
 from routing.spans import ChainMaker
 from routing.via import WayFinder
@@ -109,17 +109,18 @@ class Planner:
             return self._pareto(query, query.pareto, points, places)
         routes, stats, unproven = [], [], []
         finder = WayFinder(self._search, query, places)
-        crowded = False
+        crowded, unpaid_j = False, 0.0
         for name, weights in query.weightings:
             way = finder.best(weights)
             crowded |= any(found.counts.crowded > 0 for found in way.found)
+            unpaid_j = max(unpaid_j, *(found.counts.unpaid_j for found in way.found), 0.0)
             if way.spans:
                 routes.append(route_of(self._chains, name, weights, query, way.spans, way.first))
             else:
                 routes.append(no_route(self.graph, name, weights, query, points[0]))
             stats.append(_search_stats(way))
             unproven += [f"route {name!r} {note}" for note in way.notes]
-        warnings = self._warnings(query, crowded) + tuple(unproven)
+        warnings = self._warnings(query, crowded, unpaid_j) + tuple(unproven)
         for route in routes:
             if not route.feasible and route.weights != ECO and query.stop_rule is not StopRule.COUNTED:
                 warnings += (f"no route reaches the goal on this charge: {route.name!r} shows the least-energy way",)
@@ -155,7 +156,7 @@ class Planner:
             else no_route(self.graph, name, way.weights, query, points[0])
             for name, way in zip(names_of(front.ways), front.ways, strict=True)
         )
-        warnings = self._warnings(query, front.crowded)
+        warnings = self._warnings(query, front.crowded, front.unpaid_j)
         if front.claim.unproven is not None:
             warnings += (f"nothing is proven of this Pareto set: {front.claim.unproven}",)
         elif front.claim.epsilon_frac is not None and front.claim.epsilon_frac > settings.epsilon_frac:
@@ -203,7 +204,8 @@ class Planner:
         counts = max((made for _, made in searched.values()), key=lambda made: made.labels_made)
         method = method_name(counts, pareto=False) + ("" if query.trip is Trip.OUT else f"-{query.trip.value}")
         stats = SearchStats(counts.labels_made, counts.labels_settled, counts.seconds, method)
-        warnings = self._warnings(query, counts.crowded > 0) + self._cold_starts(query)
+        unpaid_j = max(made.unpaid_j for _, made in searched.values())
+        warnings = self._warnings(query, counts.crowded > 0, unpaid_j) + self._cold_starts(query)
         return RangeAnswer(origin, bands, stats, warnings)
 
     def _energies(
@@ -228,7 +230,7 @@ class Planner:
         energies, back = self._reverse.way_back(space, places).round_trip(charges, reached)
         out = reached.counts
         made, settled = out.labels_made + back.labels_made, out.labels_settled + back.labels_settled
-        return energies, SearchCounts(made, settled, out.seconds + back.seconds, False, 0, out.crowded)
+        return energies, SearchCounts(made, settled, out.seconds + back.seconds, False, 0, out.crowded, out.unpaid_j)
 
     def _cold_starts(self, query: RangeQuery) -> tuple[str, ...]:
         """What is to be said of ways back that begin cold."""
@@ -278,7 +280,7 @@ class Planner:
         """The chain of links that stretches of links make; raises LinkError as simulate does."""
         return self._chains.chain(spans, settings)
 
-    def _warnings(self, query: RouteQuery | RangeQuery, crowded: bool) -> tuple[str, ...]:
+    def _warnings(self, query: RouteQuery | RangeQuery, crowded: bool, unpaid_j: float) -> tuple[str, ...]:
         warnings = []
         meta = self.graph.meta
         if meta.terrain is Terrain.ABSENT:
@@ -298,6 +300,11 @@ class Planner:
             warnings.append("combustion vehicle: energies are fuel energy, soc is the share of the tank")
         if crowded:
             warnings.append("very many short links: dominance was relaxed, a route some Wh better may exist")
+        if unpaid_j > 0.0:
+            warnings.append(
+                "the battery fills up while cabin or tyres warm up: a better way, or one that just keeps the reserve, "
+                f"could take at most {unpaid_j / JOULE_PER_KWH:.2g} kWh less"
+            )
         return tuple(warnings)
 
 

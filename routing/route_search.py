@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -140,10 +140,11 @@ class RouteSearch:
             )
 
         path: FoundPath | None = None
-        free_cost = 0.0
+        free_cost = unpaid_j = 0.0
         in_charge = leg.soc_frac >= leg.reserve_frac
         if energy_only and in_charge:
             path, counts = find(weights, limits)
+            unpaid_j = counts.unpaid_j
         elif not energy_only:
             # without limits costs add up, so that the search is simpler; most often its path keeps the limits anyway
             free, counts = find(weights, Limits())
@@ -151,6 +152,7 @@ class RouteSearch:
             free_cost = 0.0 if free is None else free.cost
             if free is not None and not self._keeps(query, free, leg, limits, weights.energy):
                 path, counts = find(ECO, limits) if in_charge else (None, counts)
+                unpaid_j = counts.unpaid_j
                 if path is not None:
                     try:
                         best, counts = find(weights, limits, pareto=True)
@@ -163,6 +165,7 @@ class RouteSearch:
         path, counts = find(ECO if not energy_only else weights, Limits())
         if path is None:
             raise NoPathError(f"no permitted way leads from {leg.name}")
+        counts = replace(counts, unpaid_j=unpaid_j)  # that nothing keeps the limits is no better proven than this
         return BestPath(path, counts, method_name(counts, pareto=False), free_cost=free_cost)
 
     def _nearly_best(

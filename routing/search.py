@@ -6,8 +6,8 @@ import math
 import threading
 import time
 from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
@@ -30,7 +30,7 @@ from routing.kernels_gap import GapRules, SearchRules
 from routing.stops import link_stops
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -46,6 +46,13 @@ METRE_PER_KM: Final = 1000.0
 LOAD_NOISE_N: Final = 1e-9  # a road load that is lifted to 0 may miss it by rounding
 SAME_OFFSET_M: Final = 1e-6  # of goals on one link that a search need not tell apart
 WORKSPACES_KEPT: Final = 4
+# beyond these a search from a nearly full battery gives up its proof, and the answer names a bound instead
+STRICT_LABELS_PER_LINK: Final = 8
+STRICT_LABELS: Final = 20_000
+
+NO_DESCENT: Final = np.empty((0, 2))  # leads in charge count in full
+
+Found = TypeVar("Found")
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +75,19 @@ class SearchSpace:
     def conserving(self) -> bool:
         """Whether no link gives back more than height and speed hold, so that labels can be set (lemma 1)."""
         return not self.physics.printed and self.least_load_n >= -LOAD_NOISE_N
+
+    def still_due_j(self, clock_s: float) -> float:
+        """Most that an earlier drive may yet pay more than a later one while cabin and tyres warm up (lemma 8) [J].
+
+        clock_s: time since departure at which the earlier one is, or any before it [s].
+        """
+        due_j, tyre_s = 0.0, self.physics.tyre_time_s
+        if self.gap.cabin_start_w > 0.0:
+            due_j += self.gap.cabin_start_w * self.gap.cabin_time_s * math.exp(-clock_s / self.gap.cabin_time_s)
+        if tyre_s > 0.0:
+            cold_w = float(self.bounds[kernels_gap.WARM_UP_W, 0]) * math.exp(-clock_s / tyre_s)
+            due_j += tyre_s * max(cold_w, float(self.bounds[kernels_gap.WARM_LATE_W, 0]))
+        return due_j
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +126,11 @@ class FoundPath:
 
 @dataclass(frozen=True, slots=True)
 class SearchCounts:
-    """Work done by one search."""
+    """Work done by one search.
+
+    unpaid_j: 0 where the answer is proven although the battery fills up while cabin or tyres warm up; otherwise what
+    they could still take then, by which at most a better way may take less or keep the reserve more narrowly [J].
+    """
 
     labels_made: int
     labels_settled: int
@@ -114,6 +138,7 @@ class SearchCounts:
     label_correcting: bool
     reduced_below_zero: int
     crowded: int
+    unpaid_j: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -294,6 +319,32 @@ def _rules(space: SearchSpace, weights: Weights, limits: Limits, pareto: bool, l
         pareto=pareto,
         correcting=not space.conserving,
         label_limit=label_limit,
+        descent=NO_DESCENT,
+    )
+
+
+def _proven(
+    space: SearchSpace, rules: SearchRules, search: Callable[[SearchRules], tuple[Found, SearchCounts]]
+) -> tuple[Found, SearchCounts]:
+    """What a search finds, searched again with safe leads alone where the battery filled up while something warms up.
+
+    Where that makes too many labels, or lemma 1 doesn't hold, it is what the first one found, with a bound.
+    """
+    found, counts = search(rules)
+    if counts.unpaid_j == 0.0 or rules.correcting:
+        return found, counts
+    most = min(rules.label_limit, STRICT_LABELS_PER_LINK * space.arrays.length_m.size + STRICT_LABELS)
+    began = time.perf_counter()
+    try:
+        found, strict = search(rules._replace(descent=space.guide.descent(), label_limit=most))
+    except SearchLimitError as error:
+        seconds = counts.seconds + time.perf_counter() - began
+        return found, replace(counts, labels_made=counts.labels_made + error.labels, seconds=seconds)
+    return found, replace(
+        strict,
+        labels_made=counts.labels_made + strict.labels_made,
+        labels_settled=counts.labels_settled + strict.labels_settled,
+        seconds=counts.seconds + strict.seconds,
     )
 
 
@@ -311,7 +362,7 @@ def _run(
     began = _begin(space, rules, ws, starts, begin_s)
     ws, status = _settle(space, rules, ws, goals, lent, homing, epoch)
     _check_settled(status, space, ws, pool, rules, epoch)
-    counts = _counts(ws, rules, began)
+    counts = _counts(space, ws, rules, began)
     return ws, epoch, int(ws.counter[kernels.GOAL]), counts
 
 
@@ -320,7 +371,7 @@ def _begin(
 ) -> float:
     """Put the starts into the heap of a workspace; what the clock says [s]."""
     ws.counter[:] = 0
-    ws.counter[kernels.GOAL] = ws.counter[kernels.CYCLE] = -1
+    ws.counter[[kernels.GOAL, kernels.CYCLE, kernels.REFUSED_S]] = -1
     began = time.perf_counter()
     for start in starts:
         kernels.start_label(space.arrays, space.physics, rules, ws, start.link_idx, start.offset_m, begin_s)
@@ -376,7 +427,9 @@ def _check_settled(
         raise SearchLimitError(made, rules.label_limit)
 
 
-def _counts(ws: Workspace, rules: SearchRules, began: float) -> SearchCounts:
+def _counts(space: SearchSpace, ws: Workspace, rules: SearchRules, began: float) -> SearchCounts:
+    refused_s = int(ws.counter[kernels.REFUSED_S])
+    safe = refused_s < 0 or rules.descent.size > 0
     return SearchCounts(
         labels_made=int(ws.counter[kernels.LABELS]),
         labels_settled=int(ws.counter[kernels.SETTLED]),
@@ -384,6 +437,7 @@ def _counts(ws: Workspace, rules: SearchRules, began: float) -> SearchCounts:
         label_correcting=bool(rules.correcting),
         reduced_below_zero=int(ws.counter[kernels.REDUCED_BELOW_ZERO]),
         crowded=int(ws.counter[kernels.CROWDED]),
+        unpaid_j=0.0 if safe else space.still_due_j(refused_s),
     )
 
 
@@ -410,11 +464,15 @@ def find_path(
     directed = directed and 0 < len(goals) <= MOST_GOALS and not rules.correcting
     homing = pool.directed(space, starts, goals) if directed else nullcontext(space.guide.undirected)
     with space.drives.lent() as lent, homing as bound:
-        ws, epoch, goal, counts = _run(space, pool, rules, starts, goals, lent, bound, begin_s)
-    try:
-        return (None if goal < 0 else _unpack(ws, goal, goals, begin_s)), counts
-    finally:
-        pool.give_back(ws, epoch)
+
+        def search(by: SearchRules) -> tuple[FoundPath | None, SearchCounts]:
+            ws, epoch, goal, counts = _run(space, pool, by, starts, goals, lent, bound, begin_s)
+            try:
+                return (None if goal < 0 else _unpack(ws, goal, goals, begin_s)), counts
+            finally:
+                pool.give_back(ws, epoch)
+
+        return _proven(space, rules, search)
 
 
 def _unpack(ws: Workspace, goal: int, goals: Sequence[LinkPosition], begin_s: float) -> FoundPath:
@@ -452,13 +510,18 @@ def reach(
     from routing.query import ECO
 
     rules = _rules(space, ECO, limits, False, label_limit)
-    node_energy, link_reach = np.full(node_count, np.inf), np.full(head.size, -1.0)
     with space.drives.lent() as lent:  # the labels have states of this table
-        ws, epoch, _, counts = _run(space, pool, rules, starts, (), lent, space.guide.undirected)
-        try:
-            arrivals(space.arrays, space.physics, rules, ws, lent.table, lent.fills, head, node_energy, link_reach)
-        finally:
-            pool.give_back(ws, epoch)
+
+        def search(by: SearchRules) -> tuple[tuple[NDArray[np.float64], NDArray[np.float64]], SearchCounts]:
+            node_energy, link_reach = np.full(node_count, np.inf), np.full(head.size, -1.0)
+            ws, epoch, _, counts = _run(space, pool, by, starts, (), lent, space.guide.undirected)
+            try:
+                arrivals(space.arrays, space.physics, by, ws, lent.table, lent.fills, head, node_energy, link_reach)
+            finally:
+                pool.give_back(ws, epoch)
+            return (node_energy, link_reach), counts
+
+        (node_energy, link_reach), counts = _proven(space, rules, search)
     return Reach(node_energy, link_reach, limits.most_energy_j, counts)
 
 
@@ -483,22 +546,39 @@ def find_paths(
     for k, goals in enumerate(targets):
         for goal in goals:
             targets_at.setdefault(goal.link_idx, []).append((goal.offset_m, k))
+    with space.drives.lent() as lent:
+
+        def search(by: SearchRules) -> tuple[list[FoundPath | None], SearchCounts]:
+            return _run_to_all(space, pool, by, starts, targets, targets_at, lent)
+
+        return _proven(space, rules, search)
+
+
+def _run_to_all(
+    space: SearchSpace,
+    pool: WorkspacePool,
+    rules: SearchRules,
+    starts: Sequence[LinkPosition],
+    targets: Sequence[Sequence[LinkPosition]],
+    targets_at: Mapping[int, Sequence[tuple[float, int]]],
+    lent: LentDrives,
+) -> tuple[list[FoundPath | None], SearchCounts]:
+    """One search that ends when all targets are settled; targets_at: by link, how far along it which of them is [m]."""
     found = [-1] * len(targets)
     ws, epoch = pool.take()
     began = _begin(space, rules, ws, starts)
     status = kernels.FOUND
-    with space.drives.lent() as lent:
-        while status == kernels.FOUND and -1 in found:
-            missing = [goal for label, goals in zip(found, targets, strict=True) if label < 0 for goal in goals]
-            ws, status = _settle(space, rules, ws, missing, lent, space.guide.undirected, epoch)
-            for label in _labels_at_goals(ws, rules):
-                link_idx, offset_m = _goal_place(ws, label)
-                for at_m, k in targets_at[link_idx]:
-                    if found[k] < 0 and abs(at_m - offset_m) < SAME_OFFSET_M:
-                        found[k] = label
-            ws.counter[kernels.GOAL] = -1
+    while status == kernels.FOUND and -1 in found:
+        missing = [goal for label, goals in zip(found, targets, strict=True) if label < 0 for goal in goals]
+        ws, status = _settle(space, rules, ws, missing, lent, space.guide.undirected, epoch)
+        for label in _labels_at_goals(ws, rules):
+            link_idx, offset_m = _goal_place(ws, label)
+            for at_m, k in targets_at[link_idx]:
+                if found[k] < 0 and abs(at_m - offset_m) < SAME_OFFSET_M:
+                    found[k] = label
+        ws.counter[kernels.GOAL] = -1
     _check_settled(status, space, ws, pool, rules, epoch)
-    counts = _counts(ws, rules, began)
+    counts = _counts(space, ws, rules, began)
     try:
         return [None if goal < 0 else _unpack(ws, goal, targets[k], 0.0) for k, goal in enumerate(found)], counts
     finally:

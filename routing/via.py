@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
 from energy.battery import JOULE_PER_WH, soc_along
-from routing.kernels_gap import TYRE_TIME_S, WARM_LATE_W, WARM_UP_W
 from routing.query import ECO
 from routing.route_search import Leg, cost_of
 from routing.search import JOULE_PER_KWH
@@ -156,16 +154,11 @@ class WayFinder:
     def _still_warming(self, weights: Weights, way: Way) -> tuple[str, ...]:
         """Most that a better way could take less because cabin and tyres warm up (docs/search.md, lemma 9)."""
         space = self._search.space_of(self._query, self._query.vehicle)
-        cabin_s, tyre_s = space.gap.cabin_time_s, float(space.bounds[TYRE_TIME_S, 0])
-        bound_j = 0.0
-        for k in range(1, len(way.first) - 1):
-            if not way.first[k + 1] > way.first[k] > 0:
-                continue
-            if space.gap.cabin_start_w > 0.0:
-                bound_j += space.gap.cabin_start_w * cabin_s * math.exp(-way.clock_s[k] / cabin_s)
-            if tyre_s > 0.0:
-                cold_w = float(space.bounds[WARM_UP_W, 0]) * math.exp(-way.clock_s[k] / tyre_s)
-                bound_j += tyre_s * max(cold_w, float(space.bounds[WARM_LATE_W, 0]))
+        bound_j = sum(
+            space.still_due_j(way.clock_s[k])
+            for k in range(1, len(way.first) - 1)
+            if way.first[k + 1] > way.first[k] > 0
+        )
         if bound_j * weights.energy == 0.0:
             return ()
         return (

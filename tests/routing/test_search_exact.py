@@ -20,7 +20,6 @@ from energy.stops import StopSettings
 from energy.vehicle import Vehicle
 from routing.errors import SearchLimitError
 from routing.graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
-from routing.kernels_gap import WARM_UP_W
 from routing.networkx_graph import to_networkx
 from routing.query import ECO, Weights
 from routing.reference import EnergySearch
@@ -227,16 +226,6 @@ def test_search_with_learned_effects_equals_twin_and_enumeration(graph, car, wei
     assert counts.reduced_below_zero == 0
 
 
-def lost_to_a_full_battery_j(space, limits):
-    """Most that colder tyres of an earlier label can still take after a full battery has taken its lead in charge.
-
-    docs/search.md, what is not covered.
-    """
-    if limits.least_energy_j == -math.inf:
-        return 0.0
-    return float(space.bounds[WARM_UP_W, 0]) * space.physics.tyre_time_s
-
-
 def compare(graph, car, weights, limits, rule, sky, data):
     start_link = data.draw(st.integers(0, graph.link_count - 1))
     goal_link = data.draw(st.integers(0, graph.link_count - 1))
@@ -259,14 +248,14 @@ def compare(graph, car, weights, limits, rule, sky, data):
         TWIN_LABELS,
     )
     label = answered(twin.route, [(edges[start_link], start.offset_m)], [(edges[goal_link], goal.offset_m)])
-    slack = 1e-9 + weights.energy * lost_to_a_full_battery_j(space, limits) / JOULE_PER_KWH
-    assert found == pytest.approx(math.inf if label is None else label.cost, rel=1e-9, abs=slack)
+    assert counts.unpaid_j == 0.0
+    assert found == pytest.approx(math.inf if label is None else label.cost, rel=1e-9, abs=1e-9)
 
     depth = 9 if graph.link_count <= 6 else 7
     enumerated = cheapest_by_enumeration(graph, space, weights, limits, start, goal, depth)
-    assert found <= enumerated + slack
+    assert found <= enumerated + 1e-9
     if path is None or len(path.links) <= depth:
-        assert found == pytest.approx(enumerated, rel=1e-9, abs=slack)
+        assert found == pytest.approx(enumerated, rel=1e-9, abs=1e-9)
     return counts
 
 
@@ -299,9 +288,9 @@ def compare_reach(graph, car, limits, rule):
         TWIN_LABELS,
     )
     expected = answered(twin.energy_to_nodes, [(edges[0], start.offset_m)])
-    slack_j = 1e-3 + lost_to_a_full_battery_j(space, limits)
+    assert reached.counts.unpaid_j == 0.0
     for idx, node in enumerate(graph.node_id.tolist()):
-        assert reached.node_energy_j[idx] == pytest.approx(expected.get(node, math.inf), rel=1e-9, abs=slack_j)
+        assert reached.node_energy_j[idx] == pytest.approx(expected.get(node, math.inf), rel=1e-9, abs=1e-3)
 
 
 def test_lead_in_energy_that_a_full_battery_takes_does_not_outweigh_the_time_it_cost():

@@ -15,14 +15,16 @@ from hypothesis import strategies as st
 
 from energy.chain import LinkModel, StopRule
 from energy.conditions import STILL, Conditions, EffectCoefficients
+from energy.kernels_force import cabin_energy_j
 from energy.stops import StopSettings
 from energy.vehicle import Vehicle
 from energy.vehicle_files import load_vehicles
 from routing.graph import RoadGraph
 from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
-from routing.kernels_gap import WARM_UP_W
-from routing.query import ECO, Weights
-from routing.search import JOULE_PER_KWH, Limits, LinkPosition, WorkspacePool, find_path, reach, search_space
+from routing.kernels_gap import DESCENT_J, DESCENT_MPS
+from routing.planner import Planner
+from routing.query import ECO, Point, RangeQuery, Weights
+from routing.search import Limits, LinkPosition, WorkspacePool, find_path, potential_share, reach, search_space
 from tests.routing.expanded_states import StateGraph
 from tests.routing.test_search_exact import (
     LEARNED,
@@ -48,17 +50,6 @@ CLIMATE = [
 drawn = settings(max_examples=80, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
-def lost_to_a_full_battery_j(space, limits):
-    """Most that a cabin or tyres can still take after a full battery has taken the lead that was to pay for it.
-
-    docs/search-proof.md, what is not proven.
-    """
-    if limits.least_energy_j == -math.inf:
-        return 0.0
-    p = space.physics
-    return p.cabin_start_w * p.cabin_time_s + float(space.bounds[WARM_UP_W, 0]) * p.tyre_time_s
-
-
 def compare_routes(graph, car, weights, limits, rule, sky, data):
     """A search's cost to two places against the cheapest of all ways of so many links, and of all if that is whole."""
     space = search_space(graph, car, LinkModel.INTEGRATED, rule, StopSettings(), sky)
@@ -68,13 +59,13 @@ def compare_routes(graph, car, weights, limits, rule, sky, data):
     fronts = states.fronts([start], MOST_LINKS, MOST_LABELS)
     pareto = limits.held and (weights.time > 0.0 or weights.distance > 0.0)
     pool = WorkspacePool(graph.link_count)
-    slack = 1e-9 + weights.energy * lost_to_a_full_battery_j(space, limits) / JOULE_PER_KWH
     for goal_link in data.draw(st.lists(st.integers(0, graph.link_count - 1), min_size=2, max_size=2)):
         goal = LinkPosition(goal_link, float(graph.length_m[goal_link]) * data.draw(st.sampled_from((0.7, 1.0))))
         path, counts = find_path(space, pool, weights, limits, [start], [goal], pareto=pareto)
         assert counts.reduced_below_zero == 0
+        assert counts.unpaid_j == 0.0
         found, expected = math.inf if path is None else path.cost, states.cheapest(fronts, goal)
-        assert found <= expected + slack
+        assert found <= expected + 1e-9
         if fronts.whole or (path is not None and len(path.links) <= fronts.links):
             assert found >= expected or found == pytest.approx(expected, rel=1e-9, abs=1e-9)
 
@@ -136,8 +127,8 @@ def compare_nodes(graph, car, rule, limits, sky, start, most_labels=200_000):
     at_link = states.arrivals_at_ends(fronts)
     np.minimum.at(least, graph.head[list(at_link)], list(at_link.values()))
     there = np.isfinite(least)
-    slack_j = 1e-3 + lost_to_a_full_battery_j(space, limits)
-    assert (reached.node_energy_j[there] <= least[there] + slack_j).all()
+    assert reached.counts.unpaid_j == 0.0
+    assert (reached.node_energy_j[there] <= least[there] + 1e-3).all()
     if fronts.whole:
         assert (reached.node_energy_j >= least * (1.0 - 1e-9 * np.sign(least)) - 1e-3).all()
     return int(there.sum()), fronts.whole
@@ -177,3 +168,67 @@ def test_every_node_near_a_pass_while_warming_up_costs_what_bellman_ford_says(an
         start = LinkPosition(link, 0.0)
         whole += compare_nodes(graph, car, StopRule.EXPECTED, limits, sky, start, most_labels=2500)[1]
     assert whole >= 3
+
+
+HOT = CLIMATE[1]
+
+
+@pytest.fixture(scope="module")
+def envalira(andorra: RoadGraph) -> RoadGraph:
+    """Links around a pass."""
+    return cut_out(andorra, *PASS, 120)
+
+
+@pytest.mark.shared_data
+def test_reach_whose_proof_takes_too_many_labels_is_within_what_it_says_of_the_least(envalira, cars):
+    graph = envalira
+    space = search_space(graph, cars[KONA], LinkModel.INTEGRATED, StopRule.EXPECTED, StopSettings(), HOT)
+    pool, limits, away = WorkspacePool(graph.link_count), Limits(0.0, math.inf), []
+    for link in (int(np.argmax(graph.node_height_m[graph.tail])), graph.link_count // 2):
+        ask = (space, pool, limits, [LinkPosition(link, 0.0)], graph.head, graph.node_count)
+        exact, hasty = reach(*ask), reach(*ask, label_limit=400)
+        assert exact.counts.unpaid_j == 0.0
+        there = np.isfinite(exact.node_energy_j)
+        assert np.isfinite(hasty.node_energy_j[there]).all()
+        above_j = hasty.node_energy_j[there] - exact.node_energy_j[there]
+        assert (above_j >= -1e-3).all()
+        assert (above_j <= hasty.counts.unpaid_j + 1e-3).all()
+        away.append(float(above_j.max()))
+    assert max(away) > 100.0
+
+
+@pytest.mark.shared_data
+def test_range_whose_proof_takes_too_many_labels_says_so(envalira, cars):
+    graph = envalira
+    top = int(np.argmax(graph.node_height_m))
+    query = RangeQuery(
+        origin=Point(float(graph.node_lat_deg[top]), float(graph.node_lon_deg[top])),
+        soc_frac=1.0,
+        vehicle=cars[KONA],
+        reserve_soc_frac=0.99,
+        conditions=HOT,
+    )
+    (said,) = (text for text in Planner(graph, label_limit=400).range(query).warnings if "battery fills up" in text)
+    assert 0.0 < float(said.split("at most ")[1].split()[0]) < 1.0
+    assert not any("battery fills up" in text for text in Planner(graph).range(query).warnings)
+
+
+@drawn
+@given(maps(), vehicles, rules, st.sampled_from([STILL, *WEATHER, *CLIMATE]), st.sampled_from(LEARNED), st.data())
+def test_no_way_on_gives_back_more_than_the_descent_from_its_link(graph, car, rule, sky, learned, data):
+    space = search_space(graph, replace(car, effects=learned), LinkModel.INTEGRATED, rule, StopSettings(), sky)
+    states, descent, p = StateGraph(graph, space, Limits(), ECO), space.guide.descent(), space.physics
+    alpha = potential_share(p) * space.half_inertia_kg
+    state, used, clock, entered = (data.draw(st.integers(0, graph.link_count - 1)), 0.0, 0.0, 0.0), 0.0, 0.0, []
+    for _ in range(10):
+        ways = states._transitions(state, clock)
+        if not ways:
+            break
+        energy, time, _, state = ways[data.draw(st.integers(0, len(ways) - 1))]
+        used += energy + cabin_energy_j(p, clock, clock + time)
+        clock += time
+        link, v, stopped, _ = state
+        for before, most in entered:
+            assert before - used <= most + 1e-6 * (1.0 + most)
+        if v >= descent[link, DESCENT_MPS]:
+            entered.append((used, float(descent[link, DESCENT_J]) + alpha * (1.0 - stopped) * v * v))
