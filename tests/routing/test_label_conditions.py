@@ -80,7 +80,9 @@ def settled(graph: RoadGraph, space: SearchSpace, limits: Limits, weights: Weigh
     pareto = limits.held and (weights.time > 0.0 or weights.distance > 0.0)
     rules = search._rules(space, weights, limits, pareto, 5_000_000)
     with space.drives.lent() as lent:
-        ws, _, goal, counts = search._run(space, WorkspacePool(graph.link_count), rules, [start], (), lent)
+        ws, _, goal, counts = search._run(
+            space, WorkspacePool(graph.link_count), rules, [start], (), lent, space.guide.undirected
+        )
     assert goal == -1
     made = int(ws.counter[kernels.LABELS])
     by_link: dict[int, list[int]] = {}
