@@ -6,10 +6,11 @@ import itertools
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from energy.battery import JOULE_PER_WH, soc_along
@@ -24,6 +25,11 @@ from routing.graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain,
 from routing.planner import Planner
 from routing.query import BALANCED, ECO, FASTEST, LinkSpan, Point, RouteQuery, Weights
 from routing.via import WayFinder
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from energy.vehicle import Vehicle
 
 pytestmark = pytest.mark.nojit
 
@@ -53,7 +59,7 @@ DRAGLESS = replace(
 )
 
 
-def ring_map() -> RoadGraph:
+def ring_map(heights_m: Sequence[float] = HEIGHTS_M) -> RoadGraph:
     lon, lat = (np.rint((np.array(PLACES) * STEP).T + np.array([[WEST], [SOUTH]]) * 1e7)).astype(np.int64)
     tail, head = (np.array(side, np.int32) for side in zip(*LINKS, strict=True))
     n = len(LINKS)
@@ -62,7 +68,7 @@ def ring_map() -> RoadGraph:
     return assemble_graph(
         GraphMeta("ring", "test", "none", "none", Terrain.SYNTHETIC, "drawn", 0.0, (0.0,) * 4),
         ("Street",),
-        LooseNodes(lat / 1e7, lon / 1e7, np.array(HEIGHTS_M), np.arange(len(PLACES))),
+        LooseNodes(lat / 1e7, lon / 1e7, np.array(heights_m), np.arange(len(PLACES))),
         LooseLinks(
             tail=tail,
             head=head,
@@ -87,6 +93,11 @@ def planner() -> Planner:
     return Planner(ring_map())
 
 
+@pytest.fixture(scope="module")
+def level_planner() -> Planner:
+    return Planner(ring_map([400.0] * len(PLACES)))
+
+
 def along(a: int, b: int, share: float) -> Point:
     """A place on the straight line between two nodes."""
     (east_a, north_a), (east_b, north_b) = PLACES[a], PLACES[b]
@@ -94,8 +105,16 @@ def along(a: int, b: int, share: float) -> Point:
     return Point(SOUTH + north * STEP / 1e7, WEST + east * STEP / 1e7)
 
 
+AHEAD_OF_A_CREST = (along(3, 2, 0.5), along(3, 2, 0.9375), along(2, 1, 0.5))  # start, via point, goal
+
+
 def ask(start: Point, goal: Point, *via: Point, soc: float = 0.8, car=KONA, **changes) -> RouteQuery:
     return replace(RouteQuery(start, goal, soc, car, via=via), **changes)
+
+
+def lost_in_a_stop_j(car: Vehicle, speed_mps: float) -> float:
+    """Kinetic energy of a speed, less what is left of it once it was recuperated and given back."""
+    return (1.0 / car.drive_eff - car.recuperation_eff) * 0.5 * car.mass_kg * car.rotating_mass_coef * speed_mps**2
 
 
 def route(planner: Planner, query: RouteQuery):
@@ -174,16 +193,46 @@ def test_route_over_via_points_is_what_its_links_give_in_order(planner, places, 
     assert ends[-1] == len(found.geometry) - 1
 
 
-@settings(max_examples=25, deadline=None)
-@given(spots, spots, spots)
-def test_via_point_never_takes_less_than_going_straight_where_slow_is_not_cheap(planner, start, via, goal):
-    # a stop saves drag, and where a table of accelerations falls it may even save time: this car has neither
+def without_and_with(planner: Planner, start: Point, via: Point, goal: Point):
+    """Thriftiest, fastest and shortest routes straight to the goal, and over a via point.
+
+    A stop saves drag, and where a table of accelerations falls it may even save time: this car has neither.
+    """
     weightings = (("eco", ECO), ("fastest", FASTEST), ("shortest", Weights(0.0, 0.0, 1.0)))
     query = ask(start, goal, car=DRAGLESS, stop_rule=StopRule.NONE, weightings=weightings)
-    free, over = (planner.route(replace(query, via=places)).routes for places in ((), (via,)))
+    return (planner.route(replace(query, via=places)).routes for places in ((), (via,)))
+
+
+@settings(max_examples=25, deadline=None)
+@given(spots, spots, spots)
+def test_via_point_on_level_roads_never_takes_less_where_slow_is_not_cheap(level_planner, start, via, goal):
+    free, over = without_and_with(level_planner, start, via, goal)
     assert over[0].energy_j >= free[0].energy_j - 1e-6
     assert over[1].duration_s >= free[1].duration_s - 1e-9
     assert over[2].distance_m >= free[2].distance_m - 1e-6
+
+
+@settings(max_examples=25, deadline=None)
+@given(spots, spots, spots)
+@example(*AHEAD_OF_A_CREST)
+def test_via_point_on_hills_saves_at_most_what_a_stop_loses(planner, start, via, goal):
+    free, over = without_and_with(planner, start, via, goal)
+    assert over[0].energy_j >= free[0].energy_j - lost_in_a_stop_j(DRAGLESS, 90.0 / 3.6)
+    assert over[1].duration_s >= free[1].duration_s - 1e-9
+    assert over[2].distance_m >= free[2].distance_m - 1e-6
+
+
+def test_via_point_ahead_of_a_crest_saves_driving_up_what_the_descent_gives(planner):
+    free, over = (eco for eco, *_ in without_and_with(planner, *AHEAD_OF_A_CREST))
+    assert [way(planner, route) for route in (free, over)] == [[(3, 2), (2, 1)], [(3, 2), (3, 2), (2, 1)]]
+    # 96 m after the stop the crest is passed at 14 m/s instead of 25: less speed is gained uphill and more downhill,
+    # where gaining it takes less than 1/η_dis as the brakes would have to hold the car
+    assert over.links[1].to_m - over.links[1].from_m == pytest.approx(96.5, abs=0.1)
+    up, down = (sum(link.result.energy_j for link in links) for links in (over.links[:2], over.links[2:]))
+    saved_up_j, more_down_j = free.links[0].result.energy_j - up, down - free.links[1].result.energy_j
+    assert 0.0 < more_down_j < saved_up_j
+    assert free.energy_j - over.energy_j == pytest.approx(saved_up_j - more_down_j, rel=1e-6)
+    assert saved_up_j - more_down_j < lost_in_a_stop_j(DRAGLESS, 25.0)
 
 
 @pytest.mark.parametrize("car", [KONA, I3])
@@ -194,9 +243,7 @@ def test_via_point_on_the_way_adds_the_stop_alone(planner, car):
     assert over.distance_m == pytest.approx(free.distance_m, rel=1e-12)
     assert (over.climb_m, over.descent_m) == pytest.approx((free.climb_m, free.descent_m))
     assert over.duration_s > free.duration_s
-    moving_j = 0.5 * car.mass_kg * car.rotating_mass_coef * (30.0 / 3.6) ** 2
-    lost_j = (1.0 / car.drive_eff - car.recuperation_eff) * moving_j
-    assert 0.0 < over.energy_j - free.energy_j < 1.5 * lost_j
+    assert 0.0 < over.energy_j - free.energy_j < 1.5 * lost_in_a_stop_j(car, 30.0 / 3.6)
 
 
 def test_order_of_via_points_is_that_asked(planner):
