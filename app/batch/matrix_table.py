@@ -5,8 +5,6 @@ from __future__ import annotations
 import csv
 from typing import TYPE_CHECKING, Any, Final
 
-from app.commands.output import CommandError
-
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
     from pathlib import Path
@@ -17,13 +15,6 @@ if TYPE_CHECKING:
 FIGURES: Final = (
     *("feasible", "energy_kwh", "duration_s", "distance_m", "soc_end", "soc_min", "deficit_kwh", "reason"),
 )
-KINDS: Final = (".csv", ".parquet")
-
-
-def check_table_name(out: Path) -> None:
-    """Raise CommandError on a file name of a kind that is not written."""
-    if out.suffix.lower() not in KINDS:
-        raise CommandError(f"--out is {str(out)!r}, allowed: a name that ends in {' or '.join(KINDS)}")
 
 
 def write_pairs(

@@ -61,8 +61,17 @@ def _json_rows(path: Path) -> Iterator[RequestRow]:
             if not isinstance(body, dict):
                 yield RequestRow(number, None, None, "not valid JSON: it must be an object")
                 continue
-            row_id = body.pop(ID, None)
-            yield RequestRow(number, None if row_id is None else str(row_id), body)
+            yield _named_row(number, body.pop(ID, None), body)
+
+
+def _named_row(number: int, row_id: object, body: dict[str, Any]) -> RequestRow:
+    """A row by its id: a text, or the JSON of what is none."""
+    text = None if row_id is None else row_id if isinstance(row_id, str) else json.dumps(row_id)
+    try:
+        (text or "").encode("utf-8")
+    except UnicodeEncodeError:  # half of a surrogate pair, which no file of results could hold
+        return RequestRow(number, None, None, "its id is not valid Unicode")
+    return RequestRow(number, text, body)
 
 
 def _csv_rows(path: Path) -> Iterator[RequestRow]:

@@ -14,6 +14,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 PARQUET: Final = ".parquet"
+ROUTE_KINDS: Final = (*JSON_LINES, PARQUET)
+PAIR_KINDS: Final = (".csv", PARQUET)
 ROWS_A_GROUP: Final = 10_000
 # name and Arrow type of each column of a Parquet file of routes, one line a route
 COLUMNS: Final[Mapping[str, str]] = {
@@ -44,11 +46,19 @@ GEO: Final = {  # GeoParquet 1.0.0
 
 
 def is_flat(out: Path) -> bool:
-    """Whether results go to a file of flat records; raises CommandError on a name of another kind."""
-    suffix = out.suffix.lower()
-    if suffix not in (*JSON_LINES, PARQUET):
-        raise CommandError(f"--out is {str(out)!r}, allowed: a name that ends in {', '.join(JSON_LINES)} or {PARQUET}")
-    return suffix == PARQUET
+    """Whether results go to a file of flat records, by its name."""
+    return out.suffix.lower() == PARQUET
+
+
+def check_results_name(out: Path, endings: Sequence[str], inputs: Sequence[Path]) -> None:
+    """Raise CommandError on results of a kind that is not written, without a folder, or in place of what is read."""
+    if out.suffix.lower() not in endings:
+        kinds = f"{', '.join(endings[:-1])} or {endings[-1]}"
+        raise CommandError(f"--out is {str(out)!r}, allowed: a name that ends in {kinds}")
+    if not out.parent.is_dir():
+        raise CommandError(f"--out is {str(out)!r}, allowed: a name in a folder that exists")
+    if any(out.resolve() == path.resolve() for path in inputs):
+        raise CommandError(f"--out is {str(out)!r}, allowed: another file than the one that is read")
 
 
 @contextmanager

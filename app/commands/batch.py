@@ -73,13 +73,14 @@ def matrix(
     as_json: JsonOption = False,
 ) -> None:
     """Energy, time, distance and charge of the drives from many places to many."""
-    from app.batch.matrix_table import check_table_name, write_pairs
+    from app.batch.matrix_table import write_pairs
     from app.batch.requests import named_places
+    from app.batch.results import PAIR_KINDS, check_results_name
     from app.batch.scheduling import dask_distributed
 
     dask_distributed()
     if out is not None:
-        check_table_name(out)
+        check_results_name(out, PAIR_KINDS, [places, *([] if targets is None else [targets])])
     sources = named_places(places)
     reached = sources if targets is None else named_places(targets)
     body = {
@@ -151,10 +152,11 @@ def batch(
     threads: ThreadsOption = None,
 ) -> None:
     """Routes for a file of requests; a row that can't be answered has its own problem."""
-    from app.batch.results import is_flat, written
+    from app.batch.results import ROUTE_KINDS, check_results_name, is_flat, written
     from app.batch.scheduling import dask_distributed
 
     dask_distributed()
+    check_results_name(out, ROUTE_KINDS, [requests])
     flat = is_flat(out)
     if links and flat:
         raise CommandError("--links is set, allowed: with --out FILE.jsonl")

@@ -263,6 +263,19 @@ def test_requests_that_can_not_be_read_are_named(tmp_path: Path, name: str, cont
     assert not (tmp_path / "out.jsonl").exists()
 
 
+@pytest.mark.parametrize("kind", ["jsonl", "parquet"])
+def test_row_whose_id_no_file_can_hold_is_a_problem_of_its_own(tmp_path: Path, kind: str) -> None:
+    path, out = tmp_path / "a.jsonl", tmp_path / f"out.{kind}"
+    bodies = [{"id": row_id, **ROUTE, "soc": 0.5} for row_id in ("\ud800", ["a", 1])]
+    path.write_text("".join(f"{json.dumps(body)}\n" for body in bodies), encoding="utf-8")
+    result = run("batch", path, "--out", out)
+    assert result.exit_code == 0, result.output
+    odd, listed = lines_of(out) if kind == "jsonl" else parquet.read_table(out).to_pylist()
+    said = odd["problem"]["detail"] if kind == "jsonl" else odd["problem_detail"]
+    assert (odd["id"], said) == (None, "its id is not valid Unicode")
+    assert listed["id"] == '["a", 1]'
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
@@ -270,7 +283,14 @@ def test_requests_that_can_not_be_read_are_named(tmp_path: Path, name: str, cont
         (("batch", "REQUESTS", "--out", "out.parquet", "--links"), "--links is set"),
         (("batch", "REQUESTS", "--out", "OUT", "--scheduler", "nowhere://1"), "--scheduler is 'nowhere://1'"),
         (("batch", "REQUESTS", "--out", "OUT", "--graph", "atlantis"), "graph 'atlantis' is unknown"),
+        (("batch", "REQUESTS", "--out", "no/out.jsonl"), "--out is 'no/out.jsonl', allowed: a name in a folder that"),
+        (
+            ("batch", "REQUESTS", "--out", "REQUESTS"),
+            "requests.jsonl', allowed: another file than the one that is read",
+        ),
         (("matrix", "PLACES", "--soc", "0.5", "--out", "out.json"), "--out is 'out.json'"),
+        (("matrix", "PLACES", "--soc", "0.5", "--out", "no/out.csv"), "--out is 'no/out.csv', allowed: a name in a"),
+        (("matrix", "PLACES", "--soc", "0.5", "--out", "PLACES"), "places.csv', allowed: another file than the one"),
         (("matrix", "PLACES", "--soc", "0.5", "--scheduler", "nowhere://1"), "--scheduler is 'nowhere://1'"),
         (("matrix", "PLACES", "--soc", "0.5", "--weights", "fast"), "weights is 'fast', allowed: E,T,D"),
     ],
