@@ -118,6 +118,27 @@ EXAMPLES: Final = {
     ErrorCode.NOT_READY: ("graphs are being loaded and kernels compiled; try again in a moment", None),
 }
 
+DRIVE_CODES: Final = (
+    ErrorCode.INVALID_REQUEST,
+    ErrorCode.INVALID_CONDITIONS,
+    ErrorCode.UNKNOWN_VEHICLE,
+    ErrorCode.VEHICLE_DAMAGED,
+    ErrorCode.UNKNOWN_EFFECTS,
+    ErrorCode.DIAGNOSIS_DAMAGED,
+    ErrorCode.DATABASE_UNAVAILABLE,
+    ErrorCode.UNKNOWN_GRAPH,
+    ErrorCode.TIME_LIMIT,
+    ErrorCode.NOT_READY,
+)  # of whatever asks what a vehicle takes on a graph
+SEARCH_CODES: Final = (
+    *DRIVE_CODES,
+    ErrorCode.ENERGY_GAIN,
+    ErrorCode.POINT_OUTSIDE_MAP,
+    ErrorCode.POINT_FAR_FROM_ROAD,
+    ErrorCode.SEARCH_LIMIT,
+)
+BODY_CODES: Final = (ErrorCode.MALFORMED_JSON, ErrorCode.INVALID_VEHICLE, ErrorCode.BODY_TOO_LARGE)
+
 
 def problems(instance: str, *codes: ErrorCode) -> dict[int | str, dict[str, Any]]:
     """OpenAPI responses for the codes that an operation may answer, each with an example."""

@@ -7,10 +7,9 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Response
 
 from app.examples import MATRIX_ANSWER, MATRIX_REQUESTS
-from app.examples.problems import problems
+from app.examples.problems import BODY_CODES, SEARCH_CODES, problems
 from app.routes.access import RunningService, SearchPool, answer
 from app.schemas.matrix import MatrixRequest, MatrixResponse
-from app.schemas.problem import ErrorCode
 
 router = APIRouter(tags=["route"])
 
@@ -21,26 +20,7 @@ router = APIRouter(tags=["route"])
     response_model=MatrixResponse,
     responses={
         200: {"content": {"application/json": {"example": MATRIX_ANSWER}}},
-        **problems(
-            "/matrix",
-            ErrorCode.INVALID_REQUEST,
-            ErrorCode.MALFORMED_JSON,
-            ErrorCode.INVALID_VEHICLE,
-            ErrorCode.INVALID_CONDITIONS,
-            ErrorCode.ENERGY_GAIN,
-            ErrorCode.UNKNOWN_VEHICLE,
-            ErrorCode.VEHICLE_DAMAGED,
-            ErrorCode.UNKNOWN_EFFECTS,
-            ErrorCode.DIAGNOSIS_DAMAGED,
-            ErrorCode.DATABASE_UNAVAILABLE,
-            ErrorCode.UNKNOWN_GRAPH,
-            ErrorCode.POINT_OUTSIDE_MAP,
-            ErrorCode.POINT_FAR_FROM_ROAD,
-            ErrorCode.BODY_TOO_LARGE,
-            ErrorCode.SEARCH_LIMIT,
-            ErrorCode.TIME_LIMIT,
-            ErrorCode.NOT_READY,
-        ),
+        **problems("/matrix", *SEARCH_CODES, *BODY_CODES),
     },
 )
 def find_matrix(

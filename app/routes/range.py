@@ -10,30 +10,13 @@ from pydantic import ValidationError
 
 from app.conversions.range import request_from_parameters
 from app.examples import RANGE_FEATURES, RANGE_REQUESTS
-from app.examples.problems import problems
+from app.examples.problems import BODY_CODES, SEARCH_CODES, problems
 from app.routes.access import GEOJSON, GeoJSONResponse, RunningService, SearchPool, answer
-from app.schemas.problem import ErrorCode
 from app.schemas.range import RangeFeatureCollection, RangeParameters, RangeRequest
 from energy.errors import ConditionsError
 
 router = APIRouter(tags=["range"], default_response_class=GeoJSONResponse)
 
-SHARED = (
-    ErrorCode.INVALID_REQUEST,
-    ErrorCode.INVALID_CONDITIONS,
-    ErrorCode.ENERGY_GAIN,
-    ErrorCode.UNKNOWN_VEHICLE,
-    ErrorCode.VEHICLE_DAMAGED,
-    ErrorCode.UNKNOWN_EFFECTS,
-    ErrorCode.DIAGNOSIS_DAMAGED,
-    ErrorCode.DATABASE_UNAVAILABLE,
-    ErrorCode.UNKNOWN_GRAPH,
-    ErrorCode.POINT_OUTSIDE_MAP,
-    ErrorCode.POINT_FAR_FROM_ROAD,
-    ErrorCode.SEARCH_LIMIT,
-    ErrorCode.TIME_LIMIT,
-    ErrorCode.NOT_READY,
-)
 FOUND: dict[int | str, dict[str, Any]] = {200: {"content": {GEOJSON: {"example": RANGE_FEATURES}}}}
 
 
@@ -41,7 +24,7 @@ FOUND: dict[int | str, dict[str, Any]] = {200: {"content": {GEOJSON: {"example":
     "/range",
     summary="The area that can be reached, as GeoJSON",
     response_model=RangeFeatureCollection,
-    responses={**FOUND, **problems("/range", *SHARED)},
+    responses={**FOUND, **problems("/range", *SEARCH_CODES)},
 )
 def find_range(sent: Annotated[RangeParameters, Query()], service: RunningService, pool: SearchPool) -> Response:
     """One MultiPolygon for each band of charge left on arrival, the outermost first, and the origin on its road."""
@@ -61,7 +44,7 @@ def find_range(sent: Annotated[RangeParameters, Query()], service: RunningServic
     response_model=RangeFeatureCollection,
     responses={
         **FOUND,
-        **problems("/range", *SHARED, ErrorCode.MALFORMED_JSON, ErrorCode.INVALID_VEHICLE, ErrorCode.BODY_TOO_LARGE),
+        **problems("/range", *SEARCH_CODES, *BODY_CODES),
     },
 )
 def find_range_of_body(

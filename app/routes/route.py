@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Header, Response
 
 from app.examples import ROUTE_ANSWER, ROUTE_FEATURES, ROUTE_REQUESTS
-from app.examples.problems import problems
+from app.examples.problems import BODY_CODES, SEARCH_CODES, problems
 from app.routes.access import GEOJSON, JSON, RunningService, SearchPool, prefers_geojson
 from app.schemas.problem import ErrorCode
 from app.schemas.route import RouteRequest, RouteResponse
@@ -29,27 +29,7 @@ router = APIRouter(tags=["route"])
                 },
             }
         },
-        **problems(
-            "/route",
-            ErrorCode.INVALID_REQUEST,
-            ErrorCode.MALFORMED_JSON,
-            ErrorCode.INVALID_VEHICLE,
-            ErrorCode.INVALID_CONDITIONS,
-            ErrorCode.ENERGY_GAIN,
-            ErrorCode.UNKNOWN_VEHICLE,
-            ErrorCode.VEHICLE_DAMAGED,
-            ErrorCode.UNKNOWN_EFFECTS,
-            ErrorCode.DIAGNOSIS_DAMAGED,
-            ErrorCode.DATABASE_UNAVAILABLE,
-            ErrorCode.UNKNOWN_GRAPH,
-            ErrorCode.POINT_OUTSIDE_MAP,
-            ErrorCode.POINT_FAR_FROM_ROAD,
-            ErrorCode.NO_PATH,
-            ErrorCode.BODY_TOO_LARGE,
-            ErrorCode.SEARCH_LIMIT,
-            ErrorCode.TIME_LIMIT,
-            ErrorCode.NOT_READY,
-        ),
+        **problems("/route", *SEARCH_CODES, *BODY_CODES, ErrorCode.NO_PATH),
     },
 )
 def find_route(

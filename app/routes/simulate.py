@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Response
 
 from app.examples import SIMULATE_ANSWER, SIMULATE_REQUESTS
-from app.examples.problems import problems
+from app.examples.problems import BODY_CODES, DRIVE_CODES, problems
 from app.routes.access import RunningService, SearchPool, answer
 from app.schemas.problem import ErrorCode
 from app.schemas.simulation import SimulateRequest, SimulateResponse
@@ -21,23 +21,7 @@ router = APIRouter(tags=["simulate"])
     response_model=SimulateResponse,
     responses={
         200: {"content": {"application/json": {"example": SIMULATE_ANSWER}}},
-        **problems(
-            "/simulate",
-            ErrorCode.INVALID_REQUEST,
-            ErrorCode.MALFORMED_JSON,
-            ErrorCode.INVALID_VEHICLE,
-            ErrorCode.INVALID_LINK,
-            ErrorCode.INVALID_CONDITIONS,
-            ErrorCode.UNKNOWN_VEHICLE,
-            ErrorCode.VEHICLE_DAMAGED,
-            ErrorCode.UNKNOWN_EFFECTS,
-            ErrorCode.DIAGNOSIS_DAMAGED,
-            ErrorCode.DATABASE_UNAVAILABLE,
-            ErrorCode.UNKNOWN_GRAPH,
-            ErrorCode.BODY_TOO_LARGE,
-            ErrorCode.TIME_LIMIT,
-            ErrorCode.NOT_READY,
-        ),
+        **problems("/simulate", *DRIVE_CODES, *BODY_CODES, ErrorCode.INVALID_LINK),
     },
 )
 def simulate(
