@@ -256,15 +256,16 @@ def offer(
     value = worth(r, way)
     if not value < h.number[label, BEST]:
         return
-    height = g.tail_height_m[e.link[label]]
-    if value - r.gain_n * (r.highest_m - height) > r.bound_j:
-        return  # not even from the highest place
+    link, v = e.link[label], e.speed_mps[label]
+    height, v_max = g.tail_height_m[link], g.speed_limit_mps[link]
+    faster_j = p.drive_factor * r.half_inertia_kg * (v_max * v_max - v * v)
+    if value - r.gain_n * (r.highest_m - height) - faster_j > r.bound_j:
+        return  # not even from the highest place, for one of those that share the label and enter faster
     n = h.number[label]
     n[NEED], n[COST], n[MOST], n[DURATION], n[COLD] = way
     n[REST_NEED], n[REST_COST], n[REST_MOST], n[REST_DURATION], n[REST_COLD] = rest
     n[END], n[BEST] = end, value
     h.following[label] = following
-    v = e.speed_mps[label]
     kinetic = r.half_inertia_kg * (1.0 - e.stopped_frac[label]) * v * v
     key = value + r.alpha * (p.weight_n * height + kinetic)
     heap_push(h.heap_key, h.heap_label, h.counter[PUSHED], key, label)

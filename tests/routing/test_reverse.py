@@ -100,6 +100,21 @@ def test_reverse_bands_on_small_maps_are_those_of_forward_searches(graph, car, r
                 assert (told >= band) == (left >= band)
 
 
+def test_reverse_keeps_a_way_that_is_faster_than_the_label_it_shares():
+    # 0 → 1 falls by 5 m, 1 → 2 climbs 64 %; from 5 the climb is entered at 30 km/h and takes more than there is. Who
+    # comes from 0 is faster by less than 1 m/s, which is enough for the 8 m to the goal
+    streets = [(0, 1, 34.5, 50.0), (1, 2, 84.0, 50.0), (1, 3, 3.0, 10.0), (1, 4, 3.0, 10.0), (2, 3, 84.0, 10.0)]
+    streets += [(3, 4, 3.0, 10.0), (4, 5, 3.0, 10.0), (5, 0, 10.5, 30.0), (5, 1, 3.0, 30.0)]
+    links = [(tail, head, length_m, limit_kmh / 3.6, 0) for tail, head, length_m, limit_kmh in streets]
+    graph = graph_of(links, [5.0, 0.0, 54.0, 0.0, 0.0, 0.0])
+    space = search_space(graph, vehicle(recuperation_eff=0.0), LinkModel.INTEGRATED, StopRule.NONE, StopSettings())
+    goal = [LinkPosition(1, 8.4)]
+    left = most_left_j(graph, space, 0, goal, 0.3, 0.0, 1e5)
+    back, _ = ReverseSearch(graph, MANY_LABELS).way_back(space, goal).reverse(levels(0.3, 0.0, 1e5))
+    assert left > 0.0
+    assert 3e4 - back.node_energy_j[0] == pytest.approx(left, abs=TOLERANCE_J)
+
+
 @settings(max_examples=70, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 @given(maps(nodes=6), vehicles, stop_rules, charges, capacities, st.data())
 def test_round_trip_bands_on_small_maps_are_those_of_driving_there_and_back(graph, car, rule, charge, capacity, data):
