@@ -13,7 +13,8 @@ from energy.chain import LinkModel, StopRule
 from energy.stops import StopSettings
 from routing.kernels import scalar_dijkstra
 from routing.query import ECO
-from routing.search import Limits, LinkPosition, WorkspacePool, find_path, reach, search_space
+from routing.search import Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.search_space import search_space
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,7 +23,8 @@ if TYPE_CHECKING:
 
     from energy.vehicle import Vehicle
     from routing.graph import RoadGraph
-    from routing.search import SearchCounts, SearchSpace
+    from routing.search import SearchCounts
+    from routing.search_space import SearchSpace
 
 TARGET_RATIO: Final = 2.5
 RESERVE_SOC_FRAC: Final = 0.1

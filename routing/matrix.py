@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     from routing.graph import RoadGraph
     from routing.query import Point, SnappedPoint
     from routing.route_search import RouteSearch
-    from routing.search import FoundPath, LinkPosition, SearchCounts, SearchSpace
+    from routing.search import FoundPath, LinkPosition, SearchCounts
+    from routing.search_space import SearchSpace
 
     SnappedPlace: TypeAlias = tuple[SnappedPoint, tuple[LinkPosition, ...]]  # where it met the road, and there
 

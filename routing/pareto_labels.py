@@ -23,7 +23,8 @@ if TYPE_CHECKING:
     from energy.kernels_force import LinkPhysics
     from routing.kernels import LinkArrays
     from routing.kernels_pareto import Labels, StateGraph
-    from routing.search import LinkPosition, SearchSpace
+    from routing.search import LinkPosition
+    from routing.search_space import SearchSpace
 
 STATES_A_LINK: Final = 32  # beyond it entries share states with lower bounds; few links of a real map have more
 SHARED_A_LINK: Final = 160  # at most: of 40 speeds and four probabilities of having stopped

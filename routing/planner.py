@@ -36,7 +36,8 @@ from routing.query import (
 from routing.reverse import BackCharges, ReverseSearch
 from routing.route_answer import no_route, route_of
 from routing.route_search import RouteSearch, charge_limits, method_name
-from routing.search import JOULE_PER_KWH, LOAD_NOISE_N, Limits, LinkPosition, SearchCounts, find_path, reach
+from routing.search import JOULE_PER_KWH, Limits, LinkPosition, SearchCounts, find_path, reach
+from routing.search_space import LOAD_NOISE_N
 from routing.snap import RoadIndex
 from routing.spans import ChainMaker
 from routing.via import WayFinder

@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from energy.kernels_force import LinkPhysics
     from routing.graph import RoadGraph
     from routing.kernels import LinkArrays
-    from routing.search import LinkPosition, SearchSpace
+    from routing.search import LinkPosition
+    from routing.search_space import SearchSpace
 
 ENTRIES_KEPT: Final = 6
 

@@ -22,11 +22,10 @@ from routing.search import (
     Limits,
     LinkPosition,
     SearchCounts,
-    SearchSpace,
     WorkspacePool,
     find_path,
-    search_space,
 )
+from routing.search_space import SearchSpace, search_space
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

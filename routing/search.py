@@ -1,4 +1,4 @@
-"""One search on one graph: link arrays and dominance bounds of a vehicle, workspaces, and the run of the kernel."""
+"""One search on one graph: its workspace and the run of the kernel."""
 
 from __future__ import annotations
 
@@ -11,39 +11,28 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
-from energy import kernels_force as force
-from energy.chain import LinkModel, StopRule
-from energy.conditions import STILL, Conditions
-from energy.effects import LinkSetting, drive_of
-from energy.kernels import TOUCH_MPS, mean_over_intervals
-from energy.kernels_force import LinkPhysics
-from energy.stops import StopSettings
-from routing import kernels, kernels_gap, kernels_links
+from routing import kernels, kernels_gap
 from routing.aligned import aligned
-from routing.drives import Drives, LentDrives
+from routing.drives import LentDrives
 from routing.errors import NegativeCycleError, SearchLimitError
-from routing.gaps import gap_bounds, gap_rules, least_load_n
-from routing.homing import MOST_GOALS, Guide, HomingScratch
-from routing.kernels import LinkArrays, Workspace
+from routing.homing import MOST_GOALS, HomingScratch
+from routing.kernels import Workspace
 from routing.kernels_arrivals import arrivals
-from routing.kernels_gap import GapRules, SearchRules
-from routing.stops import link_stops
+from routing.kernels_gap import SearchRules
+from routing.search_space import potential_share
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from energy.effects import Drive
-    from energy.vehicle_files import AnyVehicle
-    from routing.graph import RoadGraph
     from routing.kernels_homing import Homing
     from routing.query import Weights
+    from routing.search_space import SearchSpace
 
 JOULE_PER_KWH: Final = 3.6e6
 SECOND_PER_HOUR: Final = 3600.0
 METRE_PER_KM: Final = 1000.0
-LOAD_NOISE_N: Final = 1e-9  # a road load that is lifted to 0 may miss it by rounding
 SAME_OFFSET_M: Final = 1e-6  # of goals on one link that a search need not tell apart
 WORKSPACES_KEPT: Final = 4
 # beyond these a search from a nearly full battery gives up its proof, and the answer names a bound instead
@@ -53,41 +42,6 @@ STRICT_LABELS: Final = 20_000
 NO_DESCENT: Final = np.empty((0, 2))  # leads in charge count in full
 
 Found = TypeVar("Found")
-
-
-@dataclass(frozen=True, slots=True)
-class SearchSpace:
-    """A graph as one vehicle sees it: what the kernel reads, computed once per vehicle, conditions and settings.
-
-    least_load_n: least road load on any link at a speed that is driven there [N].
-    """
-
-    arrays: LinkArrays
-    physics: LinkPhysics
-    gap: GapRules
-    bounds: NDArray[np.float64]
-    half_inertia_kg: float
-    drives: Drives
-    guide: Guide
-    least_load_n: float
-
-    @property
-    def conserving(self) -> bool:
-        """Whether no link gives back more than height and speed hold, so that labels can be set (lemma 1)."""
-        return not self.physics.printed and self.least_load_n >= -LOAD_NOISE_N
-
-    def still_due_j(self, clock_s: float) -> float:
-        """Most that an earlier drive may yet pay more than a later one while cabin and tyres warm up (lemma 8) [J].
-
-        clock_s: time since departure at which the earlier one is, or any before it [s].
-        """
-        due_j, tyre_s = 0.0, self.physics.tyre_time_s
-        if self.gap.cabin_start_w > 0.0:
-            due_j += self.gap.cabin_start_w * self.gap.cabin_time_s * math.exp(-clock_s / self.gap.cabin_time_s)
-        if tyre_s > 0.0:
-            cold_w = float(self.bounds[kernels_gap.WARM_UP_W, 0]) * math.exp(-clock_s / tyre_s)
-            due_j += tyre_s * max(cold_w, float(self.bounds[kernels_gap.WARM_LATE_W, 0]))
-        return due_j
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,93 +108,6 @@ class Reach:
     link_reach_m: NDArray[np.float64]
     most_energy_j: float
     counts: SearchCounts
-
-
-def link_setting(graph: RoadGraph, drive: Drive) -> LinkSetting:
-    """The links of a graph as conditions see them: grade, speed driven, mean altitude, mean heading."""
-    return LinkSetting(
-        grade_frac=graph.climb_m() / graph.length_m,
-        driven_mps=drive.driven_mps(graph.speed_limit_mps),
-        altitude_m=graph.altitude_m(),
-        heading=graph.heading(),
-    )
-
-
-def search_space(
-    graph: RoadGraph,
-    vehicle: AnyVehicle,
-    link_model: LinkModel,
-    stop_rule: StopRule,
-    settings: StopSettings,
-    conditions: Conditions = STILL,
-) -> SearchSpace:
-    """Everything that the kernel needs to know of a graph for one vehicle under given conditions, in O(M).
-
-    The rule `counted` depends on the way so far and has no state graph; the search then uses `expected`.
-    Raises ConditionsError where a vehicle cannot feel a condition.
-    """
-    drive = drive_of(vehicle, conditions, printed=link_model is LinkModel.PRINTED)
-    physics = drive.physics
-    probability, wait = link_stops(graph, settings, stop_rule)
-    setting = link_setting(graph, drive)
-    driven = setting.driven_mps
-    roads = drive.roads(setting, wait)
-    interval, run_up, settling = _run_up(physics, driven)
-    top = interval.copy()
-    kernels_links.top_classes(graph.length_m, graph.successor_first, graph.successor, run_up, top)
-    half_inertia = 0.5 * physics.inertia_kg
-    row = np.zeros((graph.link_count, 8))
-    row[:, kernels_gap.LENGTH] = graph.length_m
-    row[:, kernels_gap.LIMIT] = driven
-    row[:, kernels_gap.HEIGHT] = graph.node_height_m[graph.tail]
-    row[:, kernels_gap.STOP] = probability
-    kernels_links.fill_cruise(physics, row, roads)
-    arrays = LinkArrays(
-        row=row,
-        roads=roads,
-        tail_height_m=row[:, kernels_gap.HEIGHT],
-        length_m=row[:, kernels_gap.LENGTH],
-        grade_frac=roads[:, force.ROAD_GRADE],
-        speed_limit_mps=row[:, kernels_gap.LIMIT],
-        stop_probability_frac=row[:, kernels_gap.STOP],
-        stop_time_s=roads[:, force.ROAD_WAIT],
-        successor_first=graph.successor_first,
-        successor=graph.successor,
-        top_class=top,
-        settling_m=settling,
-    )
-    gap = gap_rules(physics, roads, driven)
-    bounds = gap_bounds(physics, gap, half_inertia, roads, driven)
-    guide = Guide(graph, arrays, physics, gap, potential_share(physics))
-    least_n = least_load_n(physics, roads, driven)
-    return SearchSpace(arrays, physics, gap, bounds, half_inertia, Drives(graph.successor_first), guide, least_n)
-
-
-def potential_share(physics: LinkPhysics) -> float:
-    """α of the potential of lemma 1, half-way between η_chg and 1/η_dis."""
-    return 0.5 * (physics.drive_factor + physics.recuperation_factor)
-
-
-def _run_up(
-    physics: LinkPhysics, limit_mps: NDArray[np.float64]
-) -> tuple[NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]]:
-    """Speed interval of each limit, distance in which any entry reaches it, and that plus the longest braking [m]."""
-    bound = physics.speed_bound_mps
-    distinct, inverse = np.unique(limit_mps, return_inverse=True)
-    edge = np.asarray(distinct - TOUCH_MPS, np.float64)
-    interval: NDArray[np.intp] = np.clip(np.searchsorted(bound, edge, side="left") - 1, 0, bound.size - 2)
-    run_up, settling = np.empty(distinct.size), np.empty(distinct.size)
-    for k, limit in enumerate(distinct.tolist()):
-        entries = np.append(bound[bound < limit], 0.0)
-        run_up[k] = max(
-            (limit**2 - v**2) / (2.0 * mean_over_intervals(bound, physics.accel_sum, v, limit))
-            for v in entries.tolist()
-        )
-        settling[k] = run_up[k] + max(
-            (limit**2 - v**2) / (2.0 * mean_over_intervals(bound, physics.decel_sum, v, limit))
-            for v in entries.tolist()
-        )
-    return interval[inverse].astype(np.int8), run_up[inverse], settling[inverse]
 
 
 def new_workspace(links: int, capacity: int) -> Workspace:

@@ -18,7 +18,8 @@ from energy.vehicle_files import load_vehicle
 from routing.graph import ARRAY_NAMES
 from routing.graph_files import load_graph
 from routing.query import ECO
-from routing.search import Limits, LinkPosition, WorkspacePool, find_path, search_space
+from routing.search import Limits, LinkPosition, WorkspacePool, find_path
+from routing.search_space import search_space
 from routing.snap import RoadIndex
 
 if TYPE_CHECKING:
@@ -28,7 +29,7 @@ if TYPE_CHECKING:
 
     from energy.vehicle_files import AnyVehicle
     from routing.graph import RoadGraph
-    from routing.search import SearchSpace
+    from routing.search_space import SearchSpace
 
     T = TypeVar("T")
 

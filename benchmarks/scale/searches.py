@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from benchmarks.scale.pairs import Pair
     from energy.vehicle_files import AnyVehicle
     from routing.graph import RoadGraph
-    from routing.search import SearchSpace
+    from routing.search_space import SearchSpace
 
 SOC_FRAC: Final = 0.9
 RESERVE_SOC_FRAC: Final = 0.1

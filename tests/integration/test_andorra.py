@@ -29,7 +29,8 @@ from energy.battery import JOULE_PER_WH
 from energy.chain import LinkModel, StopRule
 from energy.stops import StopSettings
 from routing.query import ECO, Point, RouteQuery
-from routing.search import Limits, LinkPosition, WorkspacePool, find_path, reach, search_space
+from routing.search import Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.search_space import search_space
 from routing.snap import RoadIndex
 
 if TYPE_CHECKING:

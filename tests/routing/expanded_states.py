@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 from energy.kernels import link_energy
 from energy.kernels_force import accepted_j, cabin_energy_j, road_in_time
 from routing.query import Weights
-from routing.search import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_HOUR, Limits, LinkPosition, SearchSpace
+from routing.search import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_HOUR, Limits, LinkPosition
+from routing.search_space import SearchSpace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

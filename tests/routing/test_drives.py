@@ -20,7 +20,8 @@ from routing.drives import LEAST_ROWS, Drives
 from routing.graph import RoadGraph
 from routing.kernels_gap import SLACK_J, greatest_of_sums, least_worth_j, state_gap
 from routing.route_search import TABLES_KEPT, RouteSearch
-from routing.search import Limits, LinkPosition, SearchSpace, WorkspacePool, find_path, reach, search_space
+from routing.search import Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.search_space import SearchSpace, search_space
 from routing.spans import ChainMaker
 from tests.routing.test_search_exact import (
     LEARNED,

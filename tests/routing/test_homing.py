@@ -22,7 +22,8 @@ from routing.homing import HomingScratch
 from routing.kernels_homing import FARTHEST, INTO_J, INTO_M, INTO_S, INTO_TAIL, cost_to_goal
 from routing.kernels_least import SLOWEST, STOPPED_LEAST, STOPPED_MOST, least_towards_any
 from routing.query import ECO
-from routing.search import Limits, LinkPosition, WorkspacePool, find_path, potential_share, search_space
+from routing.search import Limits, LinkPosition, WorkspacePool, find_path
+from routing.search_space import potential_share, search_space
 from tests.routing.test_search_exact import (
     LEARNED,
     LOSSY,

@@ -36,7 +36,8 @@ from routing.kernels_gap import (
     leads,
 )
 from routing.query import BALANCED, ECO, FASTEST, Weights
-from routing.search import Limits, LinkPosition, SearchSpace, WorkspacePool, search_space
+from routing.search import Limits, LinkPosition, WorkspacePool
+from routing.search_space import SearchSpace, search_space
 
 pytestmark = pytest.mark.shared_data
 

@@ -27,7 +27,8 @@ from routing.pareto_labels import Cover, uncovered_ways
 from routing.planner import Planner
 from routing.query import ECO, FASTEST, ParetoProof, ParetoSettings, Point, RouteQuery, Weights
 from routing.route_search import RouteSearch, charge_limits
-from routing.search import Limits, LinkPosition, search_space
+from routing.search import Limits, LinkPosition
+from routing.search_space import search_space
 from routing.spans import ChainMaker
 from tests.routing.test_search_exact import LEARNED, LOSSY, SPEEDS, WEATHER, graph_of, maps, rules, vehicle, vehicles
 

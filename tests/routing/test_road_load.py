@@ -19,7 +19,8 @@ from routing.errors import NegativeCycleError, QueryError
 from routing.gaps import gap_rules, least_load_n
 from routing.planner import Planner
 from routing.query import ECO, Point, RangeQuery, RouteQuery, Trip
-from routing.search import Limits, LinkPosition, WorkspacePool, find_path, search_space
+from routing.search import Limits, LinkPosition, WorkspacePool, find_path
+from routing.search_space import search_space
 from tests.routing.expanded_states import StateGraph
 from tests.routing.test_search_exact import WEATHER, graph_of, maps, vehicle, vehicles
 

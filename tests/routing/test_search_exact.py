@@ -23,7 +23,8 @@ from routing.graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain,
 from routing.networkx_graph import to_networkx
 from routing.query import ECO, Weights
 from routing.reference import EnergySearch
-from routing.search import JOULE_PER_KWH, Limits, LinkPosition, WorkspacePool, find_path, reach, search_space
+from routing.search import JOULE_PER_KWH, Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.search_space import search_space
 
 META = GraphMeta("drawn", "test", "none", "none", Terrain.SYNTHETIC, "drawn", 0.0, (0.0, 0.0, 0.0, 0.0))
 TWIN_LABELS = 4000

@@ -29,16 +29,8 @@ from routing.networkx_graph import to_networkx
 from routing.planner import Planner
 from routing.query import BALANCED, ECO, FASTEST, LinkSpan, Point, RangeQuery, Route, RouteQuery, Weights
 from routing.reference import EnergySearch
-from routing.search import (
-    JOULE_PER_KWH,
-    Limits,
-    LinkPosition,
-    SearchSpace,
-    WorkspacePool,
-    find_path,
-    reach,
-    search_space,
-)
+from routing.search import JOULE_PER_KWH, Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.search_space import SearchSpace, search_space
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -24,7 +24,8 @@ from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
 from routing.kernels_gap import DESCENT_J, DESCENT_MPS
 from routing.planner import Planner
 from routing.query import ECO, Point, RangeQuery, Weights
-from routing.search import Limits, LinkPosition, WorkspacePool, find_path, potential_share, reach, search_space
+from routing.search import Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.search_space import potential_share, search_space
 from tests.routing.expanded_states import StateGraph
 from tests.routing.test_search_exact import (
     LEARNED,
