@@ -23,7 +23,7 @@ class RoadTree:
     """The roads of one graph by place, made in O(R log R + G) for R roads with G points; read-only afterwards."""
 
     def __init__(self, graph: RoadGraph) -> None:
-        self._boxes = _packed(graph)
+        self.boxes = _packed(graph)
         self._lines = Lines(graph.geometry_first, graph.geometry_lon_e7, graph.geometry_lat_e7)
 
     def nearest(self, point: Point) -> int:
@@ -32,7 +32,7 @@ class RoadTree:
         Distances are those in the plane that touches the earth at the point.
         """
         east_m = METRE_PER_DEGREE * float(np.cos(np.radians(point.lat_deg)))
-        return int(nearest_link(self._boxes, self._lines, point.lon_deg, point.lat_deg, east_m, METRE_PER_DEGREE))
+        return int(nearest_link(self.boxes, self._lines, point.lon_deg, point.lat_deg, east_m, METRE_PER_DEGREE))
 
 
 def _packed(graph: RoadGraph) -> Boxes:

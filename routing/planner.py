@@ -13,7 +13,7 @@ from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
 from energy.uncertainty import FACTOR_RANGE, SEED, dissipation_sd_frac, pessimistic
 from energy.vehicle import Powertrain
-from routing.area import energies_of_reach, reachable_areas
+from routing.area import AreaMaker, energies_of_reach
 from routing.errors import QueryError
 from routing.graph import Terrain
 from routing.matrix import MatrixSearch
@@ -64,6 +64,7 @@ class Planner:
         self.graph = graph
         self._snap_limit_m = snap_limit_m
         self._roads = RoadIndex(graph)
+        self._areas = AreaMaker(graph, self._roads)
         self._chains = ChainMaker(graph)
         self._search = RouteSearch(graph, self._chains, label_limit)
         self._reverse = ReverseSearch(graph, self._search.label_limit)
@@ -83,7 +84,7 @@ class Planner:
         find_path(space, self._search.pool, ECO, Limits(), [middle], [middle], label_limit=1000)
         reached = reach(space, self._search.pool, Limits(0.0, 0.0), [middle], self.graph.head, self.graph.node_count)
         home = Point(float(self.graph.node_lat_deg[0]), float(self.graph.node_lon_deg[0]))
-        reachable_areas(self.graph, [(energies_of_reach(self.graph, reached), 0.0)], home)
+        self._areas.areas([(energies_of_reach(self.graph, reached), 0.0)], home)
         self._reverse.warm_up(space, middle)
         warm_up_labels(space, middle)
         self.simulate((LinkSpan(0, 0.0, float(self.graph.length_m[0])),), vehicle)
@@ -197,9 +198,11 @@ class Planner:
         }
         wanted = [(left, probability) for left in levels for probability in searched]
         cases = [(searched[probability][0], (query.soc_frac - left) * capacity_j) for left, probability in wanted]
-        areas = reachable_areas(self.graph, cases, origin.on_road)
+        areas = self._areas.areas(cases, origin.on_road)
         bands = tuple(
-            RangeBand(left, a.area, a.area_m2, a.node_count, a.false_in_frac, a.false_out_frac, probability)
+            RangeBand(
+                left, a.area, a.area_m2, a.tolerance_m, a.node_count, a.false_in_frac, a.false_out_frac, probability
+            )
             for (left, probability), a in zip(wanted, areas, strict=True)
         )
         counts = max((made for _, made in searched.values()), key=lambda made: made.labels_made)

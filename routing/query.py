@@ -341,6 +341,7 @@ class RangeBand:
     soc_left_frac: float
     area: MultiPolygon
     area_m2: float
+    tolerance_m: float  # how far the boundary may have been moved for fewer points
     node_count: int
     false_in_frac: float  # share of the covered nodes that can't be reached
     false_out_frac: float  # share of reachable nodes that it leaves out

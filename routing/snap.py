@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from routing.graph import RoadGraph
+    from routing.kernels_nearest import Boxes
 
 METRE_PER_DEGREE: Final = EARTH_RADIUS_M * np.pi / 180.0
 END_MARGIN_M: Final = 0.01  # a snapped place keeps this far from a link's ends, so that it is on one link only
@@ -36,6 +37,11 @@ class RoadIndex:
             if self._tree is None:
                 self._tree = RoadTree(self._graph)
             return self._tree
+
+    @property
+    def boxes(self) -> Boxes:
+        """The roads in boxes, near ones side by side."""
+        return self._indexed().boxes
 
     def snap(self, field: str, point: Point, limit_m: float) -> tuple[SnappedPoint, tuple[LinkPosition, ...]]:
         """The nearest place on a road, and its position on each direction of that road.

@@ -94,6 +94,7 @@ def _band(band: RangeBand) -> BandFeature:
             soc_left=band.soc_left_frac,
             probability=band.probability_frac,
             area_km2=band.area_m2 / 1e6,
+            tolerance_m=band.tolerance_m,
             node_count=band.node_count,
             false_in_share=band.false_in_frac,
             false_out_share=band.false_out_frac,
@@ -103,6 +104,8 @@ def _band(band: RangeBand) -> BandFeature:
 
 def _multi_polygon(area: MultiPolygon) -> MultiPolygonGeometry:
     _, places, (rings, polygons, _) = to_ragged_array([area])
-    points = places.round(DECIMALS).tolist()
+    lon, lat = places.round(DECIMALS).T.tolist()
+    points = list(zip(lon, lat, strict=True))
     lines = [points[begin:end] for begin, end in pairwise(rings.tolist())]
-    return MultiPolygonGeometry(coordinates=[lines[begin:end] for begin, end in pairwise(polygons.tolist())])
+    shape = [lines[begin:end] for begin, end in pairwise(polygons.tolist())]
+    return MultiPolygonGeometry.model_construct(coordinates=shape)  # checking each number takes longer than the search

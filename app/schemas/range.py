@@ -173,6 +173,7 @@ class BandProperties(Answered):
         description="that a place at its edge is reached with that charge; null unless uncertainty was asked for"
     )
     area_km2: float
+    tolerance_m: float = Field(description="how far the boundary may have been moved, so that it has fewer points [m]")
     node_count: int = Field(description="nodes of the graph that are reached")
     false_in_share: float = Field(description="share of the nodes in the drawn area that can't be reached")
     false_out_share: float = Field(description="share of the reached nodes that the drawn area leaves out")

@@ -26,7 +26,8 @@ from routing.graph import (
     great_circle_m,
 )
 from routing.graph_files import load_graph
-from routing.kernels_area import inside_depth, near_squares
+from routing.kernels_area import LEVEL_BITS, LEVEL_MASK, NOWHERE, nearest_roads
+from routing.kernels_outline import CUTS, crossing_at
 from routing.planner import Planner
 from routing.query import Point, RangeAnswer, RangeQuery
 
@@ -157,32 +158,48 @@ def test_shares_are_those_of_all_nodes_asked_one_by_one(planner, origin):
         assert band.node_count * (1.0 - band.false_out_frac) == pytest.approx(truly)
 
 
+def near(level: np.ndarray, most: int, off_road: float) -> tuple[np.ndarray, np.ndarray]:
+    """Squares of distances to the nearest road and in how many bands it is, of a grid with -1 where no road is."""
+    key = np.where(level < 0, NOWHERE, level).astype(np.int32)
+    nearest_roads(key, most, off_road)
+    return key >> LEVEL_BITS, key & LEVEL_MASK
+
+
 @pytest.mark.nojit
 @pytest.mark.parametrize("most", [1, 4, 50])
 def test_squared_distances_on_the_grid_are_exact_up_to_their_cap(most):
-    site = np.random.default_rng(3).random((23, 31)) < 0.02
+    site = np.random.default_rng(3).random((23, 81)) < 0.02
     exact = np.rint(distance_transform_edt(~site) ** 2)
-    np.testing.assert_array_equal(near_squares(site, most), np.minimum(exact, most**2))
+    np.testing.assert_array_equal(near(np.where(site, 1, -1), most, 50.0)[0], np.minimum(exact, most**2))
 
 
 @pytest.mark.nojit
-def test_squared_distances_without_a_site_are_the_cap():
-    assert (near_squares(np.zeros((4, 5), bool), 7) == 49).all()
+def test_grid_without_a_road_is_in_no_band():
+    square, level = near(np.full((4, 5), -1), 7, 6.0)
+    assert (square == 49).all()
+    assert (level == 0).all()
 
 
 @pytest.mark.nojit
-def test_half_way_between_two_roads_runs_the_boundary_and_ties_are_outside():
-    energy = np.full((21, 21), np.nan)
-    energy[:, 4], energy[:, 12] = 1.0, 9.0
-    depth = inside_depth(energy, 5.0, 6.0, 0.1)
-    np.testing.assert_allclose(depth[10, :10], [2.0] * 8 + [-0.1, -2.0])
+def test_grid_node_is_in_a_band_where_that_is_nearer_than_any_road_out_of_it():
+    level = np.random.default_rng(5).integers(0, 4, (30, 70))
+    level[np.random.default_rng(6).random(level.shape) < 0.95] = -1
+    found = near(level, 9, 8.0)[1]
+    for band in (1, 2, 3):
+        inside, beyond = (distance_transform_edt(~road) for road in (level >= band, (level >= 0) & (level < band)))
+        np.testing.assert_array_equal(found >= band, (inside < beyond) & (inside <= 8.0))
 
 
 @pytest.mark.nojit
-def test_area_ends_at_its_rim_off_the_road_and_the_rim_is_inside():
-    energy = np.full((5, 15), np.nan)
-    energy[:, 0] = 1.0
-    np.testing.assert_allclose(inside_depth(energy, 5.0, 6.0, 0.1)[2, 3:10], [2.0, 2.0, 1.0, 0.1, -1.0, -1.0, -1.0])
+def test_ring_crosses_half_way_between_roads_and_at_the_rim_off_a_road():
+    level = np.full((5, 21), -1)
+    level[:, 2], level[:, 9] = 1, 0
+    level[:, 2:][:, 7] = 0
+    square, _ = near(level, 7, 6.0)
+    key = square << LEVEL_BITS
+    assert crossing_at(int(key[2, 5]), int(key[2, 6]), 6.0) == CUTS // 2  # 3 cells from both
+    assert crossing_at(int(key[2, 15]), int(key[2, 16]), 6.5) == CUTS // 2  # 6 cells off, then 7
+    assert crossing_at(int(key[2, 15]), int(key[2, 16]), 6.0) == 1  # never on a node of the grid
 
 
 def test_area_on_a_real_road_network_has_holes_and_tells_nodes_apart():
