@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -126,7 +126,7 @@ def _walk(folder: Path, vehicle: AnyVehicle, seed: int, steps: _Steps) -> tuple[
     _, starts = steps.take("first place on a road", lambda: index.snap("start", pair.start, math.inf))
     _, goals = index.snap("goal", pair.goal, math.inf)
     space = steps.take("vehicle and conditions", lambda: space_of(graph, vehicle))
-    steps.take("least costs of links", space.guide.costs)
+    steps.take("room for least costs", space.guide.costs)
     pool = WorkspacePool(graph.link_count)
 
     def search(begin: tuple[LinkPosition, ...], end: tuple[LinkPosition, ...]) -> None:
@@ -147,7 +147,8 @@ def _array_sizes(graph: RoadGraph, space: SearchSpace, pool: WorkspacePool) -> t
     with space.drives.lent() as lent:
         of_drives = [(name, kept) for name, kept in lent.table._asdict().items() if isinstance(kept, np.ndarray)]
     costs = space.guide.costs()
-    of_guide = [("into_first", costs.into_first), ("into", costs.into), ("slowest_mps", costs.slowest_mps)]
+    guide = {field.name: getattr(costs, field.name) for field in fields(costs)}
+    of_guide = [(name, array) for name, array in guide.items() if isinstance(array, np.ndarray)]
     ws, epoch = pool.take()
     of_workspace = list(ws._asdict().items())
     pool.give_back(ws, epoch)

@@ -26,7 +26,7 @@ STEPS = [
     "load",
     "first place on a road",
     "vehicle and conditions",
-    "least costs of links",
+    "room for least costs",
     "first route of 25 km",
     "same route again",
     "one to all",
