@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
     from pathlib import Path
 
-    from energy.vehicle_files import AnyVehicle
+    from energy.vehicle.files import AnyVehicle
 
 
 def graph_folders(parents: Iterable[Path]) -> dict[str, Path]:

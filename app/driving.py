@@ -9,20 +9,20 @@ import numpy as np
 
 from app.conversions.conditions import conditions_from
 from app.schemas.simulation import DEFAULT_STOPS, SimulationModel
-from energy.chain import Chain, LinkModel, StopRule, simulate_chain
-from energy.consumption_table import ConsumptionTableVehicle
-from energy.profile import chain_profile
-from energy.timestep import simulate_timestep
+from energy.chain.chain import Chain, LinkModel, StopRule, simulate_chain
+from energy.chain.profile import chain_profile
+from energy.chain.timestep import simulate_timestep
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.schemas.simulation import SimulateRequest
-    from energy.chain import ChainResult
+    from energy.chain.chain import ChainResult
+    from energy.chain.profile import SpeedProfile
+    from energy.chain.timestep import DriveResult
     from energy.conditions import Conditions
-    from energy.profile import SpeedProfile
-    from energy.timestep import DriveResult
-    from energy.vehicle_files import AnyVehicle
+    from energy.vehicle.files import AnyVehicle
     from routing.graph import RoadGraph
     from routing.query import LinkSpan
 

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from app.schemas.vehicle_answer import AnyVehicleDetail, VehicleSummary
     from app.store.vehicles import VehicleStore
-    from energy.vehicle_files import AnyVehicle
+    from energy.vehicle.files import AnyVehicle
 
 NAMED_IN_ERRORS: Final = 50  # ids of stored vehicles that an unknown one is told
 

@@ -32,7 +32,7 @@ from app.store.vehicles import VehicleStore
 from app.tiles.shelf import TileShelf
 from energy.errors import LinkError
 from energy.stops import StopSettings
-from energy.vehicle_files import load_published, load_vehicles
+from energy.vehicle.files import load_published, load_vehicles
 from routing.errors import GraphNotFoundError
 
 if TYPE_CHECKING:
@@ -44,8 +44,8 @@ if TYPE_CHECKING:
     from app.schemas.vehicle import SentVehicle, VehicleChoice
     from app.schemas.vehicle_answer import AnyVehicleDetail, VehicleList
     from app.settings import Settings
-    from energy.profile import SpeedProfile
-    from energy.vehicle_files import AnyVehicle
+    from energy.chain.profile import SpeedProfile
+    from energy.vehicle.files import AnyVehicle
     from routing.planner import Planner
     from routing.query import RouteAnswer
 

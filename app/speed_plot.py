@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from app.schemas.simulation import SimulationModel
-from energy.vehicle import KMH_PER_MPS
+from energy.vehicle.vehicle import KMH_PER_MPS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
 
-    from energy.profile import SpeedProfile
+    from energy.chain.profile import SpeedProfile
 
 NAMES: Final = {SimulationModel.FAST: "fast model", SimulationModel.TIMESTEP: "time steps"}
 COLOURS: Final = {SimulationModel.FAST: "#0072b2", SimulationModel.TIMESTEP: "#d55e00"}  # told apart by all eyes

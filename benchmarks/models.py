@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from benchmarks.searches import Spread, spread
-from energy.chain import RULE_CODE, StopRule, simulate_chain
-from energy.effects import LinkSetting, drive_of
-from energy.kernels import PART_COUNT, drive_chain
-from energy.kernels_timestep import drive_steps
-from energy.timestep import STEP_LIMIT, STEP_S, simulate_timestep
+from energy.chain.chain import RULE_CODE, StopRule, simulate_chain
+from energy.chain.kernels_link import PART_COUNT, drive_chain
+from energy.chain.kernels_timestep import drive_steps
+from energy.chain.timestep import STEP_LIMIT, STEP_S, simulate_timestep
+from energy.force.effects import LinkSetting, drive_of
 from routing.errors import RoutingError
 from routing.planner import Planner
 from routing.query import FASTEST, LinkSpan, Point, RouteQuery
@@ -23,8 +23,8 @@ from routing.query import FASTEST, LinkSpan, Point, RouteQuery
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from energy.chain import Chain
-    from energy.vehicle import Vehicle
+    from energy.chain.chain import Chain
+    from energy.vehicle.vehicle import Vehicle
     from routing.graph import RoadGraph
 
 RULE: Final = StopRule.CROSSINGS  # both models stop at the same places

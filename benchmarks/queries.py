@@ -17,7 +17,7 @@ from routing.query import BALANCED, ECO, FASTEST, Point, RangeQuery, RouteQuery
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from energy.vehicle import Vehicle
+    from energy.vehicle.vehicle import Vehicle
     from routing.graph import RoadGraph
     from routing.query import Weights
 

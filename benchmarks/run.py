@@ -27,7 +27,7 @@ from benchmarks.scale.report import print_scale, scale_json
 from benchmarks.scale.run import LINKS, measure_scale, scale_settings
 from benchmarks.searches import draw_sources, measure_searches
 from benchmarks.terrain import write_hills
-from energy.vehicle_files import load_vehicle
+from energy.vehicle.files import load_vehicle
 from routing.errors import RoutingError
 from routing.graph_files import load_graph
 

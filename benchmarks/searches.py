@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.battery import JOULE_PER_WH
-from energy.chain import LinkModel, StopRule
+from energy.chain.chain import LinkModel, StopRule
 from energy.stops import StopSettings
 from routing.kernels import scalar_dijkstra
 from routing.query import ECO
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from energy.vehicle import Vehicle
+    from energy.vehicle.vehicle import Vehicle
     from routing.graph import RoadGraph
     from routing.search import SearchCounts
     from routing.search_space import SearchSpace

@@ -12,8 +12,8 @@ from diagnosis.tangents import PARAMETERS
 from diagnosis.trips import J_PER_KWH
 from diagnosis.windows import summed
 from energy.conditions import ZERO_CELSIUS_K
-from energy.effects import PART_NAMES
-from energy.replay import replay
+from energy.force.effects import PART_NAMES
+from energy.replay.replay import replay
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -13,10 +13,10 @@ from matplotlib.figure import Figure
 
 from diagnosis.comparison import NORMAL_QUANTILE
 from diagnosis.trips import J_PER_KWH
+from energy.chain.uncertainty import QUANTILES, RESIDUAL_SD_FRAC, SAMPLES, SEED, residual_fracs, sampled_vehicles
 from energy.conditions import STILL, Conditions
-from energy.consumption_table import ConsumptionTableVehicle
-from energy.replay import SMOOTHING_M, graded, replay
-from energy.uncertainty import QUANTILES, RESIDUAL_SD_FRAC, SAMPLES, SEED, residual_fracs, sampled_vehicles
+from energy.replay.replay import SMOOTHING_M, graded, replay
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from diagnosis.recordings import Recording
-    from energy.vehicle import Vehicle
+    from energy.vehicle.vehicle import Vehicle
 
 CENTRAL_FRAC: Final = QUANTILES[-1] - QUANTILES[0]
 DPI: Final = 120
@@ -122,8 +122,8 @@ def predict(
 ) -> tuple[TripPrediction, ...]:
     """Energy of each recorded drive at the battery's terminals, from its speed and elevation alone.
 
-    Each is replayed with the same sampled vehicles and model residuals, E = E_sim + f·D as in energy.uncertainty.
-    Raises ConditionsError and VehicleError as energy.uncertainty.sampled_vehicles does, and as replay does.
+    Each is replayed with the same sampled vehicles and model residuals, E = E_sim + f·D as in energy.chain.uncertainty.
+    Raises ConditionsError and VehicleError as energy.chain.uncertainty.sampled_vehicles does, and as replay does.
     """
     vehicle = at_terminals(vehicle)
     vehicles = sampled_vehicles(vehicle, samples, seed)

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.replay import SMOOTHING_M, graded, replay
-from energy.vehicle import GRAVITY_MPS2
+from energy.replay.replay import SMOOTHING_M, graded, replay
+from energy.vehicle.vehicle import GRAVITY_MPS2
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from diagnosis.recordings import Recording
-    from energy.replay import DrivenProfile
-    from energy.vehicle import Vehicle
+    from energy.replay.replay import DrivenProfile
+    from energy.vehicle.vehicle import Vehicle
 
 ROUGHER_M: Final = 2.0 * SMOOTHING_M
 TURN_SMOOTHING_S: Final = 5  # of the heading, before it is differentiated

@@ -14,8 +14,8 @@ import numpy as np
 
 from diagnosis.results import Family
 from energy.conditions import ZERO_CELSIUS_K, Conditions
-from energy.effects import REFERENCE_K, RESISTANCE_REFERENCE_K, air_density_factor
-from energy.vehicle import GRAVITY_MPS2, KMH_PER_MPS
+from energy.force.effects import REFERENCE_K, RESISTANCE_REFERENCE_K, air_density_factor
+from energy.vehicle.vehicle import GRAVITY_MPS2, KMH_PER_MPS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from diagnosis.recordings import Recording
     from diagnosis.results import Finding, FitScore, ParameterError, Unexplained
     from diagnosis.windows import Trip
-    from energy.vehicle import Vehicle
+    from energy.vehicle.vehicle import Vehicle
 
 COARSEST_STEP_S: Final = 4.0
 OFF_FRAC: Final = 0.03  # of trips' energies, from which on a file's numbers are off

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from diagnosis.scan import Scanned, Structure
     from diagnosis.selection import Threshold
     from diagnosis.windows import Trip, Windows
-    from energy.vehicle import Vehicle
+    from energy.vehicle.vehicle import Vehicle
 
 ROUNDS: Final = 3  # of noise and selection, which depend on each other
 SHAPES: Final = 9  # tried between the neighbours of a shape of the grid

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-import energy.compilation  # noqa: F401  (sets the cache folder before anything is compiled)
+import energy.compiled.cache  # noqa: F401  (sets the cache folder before anything is compiled)
 
 
 class Roads(NamedTuple):

@@ -19,7 +19,7 @@ from diagnosis.tangents import PARAMETERS
 from diagnosis.windows import TANGENTS, windows
 from energy.conditions import COEFFICIENT_FLAGS, COEFFICIENT_RANGES, ZERO_CELSIUS_K, Conditions
 from energy.errors import EnergyError
-from energy.replay import replay
+from energy.replay.replay import replay
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from diagnosis.jackknife import Solution
     from diagnosis.results import Diagnosis, Interval
     from diagnosis.windows import Trip
-    from energy.vehicle import Vehicle
+    from energy.vehicle.vehicle import Vehicle
 
 SHOWN_SD: Final = 4.0  # standard deviations that an effect of its usual size would have been
 SHOWN_TRIPS: Final = 5.0

@@ -16,7 +16,7 @@ from diagnosis.jackknife import equations, solve
 from diagnosis.noise import KERNELS, whitened
 from diagnosis.results import Family
 from diagnosis.windows import measured_size_j, summed
-from energy.vehicle import GRAVITY_MPS2
+from energy.vehicle.vehicle import GRAVITY_MPS2
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

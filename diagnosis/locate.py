@@ -13,7 +13,7 @@ from scipy import stats
 from diagnosis.errors import DiagnosisError
 from diagnosis.trips import J_PER_KWH
 from energy.conditions import ZERO_CELSIUS_K
-from energy.vehicle import KMH_PER_MPS
+from energy.vehicle.vehicle import KMH_PER_MPS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

@@ -15,10 +15,10 @@ from scipy import stats
 from diagnosis.comparison_tables import NONE, markdown_table, percent
 from diagnosis.errors import DiagnosisError
 from diagnosis.results import ProfileSplit
-from energy.chain import StopRule, simulate_chain
+from energy.chain.chain import StopRule, simulate_chain
 from energy.conditions import STILL, Conditions
-from energy.replay import DrivenProfile, replay
-from energy.vehicle import CHECKED_SPEED_MPS
+from energy.replay.replay import DrivenProfile, replay
+from energy.vehicle.vehicle import CHECKED_SPEED_MPS
 from routing.query import LinkSpan
 
 if TYPE_CHECKING:
@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 
     from diagnosis.matching import Match, Stretch
     from diagnosis.recordings import Recording
-    from energy.chain import Chain, ChainResult
+    from energy.chain.chain import Chain, ChainResult
     from energy.stops import StopSettings
-    from energy.vehicle_files import AnyVehicle
+    from energy.vehicle.files import AnyVehicle
     from routing.planner import Planner
 
 J_PER_KWH: Final = 3.6e6
@@ -62,7 +62,7 @@ def profile_split(
     planned: by the graph's limits with expected stops, entering and leaving a stretch as fast as it was driven there.
     driven: the model at the recorded speed, at steps of a second, on the graph's heights. measured: ∫P dt. Stops at the
     end of the drive are not counted.
-    Raises DiagnosisError where match and recording differ, NothingMatchedError, and what energy.replay raises.
+    Raises DiagnosisError where match and recording differ, NothingMatchedError, and what energy.replay.replay raises.
     """
     if match.recording_id != recording.id:
         raise DiagnosisError(f"recording {recording.id!r} comes with the match of recording {match.recording_id!r}")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from diagnosis.recording_positions import heading_of_compass, heading_of_positions
-from energy.replay import DrivenProfile
+from energy.replay.replay import DrivenProfile
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

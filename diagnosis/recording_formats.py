@@ -13,14 +13,14 @@ from diagnosis.recording_clocks import LEAST_STEP_S, recording_of_series, series
 from diagnosis.recording_notes import Note, NoteKind, RecordingError
 from diagnosis.recording_tables import Column, Table
 from energy.conditions import ZERO_CELSIUS_K
-from energy.vehicle import KMH_PER_MPS
+from energy.vehicle.vehicle import KMH_PER_MPS
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-MOST_KMH: Final = 200.0  # the fastest that energy.vehicle knows
+MOST_KMH: Final = 200.0  # the fastest that energy.vehicle.vehicle knows
 MOST_W: Final = 1_000_000.0
 RADIAN_PER_DEGREE: Final = math.pi / 180.0
 

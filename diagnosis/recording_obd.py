@@ -18,7 +18,7 @@ from diagnosis.recording_notes import Note, NoteKind, RecordingError, shown
 from diagnosis.recording_signs import power_sign
 from diagnosis.recording_tables import Column, Table, is_hidden, past_midnight
 from energy.conditions import ZERO_CELSIUS_K
-from energy.vehicle import KMH_PER_MPS
+from energy.vehicle.vehicle import KMH_PER_MPS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

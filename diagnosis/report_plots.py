@@ -36,7 +36,7 @@ from diagnosis.report_text import (
     spoken,
 )
 from diagnosis.results import Family, TripTimeline
-from energy.vehicle import KMH_PER_MPS
+from energy.vehicle.vehicle import KMH_PER_MPS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

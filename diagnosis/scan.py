@@ -17,7 +17,7 @@ from diagnosis.jackknife import Added, simulated_z, tried
 from diagnosis.noise import whitened
 from diagnosis.windows import measured_size_j
 from energy.conditions import ZERO_CELSIUS_K
-from energy.vehicle import KMH_PER_MPS
+from energy.vehicle.vehicle import KMH_PER_MPS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence

@@ -32,7 +32,7 @@ from diagnosis.source_published import (
     TYPE_OF,
     SourceRoute,
 )
-from energy.chain import Chain
+from energy.chain.chain import Chain
 from energy.stops import Cross
 
 if TYPE_CHECKING:

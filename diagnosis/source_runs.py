@@ -14,8 +14,8 @@ from diagnosis.trips import J_PER_KWH, J_PER_M_PER_KWH_PER_100KM, KMH_PER_MPS, M
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from energy.chain import Chain
-    from energy.vehicle import Vehicle
+    from energy.chain.chain import Chain
+    from energy.vehicle.vehicle import Vehicle
 
 
 class Drive(Protocol):

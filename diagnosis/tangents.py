@@ -13,8 +13,8 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from diagnosis.results import Family
-from energy.replay import replay
-from energy.vehicle import CHECKED_SPEED_MPS, GRAVITY_MPS2
+from energy.replay.replay import replay
+from energy.vehicle.vehicle import CHECKED_SPEED_MPS, GRAVITY_MPS2
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from diagnosis.driven import Driven
-    from energy.replay import DrivenProfile
+    from energy.replay.replay import DrivenProfile
 
 KINK_ACCEL_MPS2: Final = 0.2  # spread of a recorded acceleration about the driven one
 NOISE_MPS: Final = 0.1

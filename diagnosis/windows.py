@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from diagnosis.driven import Driven
     from diagnosis.effects_library import Candidate
     from diagnosis.recordings import Recording
-    from energy.replay import DrivenProfile
+    from energy.replay.replay import DrivenProfile
 
 WINDOW_S: Final = 10.0  # long against the lag between speed and current, short against what changes in a drive
 TANGENTS: Final = tuple(one.name for one in PARAMETERS)

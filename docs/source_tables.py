@@ -40,10 +40,10 @@ from diagnosis.source_published import (
 from diagnosis.source_routes import source_route
 from diagnosis.source_runs import Drive, SourceModel, drive_source_trips, loaded_as, route_energies_j, type_averages
 from diagnosis.trips import J_PER_KWH, KMH_PER_MPS, M_PER_KM, TripRecord
-from energy.chain import Chain, LinkModel, StopRule, simulate_chain
-from energy.timestep import simulate_timestep
-from energy.vehicle import Vehicle
-from energy.vehicle_files import load_vehicle
+from energy.chain.chain import Chain, LinkModel, StopRule, simulate_chain
+from energy.chain.timestep import simulate_timestep
+from energy.vehicle.files import load_vehicle
+from energy.vehicle.vehicle import Vehicle
 
 DOCS: Final = Path(__file__).resolve().parent
 PAGE: Final = DOCS / "source-tables.md"

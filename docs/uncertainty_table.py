@@ -28,9 +28,9 @@ from diagnosis.recording_checks import NoteKind
 from diagnosis.recordings import Recording, read_recording
 from diagnosis.trips import J_PER_KWH, M_PER_KM
 from energy.conditions import ZERO_CELSIUS_K, Conditions
-from energy.replay import SMOOTHING_M, replay
-from energy.vehicle import Vehicle
-from energy.vehicle_files import AnyVehicle, load_vehicle
+from energy.replay.replay import SMOOTHING_M, replay
+from energy.vehicle.files import AnyVehicle, load_vehicle
+from energy.vehicle.vehicle import Vehicle
 
 DOCS: Final = Path(__file__).resolve().parent
 PAGE: Final = DOCS / "uncertainty.md"

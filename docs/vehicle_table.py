@@ -8,10 +8,10 @@ from typing import Final
 
 import numpy as np
 
-from energy.consumption_table import ConsumptionTableVehicle
-from energy.self_check import BAND, CycleCheck, CycleName, SelfCheck, self_check
-from energy.vehicle import KMH_PER_MPS, Powertrain
-from energy.vehicle_files import J_PER_M_PER_KWH_PER_100KM, AnyVehicle, load_published, load_vehicles
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
+from energy.vehicle.files import J_PER_M_PER_KWH_PER_100KM, AnyVehicle, load_published, load_vehicles
+from energy.vehicle.self_check import BAND, CycleCheck, CycleName, SelfCheck, self_check
+from energy.vehicle.vehicle import KMH_PER_MPS, Powertrain
 
 DOCS: Final = Path(__file__).resolve().parent
 VEHICLES: Final = DOCS.parent / "data" / "vehicles"

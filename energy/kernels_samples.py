@@ -1,7 +1,7 @@
 """Compiled: battery energies of a chain without their parts, for driving it many times with altered parameters.
 
-Units: m, s, m/s, kg, N, W, J. The energies are those of energy.kernels.drive_chain to the bit; leaving out the parts
-takes a third to a half of the time.
+Units: m, s, m/s, kg, N, W, J. The energies are those of energy.chain.kernels_link.drive_chain to the bit; leaving out
+the parts takes a third to a half of the time.
 """
 
 from __future__ import annotations
@@ -10,8 +10,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.kernels import link_energy, stop_at
-from energy.kernels_force import ROAD_WAIT, LinkPhysics, accepted_j, cabin_energy_j, road_in_time
+from energy.chain.kernels_link import link_energy, stop_at
+from energy.force.kernels_force import ROAD_WAIT, LinkPhysics, accepted_j, cabin_energy_j, road_in_time
 
 
 @njit(nogil=True, cache=True)
@@ -31,8 +31,8 @@ def drive_energies(
 ) -> float:
     """Fill the battery energy of each link and what of it is not stored in height and speed (n,); the time [s].
 
-    Arguments as for energy.kernels.drive_chain. Stored is m·g·Δh + ½·m·d·Δv², of a vehicle that stops with probability
-    p the mean over both cases.
+    Arguments as for energy.chain.kernels_link.drive_chain. Stored is m·g·Δh + ½·m·d·Δv², of a vehicle that stops with
+    probability p the mean over both cases.
     """
     requests = np.zeros(8)
     stops = np.zeros(8)

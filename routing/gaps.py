@@ -7,14 +7,14 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy import kernels_force as force
+from energy.force import kernels_force as force
 from routing import kernels_gap
 from routing.kernels_gap import GapRules
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from energy.kernels_force import LinkPhysics
+    from energy.force.kernels_force import LinkPhysics
 
 SLOW_MPS: Final = 3.0  # below it a difference of drag is too small to matter to losses
 

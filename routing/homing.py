@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from energy.kernels_force import LinkPhysics
+    from energy.force.kernels_force import LinkPhysics
     from routing.graph import RoadGraph
     from routing.kernels import LinkArrays
     from routing.kernels_gap import GapRules

@@ -21,7 +21,7 @@ SHORTEST_STRETCH_M: Final = 100.0  # assumed: shorter ones are single junctions,
 MARGIN_FRAC: Final = 0.5  # assumed: without one, stretches of half the route a few percent above its mean come first
 ROUNDING_FRAC: Final = 1e-9  # an excess below this share of all energy moved is rounding
 
-# Columns of parts_j, in the order of energy.kernels
+# Columns of parts_j, in the order of energy.chain.kernels_link
 ROLLING, LINEAR, AERO, GRADE, INERTIA, DRIVE_LOSS, RECUPERATION_LOSS, AUXILIARY = range(8)
 BASE_PART_COUNT: Final = 8
 

@@ -13,9 +13,17 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.kernels import link_energy
-from energy.kernels_borrow import borrowed, borrowed_physics
-from energy.kernels_force import ROAD_GRADE, ROAD_WAIT, LinkPhysics, accepted_j, cabin_energy_j, road_at, road_in_time
+from energy.chain.kernels_link import link_energy
+from energy.compiled.kernels_borrow import borrowed, borrowed_physics
+from energy.force.kernels_force import (
+    ROAD_GRADE,
+    ROAD_WAIT,
+    LinkPhysics,
+    accepted_j,
+    cabin_energy_j,
+    road_at,
+    road_in_time,
+)
 from routing.kernels_drives import (
     DRIVE_END,
     DRIVE_J,
@@ -102,7 +110,7 @@ class LinkArrays(NamedTuple):
     row: (M, 8), what the search reads of a link for every label, in one cache line, columns as named above: the other
     floating-point arrays are its columns. CRUISE_J, CRUISE_S: of the commonest drive, at the limit throughout.
     REST_J, REST_S: of the drive from rest; REST_S is -1 where that does not reach the limit. Neither has climate in it.
-    roads: (M, 8), columns of energy.kernels_force. speed_limit_mps: the speed that is driven where it is free.
+    roads: (M, 8), columns of energy.force.kernels_force. speed_limit_mps: the speed that is driven where it is free.
     """
 
     row: NDArray[np.float64]

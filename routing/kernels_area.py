@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.kernels_borrow import borrowed
+from energy.compiled.kernels_borrow import borrowed
 from routing.kernels_nearest import EAST, FAN, NORTH, SOUTH, WEST, Boxes
 
 LEVEL_BITS = 16  # of a key: in how many bands a road is; the bits above hold a square of a distance

@@ -8,9 +8,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.kernels import link_energy
-from energy.kernels_borrow import borrowed, borrowed_physics
-from energy.kernels_force import LinkPhysics, accepted_j, cabin_energy_j, road_in_time
+from energy.chain.kernels_link import link_energy
+from energy.compiled.kernels_borrow import borrowed, borrowed_physics
+from energy.force.kernels_force import LinkPhysics, accepted_j, cabin_energy_j, road_in_time
 from routing.kernels import DEAD, LABELS, LINK, NEXT, STATE, LinkArrays, Workspace
 from routing.kernels_drives import DRIVE_J, DRIVE_S, TURNS, DriveTable
 from routing.kernels_gap import ENERGY, LENGTH, LIMIT, OFFSET, SPEED, STOPPED, TIME, SearchRules

@@ -8,8 +8,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.kernels import link_energy
-from energy.kernels_force import ROAD_WAIT, LinkPhysics, accepted_j, cabin_energy_j, road_in_time
+from energy.chain.kernels_link import link_energy
+from energy.force.kernels_force import ROAD_WAIT, LinkPhysics, accepted_j, cabin_energy_j, road_in_time
 from routing.kernels import LinkArrays
 from routing.kernels_entries import Entries, nearest_entry
 from routing.kernels_reverse import (

@@ -12,8 +12,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.kernels import plan_link
-from energy.kernels_force import LinkPhysics
+from energy.chain.kernels_link import plan_link
+from energy.force.kernels_force import LinkPhysics
 from routing.kernels import LinkArrays
 
 ALIKE_MPS = 1.0  # drives that enter a link within it share a label; what they take is told apart all the same

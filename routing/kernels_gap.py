@@ -12,9 +12,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.kernels import link_energy, mean_over_intervals, speed_change_j
-from energy.kernels_borrow import borrowed
-from energy.kernels_force import LinkPhysics, road_in_time
+from energy.chain.kernels_link import link_energy, mean_over_intervals, speed_change_j
+from energy.compiled.kernels_borrow import borrowed
+from energy.force.kernels_force import LinkPhysics, road_in_time
 
 # columns of the label table
 KEY, COST, ENERGY, TIME, DISTANCE, SPEED, STOPPED, OFFSET = range(8)

@@ -6,9 +6,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.kernels import link_energy
-from energy.kernels_borrow import borrowed, borrowed_physics
-from energy.kernels_force import ROAD_WAIT, LinkPhysics, road_at
+from energy.chain.kernels_link import link_energy
+from energy.compiled.kernels_borrow import borrowed, borrowed_physics
+from energy.force.kernels_force import ROAD_WAIT, LinkPhysics, road_at
 from routing.kernels_gap import CRUISE_J, CRUISE_S, LENGTH, LIMIT, REST_J, REST_S, STOP
 
 

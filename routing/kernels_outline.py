@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.kernels_borrow import borrowed
+from energy.compiled.kernels_borrow import borrowed
 from routing.kernels_area import LEVEL_BITS, LEVEL_MASK
 
 CUTS = 16  # a ring's points are on edges of the grid, at multiples of this part of one, and on none of its nodes

@@ -14,8 +14,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.kernels import link_energy
-from energy.kernels_force import ROAD_WAIT, LinkPhysics, Road, cabin_energy_j, road_at
+from energy.chain.kernels_link import link_energy
+from energy.force.kernels_force import ROAD_WAIT, LinkPhysics, Road, cabin_energy_j, road_at
 from routing.kernels import LinkArrays
 from routing.kernels_sums import drop, push
 

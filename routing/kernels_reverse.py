@@ -14,8 +14,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.kernels import link_energy
-from energy.kernels_force import ROAD_WAIT, LinkPhysics, cabin_energy_j, road_at, road_in_time
+from energy.chain.kernels_link import link_energy
+from energy.force.kernels_force import ROAD_WAIT, LinkPhysics, cabin_energy_j, road_at, road_in_time
 from routing.kernels import LinkArrays
 from routing.kernels_entries import Entries
 from routing.kernels_gap import CRUISE_J, CRUISE_S, REST_J, REST_S

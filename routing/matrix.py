@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from energy import kernels
 from energy.battery import JOULE_PER_WH, soc_along
-from energy.chain import RULE_CODE, LinkModel, StopRule, filling_energy_j
+from energy.chain import kernels_link
+from energy.chain.chain import RULE_CODE, LinkModel, StopRule, filling_energy_j
 from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
 from routing.query import ECO, RouteQuery, Weights
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from energy.vehicle_files import AnyVehicle
+    from energy.vehicle.files import AnyVehicle
     from routing.graph import RoadGraph
     from routing.query import Point, SnappedPoint
     from routing.route_search import RouteSearch
@@ -285,7 +285,7 @@ class PathDrives:
         length_m[-1] = path.goal.offset_m
         length_m[0] -= path.start.offset_m
         energy_j, time_s, standstill_s, end_mps, end_stop_frac = np.empty((5, idx.size))
-        kernels.drive_chain(
+        kernels_link.drive_chain(
             self._space.physics,
             arrays.roads[idx],
             length_m,
@@ -301,7 +301,7 @@ class PathDrives:
             standstill_s,
             end_mps,
             end_stop_frac,
-            np.zeros((idx.size, kernels.PART_COUNT)),
+            np.zeros((idx.size, kernels_link.PART_COUNT)),
         )
         return energy_j, float(time_s.sum()), float(length_m.sum())
 

@@ -8,7 +8,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 from energy.battery import JOULE_PER_WH, soc_along
-from energy.chain import LinkModel, StopRule
+from energy.chain.chain import LinkModel, StopRule
 from routing.errors import NoPathError
 from routing.pareto_bounds import ROUNDING_FRAC, LowerBounds, Trade, chosen, undominated
 from routing.pareto_labels import Cover, is_applicable, uncovered_ways

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.kernels_force import cabin_energy_j
+from energy.force.kernels_force import cabin_energy_j
 from routing import kernels_pareto as kernels
 from routing.kernels_gap import LIMIT, STOP
 from routing.kernels_sums import least_sums, turned_round
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from energy.kernels_force import LinkPhysics
+    from energy.force.kernels_force import LinkPhysics
     from routing.kernels import LinkArrays
     from routing.kernels_pareto import Labels, StateGraph
     from routing.search import LinkPosition

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.battery import JOULE_PER_WH
-from energy.chain import LinkModel, StopRule, simulate_chain
+from energy.chain.chain import LinkModel, StopRule, simulate_chain
+from energy.chain.uncertainty import FACTOR_RANGE, SEED, dissipation_sd_frac, pessimistic
 from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
-from energy.uncertainty import FACTOR_RANGE, SEED, dissipation_sd_frac, pessimistic
-from energy.vehicle import Powertrain
+from energy.vehicle.vehicle import Powertrain
 from routing.area import AreaMaker, energies_of_reach
 from routing.errors import QueryError
 from routing.graph import Terrain
@@ -45,8 +45,8 @@ from routing.via import WayFinder
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from energy.chain import Chain, ChainResult
-    from energy.vehicle_files import AnyVehicle
+    from energy.chain.chain import Chain, ChainResult
+    from energy.vehicle.files import AnyVehicle
     from routing.area import RoadEnergies
     from routing.graph import RoadGraph
     from routing.matrix import MatrixQuery, SnappedPlace

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING, overload
 
-from energy.chain import LinkModel, StopRule
+from energy.chain.chain import LinkModel, StopRule
 from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
 
@@ -16,9 +16,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from shapely import MultiPolygon
 
-    from energy.chain import EnergyParts, LinkResult, LinkResults
-    from energy.uncertainty import EnergyDistribution
-    from energy.vehicle_files import AnyVehicle
+    from energy.chain.chain import EnergyParts, LinkResult, LinkResults
+    from energy.chain.uncertainty import EnergyDistribution
+    from energy.vehicle.files import AnyVehicle
     from routing.hot_links import HotStretch
 
 

@@ -1,8 +1,8 @@
 """The label-setting search on a networkx graph, written to be read: the slow twin of routing.kernels.
 
 It knows a graph as routing.networkx_graph.to_networkx makes it. The link model is the edge-cost function: driving an
-edge costs what energy.kernels.link_energy says for the speed it is entered with and the limit of the edge that
-follows. Labels are compared only when their states are equal, unless a bound on what differing states are worth is
+edge costs what energy.chain.kernels_link.link_energy says for the speed it is entered with and the limit of the edge
+that follows. Labels are compared only when their states are equal, unless a bound on what differing states are worth is
 given; the compiled search has such a bound, and must find the same costs.
 """
 
@@ -16,9 +16,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from energy.effects import LinkSetting
-from energy.kernels import link_energy
-from energy.kernels_force import accepted_j, cabin_energy_j, road_in_time
+from energy.chain.kernels_link import link_energy
+from energy.force.effects import LinkSetting
+from energy.force.kernels_force import accepted_j, cabin_energy_j, road_in_time
 from energy.stops import FunctionalClass, StopSettings
 from routing.errors import SearchLimitError
 from routing.gaps import gap_rules, warm_up_w
@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     import networkx as nx
     from numpy.typing import NDArray
 
-    from energy.effects import Drive
-    from energy.kernels_force import LinkPhysics
+    from energy.force.effects import Drive
+    from energy.force.kernels_force import LinkPhysics
     from routing.query import Weights
 
     NetworkxGraph = nx.MultiDiGraph[Any]

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from energy.battery import JOULE_PER_WH, soc_along
-from energy.chain import EnergyParts, LinkResults, simulate_chain
-from energy.effects import PART_NAMES
-from energy.uncertainty import chain_distribution
+from energy.chain.chain import EnergyParts, LinkResults, simulate_chain
+from energy.chain.uncertainty import chain_distribution
+from energy.force.effects import PART_NAMES
 from routing.graph import E7
 from routing.hot_links import RouteLinks, hot_stretches
 from routing.query import DrivenLinks, Point, Remedy, Route, RouteLeg
@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from energy.chain import Chain, ChainResult
-    from energy.uncertainty import EnergyDistribution
+    from energy.chain.chain import Chain, ChainResult
+    from energy.chain.uncertainty import EnergyDistribution
     from routing.graph import RoadGraph
     from routing.hot_links import HotStretch
     from routing.query import LinkSpan, RouteQuery, SnappedPoint, Weights

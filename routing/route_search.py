@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.battery import JOULE_PER_WH, soc_along
-from energy.chain import LinkModel, StopRule, simulate_chain
+from energy.chain.chain import LinkModel, StopRule, simulate_chain
 from energy.conditions import STILL, Conditions
-from energy.consumption_table import ConsumptionTableVehicle
-from energy.effects import drive_of
+from energy.force.effects import drive_of
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from routing.errors import NoPathError, SearchLimitError
 from routing.query import ECO, LinkSpan
 from routing.search import (
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from energy.stops import StopSettings
-    from energy.vehicle_files import AnyVehicle
+    from energy.vehicle.files import AnyVehicle
     from routing.graph import RoadGraph
     from routing.query import RangeQuery, RouteQuery, Weights
     from routing.spans import ChainMaker

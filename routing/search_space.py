@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy import kernels_force as force
-from energy.chain import LinkModel, StopRule
+from energy.chain.chain import LinkModel, StopRule
+from energy.chain.kernels_link import TOUCH_MPS, mean_over_intervals
 from energy.conditions import STILL, Conditions
-from energy.effects import LinkSetting, drive_of
-from energy.kernels import TOUCH_MPS, mean_over_intervals
-from energy.kernels_force import LinkPhysics
+from energy.force import kernels_force as force
+from energy.force.effects import LinkSetting, drive_of
+from energy.force.kernels_force import LinkPhysics
 from energy.stops import StopSettings
 from routing import kernels_gap, kernels_links
 from routing.drives import Drives
@@ -26,8 +26,8 @@ from routing.stops import link_stops
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from energy.effects import Drive
-    from energy.vehicle_files import AnyVehicle
+    from energy.force.effects import Drive
+    from energy.vehicle.files import AnyVehicle
     from routing.graph import RoadGraph
 
 LOAD_NOISE_N: Final = 1e-9  # a road load that is lifted to 0 may miss it by rounding

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.chain import Chain
+from energy.chain.chain import Chain
+from energy.chain.kernels_link import REST
 from energy.errors import LinkError
-from energy.kernels import REST
 from energy.stops import StopSettings
 from routing.stops import link_stops
 

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from energy.chain import StopRule
-from energy.kernels import MEDIUM
+from energy.chain.chain import StopRule
+from energy.chain.kernels_link import MEDIUM
 from energy.stops import FunctionalClass
 from routing.graph import ALL_LINKS
 

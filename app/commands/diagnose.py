@@ -17,7 +17,7 @@ from app.commands.progress import reporter, stage_bars, whole_reporter
 
 if TYPE_CHECKING:
     from app.service import Service
-    from energy.vehicle import Vehicle
+    from energy.vehicle.vehicle import Vehicle
     from routing.planner import Planner
 
 diagnosing = typer.Typer()
@@ -106,8 +106,8 @@ def diagnose(
 
 def _physical(service: Service, named: str) -> Vehicle:
     """The vehicle of an id or of a TOML file, which has to be given by its physics."""
-    from energy.vehicle import Vehicle
-    from energy.vehicle_files import load_vehicle
+    from energy.vehicle.files import load_vehicle
+    from energy.vehicle.vehicle import Vehicle
 
     path = Path(named)
     found = load_vehicle(path) if path.suffix == ".toml" else service.known_vehicle(named)

@@ -87,7 +87,7 @@ def _vehicle_in(path: Path) -> tuple[str, SentVehicle]:
     from app.conversions.vehicle import vehicle_detail
     from app.schemas.vehicle import VehicleBody
     from energy.errors import EnergyError
-    from energy.vehicle_files import load_vehicle
+    from energy.vehicle.files import load_vehicle
 
     if path.suffix == ".toml":
         try:

@@ -11,9 +11,9 @@ from app.schemas.conditions import DIGITS, ConditionsSent
 from app.schemas.effects import CELSIUS_FIELDS, EffectsSent
 from app.schemas.learned_effects import LearnedEffects
 from energy.conditions import STILL, ZERO_CELSIUS_K, Conditions
-from energy.consumption_table import ConsumptionTableVehicle
 from energy.errors import ConditionsError, VehicleError
-from energy.vehicle import KMH_PER_MPS, Vehicle
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
+from energy.vehicle.vehicle import KMH_PER_MPS, Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Vehicles given as consumption tables between human units and energy.consumption_table."""
+"""Vehicles given as consumption tables between human units and energy.vehicle.consumption_table."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from app.conversions.quantities import (
 )
 from app.schemas.vehicle import Consumption, InlineTableVehicle, Kinetic
 from app.schemas.vehicle_answer import TableVehicleDetail
-from energy.consumption_table import ConsumptionTableVehicle
 from energy.errors import VehicleError
-from energy.vehicle import KMH_PER_MPS
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
+from energy.vehicle.vehicle import KMH_PER_MPS
 
 SPEED_DIGITS = 9  # of km/h, so that 50 km/h inside is shown as 50
 

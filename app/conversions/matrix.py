@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from app.schemas.matrix import MatrixRequest
-    from energy.vehicle_files import AnyVehicle
+    from energy.vehicle.files import AnyVehicle
     from routing.graph import RoadGraph
     from routing.matrix import MatrixAnswer, MatrixEntry
 

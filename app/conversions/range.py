@@ -27,7 +27,7 @@ from routing.query import RangeQuery, Trip
 if TYPE_CHECKING:
     from shapely import MultiPolygon
 
-    from energy.vehicle_files import AnyVehicle
+    from energy.vehicle.files import AnyVehicle
     from routing.graph import RoadGraph
     from routing.query import RangeAnswer, RangeBand
 

@@ -25,15 +25,15 @@ from app.schemas.route import (
     WeightsSent,
 )
 from energy.battery import JOULE_PER_WH
-from energy.effects import PART_NAMES
-from energy.vehicle import KMH_PER_MPS
+from energy.force.effects import PART_NAMES
+from energy.vehicle.vehicle import KMH_PER_MPS
 from routing.query import NAMED_WEIGHTS, ParetoSettings, RouteQuery, Weights
 
 if TYPE_CHECKING:
     from app.schemas.route import RouteRequest
-    from energy.chain import EnergyParts
-    from energy.uncertainty import EnergyDistribution
-    from energy.vehicle_files import AnyVehicle
+    from energy.chain.chain import EnergyParts
+    from energy.chain.uncertainty import EnergyDistribution
+    from energy.vehicle.files import AnyVehicle
     from routing.graph import RoadGraph
     from routing.hot_links import HotStretch
     from routing.query import DrivenLinks, ParetoClaim, Route, RouteAnswer, RouteLeg, SearchStats

@@ -22,10 +22,10 @@ from app.schemas.simulation import (
     SpeedProfileAnswer,
 )
 from energy.battery import JOULE_PER_WH, soc_along
-from energy.chain import Chain
+from energy.chain.chain import Chain
 from energy.errors import LinkError
 from energy.stops import Cross, StopSettings
-from energy.vehicle import KMH_PER_MPS
+from energy.vehicle.vehicle import KMH_PER_MPS
 from routing.query import LinkSpan
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
     from app.driving import Course, Driven
     from app.schemas.vehicle import VehicleChoice
-    from energy.profile import SpeedProfile
+    from energy.chain.profile import SpeedProfile
     from routing.graph import RoadGraph
 
 

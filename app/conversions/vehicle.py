@@ -28,13 +28,13 @@ from app.schemas.vehicle import (
     SentVehicle,
 )
 from app.schemas.vehicle_answer import TableVehicleDetail, VehicleDetail, VehicleKind, VehicleSummary
-from energy.consumption_table import ConsumptionTableVehicle
 from energy.errors import VehicleError
-from energy.vehicle import KMH_PER_MPS, Vehicle
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
+from energy.vehicle.vehicle import KMH_PER_MPS, Vehicle
 
 if TYPE_CHECKING:
     from app.schemas.vehicle_answer import AnyVehicleDetail
-    from energy.vehicle_files import AnyVehicle
+    from energy.vehicle.files import AnyVehicle
 
 INLINE_ID: Final = "inline"
 

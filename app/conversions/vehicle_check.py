@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, get_args
 
 from app.schemas.vehicle_check import CycleFigure, VehicleCheck
-from energy.self_check import CycleName, bundled_cycle, cycle_consumption, self_check
+from energy.vehicle.self_check import CycleName, bundled_cycle, cycle_consumption, self_check
 
 if TYPE_CHECKING:
-    from energy.published import Published
-    from energy.vehicle_files import AnyVehicle
+    from energy.vehicle.files import AnyVehicle
+    from energy.vehicle.published import Published
 
 
 def vehicle_check(vehicle: AnyVehicle, published: Published | None) -> VehicleCheck:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from diagnosis.recordings import Recording
     from diagnosis.results import Diagnosis
-    from energy.vehicle import Vehicle
+    from energy.vehicle.vehicle import Vehicle
 
     Progress = Callable[[str, float], None]
 

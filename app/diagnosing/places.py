@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from diagnosis.matching import Match
     from diagnosis.recordings import Recording
     from diagnosis.results import ProfileSplit, TripTimeline
-    from energy.vehicle import Vehicle
+    from energy.vehicle.vehicle import Vehicle
     from routing.planner import Planner
 
 STAGE: Final = "matching to the graph"

@@ -12,7 +12,7 @@ from app.diagnosing.residuals import window_edges_s
 from app.diagnosing.tracks import places_at
 from app.schemas.diagnosis import TripLinks, TripOutline, TripTimelineAnswer
 from app.store.diagnoses import TripDocument
-from energy.vehicle import KMH_PER_MPS
+from energy.vehicle.vehicle import KMH_PER_MPS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -37,7 +37,7 @@ from app.store.errors import DiagnosisDamagedError, DiagnosisNotFoundError, Trip
 from diagnosis.holdout import named_trips
 from diagnosis.recording_files import recording_id
 from diagnosis.results import Verdict
-from energy.vehicle import Vehicle
+from energy.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from app.schemas.route import RouteRequest
-from energy.profile import chain_profile
-from energy.replay import DrivenProfile, graded, replay
-from energy.vehicle import KMH_PER_MPS, Vehicle
+from energy.chain.profile import chain_profile
+from energy.replay.replay import DrivenProfile, graded, replay
+from energy.vehicle.vehicle import KMH_PER_MPS, Vehicle
 from routing.query import LinkSpan
 from routing.snap import METRE_PER_DEGREE
 

@@ -13,7 +13,7 @@ from app.schemas.learned_effects import EffectsChoice
 from app.schemas.place import MAX_PLACES, Place, Snapped
 from app.schemas.route import WeightsSent
 from app.schemas.vehicle import VehicleChoice
-from energy.chain import LinkModel, StopRule
+from energy.chain.chain import LinkModel, StopRule
 from routing.matrix import NotDriven
 
 Figure = TypeVar("Figure")

@@ -14,7 +14,7 @@ from app.schemas.learned_effects import MAX_EFFECTS_ID_CHARS, EffectsChoice
 from app.schemas.place import MultiPolygonGeometry, Place, PlaceFeature
 from app.schemas.route import SearchStatsAnswer
 from app.schemas.vehicle import VehicleChoice
-from energy.chain import LinkModel, StopRule
+from energy.chain.chain import LinkModel, StopRule
 from energy.conditions import RoadSurface
 
 MAX_BANDS = 20

@@ -12,7 +12,7 @@ from app.schemas.graph import TerrainNote
 from app.schemas.learned_effects import EffectsChoice
 from app.schemas.place import LatLon, LineString, Place, PlaceFeature, Snapped
 from app.schemas.vehicle import VehicleChoice
-from energy.chain import LinkModel, StopRule
+from energy.chain.chain import LinkModel, StopRule
 from routing.hot_links import HotReason
 from routing.query import EPSILON_RANGE, MOST_RANGE, ParetoProof, ParetoSettings
 

@@ -9,7 +9,7 @@ from pydantic_core import PydanticCustomError
 
 from app.schemas.base import Number, Sent, refusal
 from app.schemas.effects import EffectsSent
-from energy.vehicle import Powertrain
+from energy.vehicle.vehicle import Powertrain
 
 VEHICLE_ID_PATTERN: Final = r"^[a-z0-9]+(-[a-z0-9]+)*$"
 MAX_ID_CHARS: Final = 100

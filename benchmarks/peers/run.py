@@ -19,7 +19,7 @@ from benchmarks.peers.environments import PeerUnavailableError
 from benchmarks.peers.pairs import draw_pairs, draw_places
 from benchmarks.peers.tables import RANGES, ROUTES, PeerReport, asked_of
 from benchmarks.terrain import write_hills
-from energy.vehicle_files import load_vehicle
+from energy.vehicle.files import load_vehicle
 from routing.graph_files import load_graph
 
 if TYPE_CHECKING:

@@ -12,9 +12,9 @@ import numpy as np
 from benchmarks.graphs import ROOT, difference_mb
 from benchmarks.machine import peak_memory_mb, private_memory_mb, resident_memory_mb
 from benchmarks.scale.pairs import draw_pairs
-from energy.chain import LinkModel, StopRule
+from energy.chain.chain import LinkModel, StopRule
 from energy.stops import StopSettings
-from energy.vehicle_files import load_vehicle
+from energy.vehicle.files import load_vehicle
 from routing.graph import ARRAY_NAMES
 from routing.graph_files import load_graph
 from routing.query import ECO
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from pathlib import Path
     from typing import TypeVar
 
-    from energy.vehicle_files import AnyVehicle
+    from energy.vehicle.files import AnyVehicle
     from routing.graph import RoadGraph
     from routing.search_space import SearchSpace
 

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from benchmarks.scale.pairs import Pair
-    from energy.vehicle_files import AnyVehicle
+    from energy.vehicle.files import AnyVehicle
     from routing.graph import RoadGraph
     from routing.search_space import SearchSpace
 

@@ -11,8 +11,8 @@ from diagnosis.proof.errors import ProofError
 from diagnosis.recordings import read_recordings
 from diagnosis.worlds.carriers import Carrier, CarrierVehicle
 from energy.conditions import ZERO_CELSIUS_K
-from energy.vehicle import KMH_PER_MPS, Vehicle
-from energy.vehicle_files import load_vehicle
+from energy.vehicle.files import load_vehicle
+from energy.vehicle.vehicle import KMH_PER_MPS, Vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path

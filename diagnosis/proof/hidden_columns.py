@@ -16,8 +16,8 @@ from diagnosis.proof.figures import Figure, Target, drawn
 from diagnosis.proof.source import OF_THE_TOOL, source_hash
 from diagnosis.proof.tool import held_out_of, seed_of
 from diagnosis.recordings import read_recordings
-from energy.vehicle import Vehicle
-from energy.vehicle_files import load_vehicle
+from energy.vehicle.files import load_vehicle
+from energy.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence

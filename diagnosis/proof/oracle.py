@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from diagnosis.proof.prepared import Prepared
     from diagnosis.recordings import Recording
     from diagnosis.windows import Trip
-    from energy.vehicle import Vehicle
+    from energy.vehicle.vehicle import Vehicle
 
 ORACLE: Final = "oracle"
 # The library's effects that stand for one of a truth generator. A roof box, an unknown load or wind are levels of

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from diagnosis.jackknife import Equations, Solution
     from diagnosis.recordings import Recording
     from diagnosis.windows import Trip, Windows
-    from energy.vehicle import Vehicle
+    from energy.vehicle.vehicle import Vehicle
 
 
 @dataclass(frozen=True, slots=True)

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from diagnosis.jackknife import Equations
     from diagnosis.proof.prepared import Prepared
     from diagnosis.recordings import Recording
-    from energy.vehicle import Vehicle
+    from energy.vehicle.vehicle import Vehicle
 
 OLS_T: Final = 4.0
 FOLDS: Final = 5

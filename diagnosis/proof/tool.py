@@ -16,8 +16,8 @@ from diagnosis.proof.rules import simpler_rules
 from diagnosis.proof.source import OF_THE_TOOL, source_hash
 from diagnosis.recordings import read_recordings
 from diagnosis.selection import LEAST_TRIPS
-from energy.vehicle import Vehicle
-from energy.vehicle_files import load_vehicle
+from energy.vehicle.files import load_vehicle
+from energy.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

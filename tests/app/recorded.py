@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.replay import DrivenProfile, replay
-from energy.vehicle import KMH_PER_MPS
+from energy.replay.replay import DrivenProfile, replay
+from energy.vehicle.vehicle import KMH_PER_MPS
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.typing import NDArray
 
-    from energy.vehicle import Vehicle
+    from energy.vehicle.vehicle import Vehicle
 
 HEATER_W_PER_K: Final = 150.0
 CABIN_C: Final = 21.0

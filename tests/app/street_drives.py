@@ -6,15 +6,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.replay import DrivenProfile, replay
-from energy.vehicle import KMH_PER_MPS
+from energy.replay.replay import DrivenProfile, replay
+from energy.vehicle.vehicle import KMH_PER_MPS
 from routing.snap import METRE_PER_DEGREE
 from tests.app.conftest import SOUTH, SPACING_DEG, WEST
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from energy.vehicle import Vehicle
+    from energy.vehicle.vehicle import Vehicle
 
 CONSUMER_W: Final = 2000.0
 MIDDLE_DEG: Final = WEST + SPACING_DEG  # longitude of the crossing at half way

@@ -12,8 +12,8 @@ import pytest
 from typer.testing import CliRunner
 
 from app.cli import cli
-from energy.replay import DrivenProfile, replay
-from energy.vehicle import KMH_PER_MPS, Vehicle
+from energy.replay.replay import DrivenProfile, replay
+from energy.vehicle.vehicle import KMH_PER_MPS, Vehicle
 from tests.app.conftest import SOUTH, SPACING_DEG, VEHICLES, WEST
 from tests.app.recorded import NOISE_W, write_winter
 from tests.app.test_http_diagnoses import BAD, CAR

@@ -24,13 +24,13 @@ from energy.conditions import (
     EffectCoefficients,
     RoadSurface,
 )
-from energy.consumption_table import ConsumptionTableVehicle
 from energy.errors import ConditionsError
-from energy.vehicle_files import load_vehicle
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
+from energy.vehicle.files import load_vehicle
 
 if TYPE_CHECKING:
     from app.settings import Settings
-    from energy.vehicle import Vehicle
+    from energy.vehicle.vehicle import Vehicle
 
 INSIDE = {
     "ambient_c": "ambient_k",

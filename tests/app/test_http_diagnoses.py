@@ -16,7 +16,7 @@ from starlette.testclient import TestClient
 from app.main import create_app
 from app.service import Service
 from app.settings import Settings
-from energy.vehicle import Vehicle
+from energy.vehicle.vehicle import Vehicle
 from tests.app.expected import TABLE, VEHICLE, check_problem, database_in
 from tests.app.recorded import write_recording, write_winter
 

@@ -8,7 +8,7 @@ from urllib.parse import quote
 import pytest
 
 from app.schemas.diagnosis import ResidualCollection, TripTimelineAnswer
-from energy.vehicle import Vehicle
+from energy.vehicle.vehicle import Vehicle
 from tests.app.conftest import SOUTH
 from tests.app.expected import check_problem
 from tests.app.street_drives import CONSUMER_W, FIRST_DEG, MIDDLE_DEG, write_street_drive

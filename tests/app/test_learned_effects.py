@@ -17,7 +17,7 @@ from app.store.diagnoses import DiagnosisDocuments, DiagnosisStore, NewDiagnosis
 from diagnosis.engine import diagnose
 from diagnosis.recordings import read_recordings
 from diagnosis.results import Diagnosis, Verdict
-from energy.vehicle import Vehicle
+from energy.vehicle.vehicle import Vehicle
 from tests.app.expected import TABLE, VEHICLE, check_problem
 from tests.app.recorded import HEATER_W_PER_K, write_winter
 

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import pytest
 
 from diagnosis.trips import TripRecord
-from energy.vehicle import Vehicle
-from energy.vehicle_files import load_vehicle
+from energy.vehicle.files import load_vehicle
+from energy.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Callable

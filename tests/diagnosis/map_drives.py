@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from diagnosis.recordings import Recording
-from energy.profile import chain_profile
+from energy.chain.profile import chain_profile
 from energy.stops import Cross, FunctionalClass
 from routing.graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph, great_circle_m
 from routing.query import LinkSpan
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from energy.vehicle_files import AnyVehicle
+    from energy.vehicle.files import AnyVehicle
     from routing.planner import Planner
 
 ERROR_TIME_S = 30.0  # in which a receiver's error decays to 1/e

@@ -8,8 +8,8 @@ import numpy as np
 
 from diagnosis.driven import driven
 from diagnosis.recordings import Recording
-from energy.replay import replay
-from energy.self_check import bundled_cycle
+from energy.replay.replay import replay
+from energy.vehicle.self_check import bundled_cycle
 
 
 def drive(car, number, more_w=None, ambient_c=None):

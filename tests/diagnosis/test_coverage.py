@@ -22,9 +22,9 @@ from diagnosis.coverage import (
 )
 from diagnosis.recordings import Recording
 from docs import uncertainty_table
+from energy.chain.uncertainty import sampled_vehicles
 from energy.conditions import STILL, Conditions
-from energy.replay import replay
-from energy.uncertainty import sampled_vehicles
+from energy.replay.replay import replay
 
 
 def prediction(trip_id="T", measured=10.0, p10=8.0, p50=10.0, p90=12.0):

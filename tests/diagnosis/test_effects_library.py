@@ -14,9 +14,9 @@ from diagnosis.recordings import Recording
 from diagnosis.tangents import PARAMETERS, SENSOR_COLUMNS
 from diagnosis.windows import trip_of, windows
 from energy.conditions import STILL, Conditions, EffectCoefficients, RoadSurface
-from energy.replay import replay
-from energy.self_check import bundled_cycle
-from energy.vehicle_files import load_vehicle
+from energy.replay.replay import replay
+from energy.vehicle.files import load_vehicle
+from energy.vehicle.self_check import bundled_cycle
 
 ROOT = Path(__file__).resolve().parents[2]
 TERMS = {term.name: term for term in LIBRARY}

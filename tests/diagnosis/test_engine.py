@@ -13,8 +13,8 @@ from diagnosis.engine import DiagnosisSettings, diagnose
 from diagnosis.errors import DiagnosisCancelled, DiagnosisError
 from diagnosis.recordings import Recording
 from diagnosis.results import Family, Verdict, as_json
-from energy.replay import replay
-from energy.vehicle_files import load_vehicle
+from energy.replay.replay import replay
+from energy.vehicle.files import load_vehicle
 from tests.diagnosis.planted_drives import drive, heater
 
 ROOT = Path(__file__).resolve().parents[2]

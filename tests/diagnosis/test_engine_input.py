@@ -13,7 +13,7 @@ from diagnosis.errors import DiagnosisError
 from diagnosis.recordings import Recording
 from diagnosis.results import Verdict
 from energy.conditions import EffectCoefficients
-from energy.vehicle_files import load_vehicle
+from energy.vehicle.files import load_vehicle
 from tests.diagnosis.planted_drives import drive
 
 ROOT = Path(__file__).resolve().parents[2]

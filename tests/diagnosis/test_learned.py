@@ -12,8 +12,8 @@ from diagnosis.driven import driven
 from diagnosis.engine import diagnose
 from diagnosis.learned import learned_vehicle
 from energy.conditions import Conditions
-from energy.replay import replay
-from energy.vehicle_files import load_vehicle
+from energy.replay.replay import replay
+from energy.vehicle.files import load_vehicle
 from tests.diagnosis.planted_drives import drive, heater
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -11,7 +11,7 @@ import pytest
 from diagnosis.driven import driven
 from diagnosis.engine import diagnose
 from diagnosis.results import Family
-from energy.vehicle_files import load_vehicle
+from energy.vehicle.files import load_vehicle
 from tests.diagnosis.planted_drives import drive
 
 ROOT = Path(__file__).resolve().parents[2]

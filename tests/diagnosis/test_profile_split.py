@@ -13,7 +13,7 @@ from diagnosis.matching import MapMatcher
 from diagnosis.profile_split import NothingMatchedError, profile_split, profile_table, stop_count
 from diagnosis.results import ProfileSplit
 from energy.conditions import Conditions
-from energy.replay import DrivenProfile, replay
+from energy.replay.replay import DrivenProfile, replay
 from routing.graph_files import load_graph
 from routing.planner import Planner
 from routing.query import FASTEST, LinkSpan, Point, RouteQuery

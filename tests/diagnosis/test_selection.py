@@ -15,7 +15,7 @@ from diagnosis.jackknife import equations, solve
 from diagnosis.noise import estimated
 from diagnosis.selection import LEAST_Z, scatter_of, select, still_standing, threshold
 from diagnosis.windows import FREE, trip_of, windows
-from energy.vehicle_files import load_vehicle
+from energy.vehicle.files import load_vehicle
 from tests.diagnosis.planted_drives import drive, heater
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -10,7 +10,7 @@ import pytest
 from diagnosis.source_published import TABLE_IV, TRIP_COUNT, TYPE_OF, RouteType, SourceRoute
 from diagnosis.source_routes import SOURCE_RUNS, source_route
 from diagnosis.source_runs import SourceModel, drive_source_trips, route_energies_j, type_averages
-from energy.chain import LinkModel, StopRule, simulate_chain
+from energy.chain.chain import LinkModel, StopRule, simulate_chain
 
 SEEDS = (1, 2, 3)
 

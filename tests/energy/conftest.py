@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from energy.chain import Chain
-from energy.kernels_force import LinkPhysics
-from energy.vehicle import KMH_PER_MPS, Vehicle
+from energy.chain.chain import Chain
+from energy.force.kernels_force import LinkPhysics
+from energy.vehicle.vehicle import KMH_PER_MPS, Vehicle
 from tests.energy.loaded import Loaded, off
 
 if TYPE_CHECKING:

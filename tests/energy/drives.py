@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from energy.chain import simulate_chain
+from energy.chain.chain import simulate_chain
 from energy.conditions import STILL
 
 

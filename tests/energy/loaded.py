@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, replace
 
-from energy import kernels, kernels_force
-from energy.kernels_force import LinkPhysics, Road
+from energy.chain import kernels_link
+from energy.force import kernels_force
+from energy.force.kernels_force import LinkPhysics, Road
 
 
 @dataclass(frozen=True)
@@ -53,11 +54,11 @@ def off():
 
 
 def link_energy(p, length, grade, *rest):
-    return kernels.link_energy(p.physics, p.road(grade), length, *rest)
+    return kernels_link.link_energy(p.physics, p.road(grade), length, *rest)
 
 
 def add_link_parts(p, length, grade, *rest):
-    return kernels.add_link_parts(p.physics, p.road(grade), length, *rest)
+    return kernels_link.add_link_parts(p.physics, p.road(grade), length, *rest)
 
 
 def ramp_energy(p, ds, v_a, v_b, grade, flat):
@@ -69,7 +70,7 @@ def cruise_energy(p, ds, v, grade, flat):
 
 
 def plan_link(p, *rest):
-    return kernels.plan_link(p.physics, *rest)
+    return kernels_link.plan_link(p.physics, *rest)
 
 
 def loaded(drive):

@@ -10,9 +10,9 @@ from types import ModuleType
 import numpy as np
 import pytest
 
-from energy.consumption_table import ConsumptionTableVehicle
-from energy.vehicle import Powertrain, Vehicle
-from energy.vehicle_files import load_vehicle, load_vehicles
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
+from energy.vehicle.files import load_vehicle, load_vehicles
+from energy.vehicle.vehicle import Powertrain, Vehicle
 
 ROOT = Path(__file__).resolve().parents[2]
 BUNDLED = ROOT / "data" / "vehicles"

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from energy.chain import simulate_chain
+from energy.chain.chain import simulate_chain
 from energy.errors import LinkError
 
 pytestmark = pytest.mark.nojit

@@ -8,8 +8,8 @@ import math
 import numpy as np
 import pytest
 
-from energy.chain import LinkModel, StopRule, simulate_chain
-from energy.effects import drive_of
+from energy.chain.chain import LinkModel, StopRule, simulate_chain
+from energy.force.effects import drive_of
 
 pytestmark = pytest.mark.nojit
 

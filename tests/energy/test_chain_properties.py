@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from energy.chain import Chain, LinkModel, StopRule, simulate_chain
+from energy.chain.chain import Chain, LinkModel, StopRule, simulate_chain
 
 MANY = settings(max_examples=200, deadline=None)
 

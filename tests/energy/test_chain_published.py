@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from energy.chain import LinkModel, simulate_chain
+from energy.chain.chain import LinkModel, simulate_chain
 
 pytestmark = pytest.mark.nojit
 

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from energy.chain import LinkModel, StopRule, simulate_chain
+from energy.chain.chain import LinkModel, StopRule, simulate_chain
 from energy.conditions import (
     COEFFICIENT_RANGES,
     CONDITION_RANGES,
@@ -19,22 +19,10 @@ from energy.conditions import (
     EffectCoefficients,
     RoadSurface,
 )
-from energy.consumption_table import ConsumptionTableVehicle
-from energy.effects import (
-    PART_NAMES,
-    LinkSetting,
-    cabin_power_w,
-    drive_of,
-)
 from energy.errors import ConditionsError
-from energy.kernels_force import (
-    Road,
-    battery_power,
-    ramp_energy,
-    ramp_terms,
-    road_load_n,
-    total_j,
-)
+from energy.force.effects import PART_NAMES, LinkSetting, cabin_power_w, drive_of
+from energy.force.kernels_force import Road, battery_power, ramp_energy, ramp_terms, road_load_n, total_j
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from tests.energy.drives import energy_j, north
 
 MANY = settings(max_examples=150, deadline=None)

@@ -12,13 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
 
-from energy.chain import LinkModel, StopRule, simulate_chain
+from energy.chain.chain import LinkModel, StopRule, simulate_chain
+from energy.chain.timestep import simulate_timestep
 from energy.conditions import STILL, Conditions, EffectCoefficients, RoadSurface
-from energy.effects import PART_NAMES, LinkSetting, cabin_power_w, drive_of, regen_limit
 from energy.errors import ConditionsError
-from energy.kernels_force import accepted_j, battery_power, road_in_time
-from energy.replay import DrivenProfile, replay
-from energy.timestep import simulate_timestep
+from energy.force.effects import PART_NAMES, LinkSetting, cabin_power_w, drive_of, regen_limit
+from energy.force.kernels_force import accepted_j, battery_power, road_in_time
+from energy.replay.replay import DrivenProfile, replay
 from tests.energy.drives import energy_j
 
 MANY = settings(max_examples=100, deadline=None)

@@ -12,14 +12,15 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from energy.chain import LinkModel, StopRule, simulate_chain
+from energy.chain.chain import LinkModel, StopRule, simulate_chain
+from energy.chain.timestep import simulate_timestep
 from energy.conditions import (
     STILL,
     Conditions,
     EffectCoefficients,
     RoadSurface,
 )
-from energy.effects import (
+from energy.force.effects import (
     REFERENCE_K,
     RESISTANCE_REFERENCE_K,
     LinkSetting,
@@ -29,12 +30,8 @@ from energy.effects import (
     regen_limit,
     resistance_rise_ohm,
 )
-from energy.kernels_force import (
-    accepted_j,
-    cabin_energy_j,
-)
-from energy.timestep import simulate_timestep
-from energy.vehicle_files import load_vehicle
+from energy.force.kernels_force import accepted_j, cabin_energy_j
+from energy.vehicle.files import load_vehicle
 from tests.energy.drives import energy_j, north
 
 ROOT = Path(__file__).resolve().parents[2]

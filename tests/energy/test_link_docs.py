@@ -10,12 +10,13 @@ import pytest
 
 from app.schemas.conditions import ConditionsSent
 from app.schemas.effects import EffectsSent
-from energy import chain, effects, kernels, kernels_force
-from energy.chain import Chain
+from energy.chain import chain, kernels_link
+from energy.chain.chain import Chain
 from energy.conditions import EffectCoefficients
-from energy.effects import PART_NAMES
+from energy.force import effects, kernels_force
+from energy.force.effects import PART_NAMES
 from energy.stops import StopSettings
-from energy.vehicle import Vehicle
+from energy.vehicle.vehicle import Vehicle
 
 pytestmark = pytest.mark.nojit
 
@@ -30,7 +31,7 @@ def test_docs_table_of_equations_has_each_of_them_once():
 
 
 def test_docs_name_functions_that_exist():
-    modules = {"kernels": kernels, "kernels_force": kernels_force, "chain": chain, "effects": effects}
+    modules = {"kernels": kernels_link, "kernels_force": kernels_force, "chain": chain, "effects": effects}
     named = re.findall(r"`(kernels|kernels_force|chain|effects)\.(\w+)`", PAGE)
     assert len(named) > 40
     for module, function in named:

@@ -10,8 +10,8 @@ import math
 import numpy as np
 import pytest
 
-from energy.kernels import mean_over_intervals
-from energy.kernels_force import force_roots
+from energy.chain.kernels_link import mean_over_intervals
+from energy.force.kernels_force import force_roots
 from tests.energy.loaded import plan_link
 
 pytestmark = pytest.mark.nojit

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from energy.kernels_force import PART_COUNT, LinkPhysics
+from energy.force.kernels_force import PART_COUNT, LinkPhysics
 from tests.energy.loaded import Loaded, add_link_parts, link_energy, off, plan_link
 
 MANY = settings(max_examples=300, deadline=None)

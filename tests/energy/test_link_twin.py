@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
-from energy.effects import drive_of
-from energy.kernels import mean_over_intervals
+from energy.chain.kernels_link import mean_over_intervals
+from energy.force.effects import drive_of
 from tests.energy.loaded import link_energy, loaded, plan_link, ramp_energy
 
 

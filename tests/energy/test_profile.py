@@ -7,12 +7,12 @@ import dataclasses
 import numpy as np
 import pytest
 
-from energy.chain import LinkModel, StopRule, simulate_chain
-from energy.consumption_table import ConsumptionTableVehicle
+from energy.chain.chain import LinkModel, StopRule, simulate_chain
+from energy.chain.profile import RAMP_STEP_MPS, chain_profile, thinned
+from energy.chain.timestep import CERTAIN_RULES, simulate_timestep
 from energy.errors import LinkError
-from energy.profile import RAMP_STEP_MPS, chain_profile, thinned
 from energy.stops import Cross
-from energy.timestep import CERTAIN_RULES, simulate_timestep
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
 
 
 @pytest.fixture(scope="module")

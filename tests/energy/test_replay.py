@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from energy.chain import simulate_chain
+from energy.chain.chain import simulate_chain
 from energy.conditions import STILL, Conditions
-from energy.effects import drive_of
 from energy.errors import ConditionsError
-from energy.kernels_force import battery_power, cabin_energy_j, road_at
-from energy.replay import DrivenProfile, DrivenProfileError, graded, replay, smoothed_height_m
-from energy.vehicle_files import load_vehicle
+from energy.force.effects import drive_of
+from energy.force.kernels_force import battery_power, cabin_energy_j, road_at
+from energy.replay.replay import DrivenProfile, DrivenProfileError, graded, replay, smoothed_height_m
+from energy.vehicle.files import load_vehicle
 
 VEHICLES = Path(__file__).resolve().parents[2] / "data" / "vehicles"
 COLD = Conditions(ambient_k=268.15)

@@ -7,11 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from energy.chain import StopRule, simulate_chain
-from energy.kernels import REST
-from energy.profile import chain_profile
-from energy.timestep import simulate_timestep
-from energy.uncertainty import chain_distribution
+from energy.chain.chain import StopRule, simulate_chain
+from energy.chain.kernels_link import REST
+from energy.chain.profile import chain_profile
+from energy.chain.timestep import simulate_timestep
+from energy.chain.uncertainty import chain_distribution
 
 pytestmark = pytest.mark.nojit
 

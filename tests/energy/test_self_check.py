@@ -10,8 +10,9 @@ import pytest
 
 from energy.conditions import EffectCoefficients
 from energy.errors import EnergyError, VehicleError
-from energy.published import Published
-from energy.self_check import (
+from energy.vehicle.files import AnyVehicle, load_published, load_vehicle, load_vehicles
+from energy.vehicle.published import Published
+from energy.vehicle.self_check import (
     BAND,
     LABEL_FACTOR,
     WALL_EFF,
@@ -22,9 +23,8 @@ from energy.self_check import (
     load_cycle,
     self_check,
 )
-from energy.table_formats import vehicle_from_here
-from energy.vehicle import Powertrain, Vehicle
-from energy.vehicle_files import AnyVehicle, load_published, load_vehicle, load_vehicles
+from energy.vehicle.services import vehicle_from_here
+from energy.vehicle.vehicle import Powertrain, Vehicle
 
 BUNDLED = Path(__file__).resolve().parents[2] / "data" / "vehicles"
 KONA = load_vehicle(BUNDLED / "hyundai-kona-64.toml")

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from energy.consumption_table import ConsumptionTableVehicle
 from energy.errors import VehicleError
-from energy.table_formats import vehicle_from_here, vehicle_from_mapbox, vehicle_from_tomtom
-from energy.vehicle_files import load_vehicle
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
+from energy.vehicle.files import load_vehicle
+from energy.vehicle.services import vehicle_from_here, vehicle_from_mapbox, vehicle_from_tomtom
 
 BUNDLED = Path(__file__).resolve().parents[2] / "data" / "vehicles"
 # Azure Maps, Route - Get Route Range: sensible values for electric cars; the weight is assumed

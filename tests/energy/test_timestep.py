@@ -10,14 +10,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from energy.chain import Chain, StopRule, simulate_chain
+from energy.chain.chain import Chain, StopRule, simulate_chain
+from energy.chain.kernels_timestep import braking_distance_m, braking_of, braking_speed_mps, speed_on_curve
+from energy.chain.timestep import CERTAIN_RULES, simulate_timestep
 from energy.conditions import STILL, Conditions, RoadSurface
-from energy.consumption_table import ConsumptionTableVehicle
-from energy.effects import PART_NAMES
 from energy.errors import ConditionsError, LinkError
-from energy.kernels_timestep import braking_distance_m, braking_of, braking_speed_mps, speed_on_curve
+from energy.force.effects import PART_NAMES
 from energy.stops import Cross
-from energy.timestep import CERTAIN_RULES, simulate_timestep
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
 
 MANY = settings(max_examples=150, deadline=None)
 
@@ -358,7 +358,7 @@ def test_drive_of_too_many_steps_is_refused_before_it_begins(round_vehicle, make
 
 
 def test_creeping_from_stop_to_stop_reaches_the_step_limit(round_vehicle, make_chain, monkeypatch):
-    monkeypatch.setattr("energy.timestep.STEP_LIMIT", 100)
+    monkeypatch.setattr("energy.chain.timestep.STEP_LIMIT", 100)
     with pytest.raises(LinkError, match="at most 100 steps"):
         simulate_timestep(round_vehicle, make_chain([199.0], 20.0))
 
@@ -373,7 +373,7 @@ def test_profile_of_too_many_steps_is_refused_before_it_begins(round_vehicle, ma
 
 @pytest.mark.nojit
 def test_profile_has_a_lower_step_limit_than_a_drive(round_vehicle, make_chain, monkeypatch):
-    monkeypatch.setattr("energy.timestep.PROFILE_STEP_LIMIT", 100)
+    monkeypatch.setattr("energy.chain.timestep.PROFILE_STEP_LIMIT", 100)
     chain = make_chain([199.0], 20.0)
     assert simulate_timestep(round_vehicle, chain).step_count > 100
     with pytest.raises(LinkError, match="at most 100 steps"):

@@ -10,11 +10,8 @@ import numpy as np
 import pytest
 
 from energy.battery import soc_along
-from energy.chain import LinkModel, StopRule, simulate_chain
-from energy.conditions import COEFFICIENT_RANGES, STILL, Conditions, RoadSurface
-from energy.consumption_table import ConsumptionTableVehicle
-from energy.errors import ConditionsError, LinkError, VehicleError
-from energy.uncertainty import (
+from energy.chain.chain import LinkModel, StopRule, simulate_chain
+from energy.chain.uncertainty import (
     CHUNK,
     RESIDUAL_SD_FRAC,
     chain_distribution,
@@ -23,8 +20,11 @@ from energy.uncertainty import (
     residual_fracs,
     sampled_vehicles,
 )
-from energy.vehicle import Vehicle
-from energy.vehicle_files import load_vehicle
+from energy.conditions import COEFFICIENT_RANGES, STILL, Conditions, RoadSurface
+from energy.errors import ConditionsError, LinkError, VehicleError
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
+from energy.vehicle.files import load_vehicle
+from energy.vehicle.vehicle import Vehicle
 
 VEHICLES = Path(__file__).resolve().parents[2] / "data" / "vehicles"
 COLD = Conditions(ambient_k=268.15)

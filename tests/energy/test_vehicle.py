@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from energy.errors import EnergyError, VehicleError
-from energy.vehicle import Powertrain, Vehicle
+from energy.vehicle.vehicle import Powertrain, Vehicle
 
 
 def vehicle(**changes: object) -> Vehicle:

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 
 from energy.conditions import EffectCoefficients
-from energy.consumption_table import ConsumptionTableVehicle
 from energy.errors import VehicleError
-from energy.vehicle import Powertrain, Vehicle
-from energy.vehicle_files import (
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
+from energy.vehicle.files import (
     AnyVehicle,
     VehicleFileError,
     load_published,
@@ -22,6 +21,7 @@ from energy.vehicle_files import (
     load_vehicles,
     vehicle_from_mapping,
 )
+from energy.vehicle.vehicle import Powertrain, Vehicle
 
 ROOT = Path(__file__).resolve().parents[2]
 BUNDLED = ROOT / "data" / "vehicles"

@@ -26,7 +26,7 @@ from app.main import create_app
 from app.service import Service
 from app.settings import Settings
 from energy.battery import JOULE_PER_WH
-from energy.chain import LinkModel, StopRule
+from energy.chain.chain import LinkModel, StopRule
 from energy.stops import StopSettings
 from routing.query import ECO, Point, RouteQuery
 from routing.search import Limits, LinkPosition, WorkspacePool, find_path, reach

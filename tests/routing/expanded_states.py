@@ -10,8 +10,8 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from energy.kernels import link_energy
-from energy.kernels_force import accepted_j, cabin_energy_j, road_in_time
+from energy.chain.kernels_link import link_energy
+from energy.force.kernels_force import accepted_j, cabin_energy_j, road_in_time
 from routing.query import Weights
 from routing.search import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_HOUR, Limits, LinkPosition
 from routing.search_space import SearchSpace

@@ -11,11 +11,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from energy.chain import LinkModel, StopRule
+from energy.chain.chain import LinkModel, StopRule
 from energy.conditions import STILL, EffectCoefficients
-from energy.consumption_table import ConsumptionTableVehicle
 from energy.stops import StopSettings
-from energy.vehicle_files import load_vehicles
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
+from energy.vehicle.files import load_vehicles
 from routing.drives import LEAST_ROWS, Drives
 from routing.graph import RoadGraph
 from routing.kernels_gap import SLACK_J, greatest_of_sums, least_worth_j, state_gap

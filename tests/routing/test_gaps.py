@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from energy.chain import Chain, LinkModel, StopRule, simulate_chain
+from energy.chain.chain import Chain, LinkModel, StopRule, simulate_chain
+from energy.chain.kernels_link import link_energy
 from energy.conditions import EffectCoefficients
-from energy.kernels import link_energy
-from energy.kernels_force import road_in_time
+from energy.force.kernels_force import road_in_time
 from energy.stops import StopSettings
 from routing.kernels_gap import state_gap, warm_up_due_j
 from routing.query import ECO

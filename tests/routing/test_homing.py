@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
-from energy.chain import LinkModel, StopRule
+from energy.chain.chain import LinkModel, StopRule
+from energy.chain.kernels_link import link_energy
 from energy.conditions import STILL
-from energy.kernels import link_energy
-from energy.kernels_force import ROAD_WAIT, road_at
+from energy.force.kernels_force import ROAD_WAIT, road_at
 from energy.stops import StopSettings
-from energy.vehicle_files import load_vehicles
+from energy.vehicle.files import load_vehicles
 from routing.homing import HomingScratch
 from routing.kernels_homing import FARTHEST, INTO_J, INTO_M, INTO_S, INTO_TAIL, cost_to_goal
 from routing.kernels_least import SLOWEST, STOPPED_LEAST, STOPPED_MOST, least_towards_any

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from energy.chain import LinkModel, StopRule
+from energy.chain.chain import LinkModel, StopRule
+from energy.chain.kernels_link import link_energy
 from energy.conditions import STILL, Conditions
-from energy.kernels import link_energy
-from energy.kernels_force import accepted_j, cabin_energy_j, road_in_time
+from energy.force.kernels_force import accepted_j, cabin_energy_j, road_in_time
 from energy.stops import StopSettings
-from energy.vehicle import Vehicle
-from energy.vehicle_files import load_vehicles
+from energy.vehicle.files import load_vehicles
+from energy.vehicle.vehicle import Vehicle
 from routing import kernels, search
 from routing.graph import RoadGraph
 from routing.importers.region import DEFAULT_SMOOTHING_M, import_region

@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from energy.chain import LinkModel, StopRule
+from energy.chain.chain import LinkModel, StopRule
 from energy.errors import LinkError
-from energy.vehicle import Vehicle
+from energy.vehicle.vehicle import Vehicle
 from routing.errors import PointFarFromRoadError, PointOutsideMapError, QueryError
 from routing.graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph, great_circle_m
 from routing.planner import Planner

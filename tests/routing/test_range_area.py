@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.ndimage import distance_transform_edt
 
-from energy.vehicle_files import load_vehicles
+from energy.vehicle.files import load_vehicles
 from routing.graph import (
     EARTH_RADIUS_M,
     GraphMeta,

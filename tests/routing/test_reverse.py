@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from energy.chain import LinkModel, StopRule
+from energy.chain.chain import LinkModel, StopRule
 from energy.conditions import STILL, Conditions, EffectCoefficients, RoadSurface
 from energy.stops import StopSettings
 from routing.errors import SearchLimitError

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from energy.chain import LinkModel, StopRule
+from energy.chain.chain import LinkModel, StopRule
 from energy.conditions import STILL, Conditions
-from energy.effects import drive_of
-from energy.kernels_force import Road, road_load_n
+from energy.force.effects import drive_of
+from energy.force.kernels_force import Road, road_load_n
 from energy.stops import StopSettings
 from routing.errors import NegativeCycleError, QueryError
 from routing.gaps import gap_rules, least_load_n

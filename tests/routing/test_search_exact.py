@@ -11,13 +11,13 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from energy.chain import Chain, LinkModel, StopRule, simulate_chain
+from energy.chain.chain import Chain, LinkModel, StopRule, simulate_chain
+from energy.chain.kernels_link import link_energy
 from energy.conditions import STILL, Conditions, EffectCoefficients, RoadSurface
-from energy.effects import drive_of
-from energy.kernels import link_energy
-from energy.kernels_force import ROAD_WARM_UP, accepted_j, cabin_energy_j, road_in_time
+from energy.force.effects import drive_of
+from energy.force.kernels_force import ROAD_WARM_UP, accepted_j, cabin_energy_j, road_in_time
 from energy.stops import StopSettings
-from energy.vehicle import Vehicle
+from energy.vehicle.vehicle import Vehicle
 from routing.errors import SearchLimitError
 from routing.graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
 from routing.networkx_graph import to_networkx

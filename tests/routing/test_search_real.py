@@ -14,14 +14,14 @@ import numpy as np
 import pytest
 
 from energy.battery import JOULE_PER_WH
-from energy.chain import LinkModel, StopRule
+from energy.chain.chain import LinkModel, StopRule
+from energy.chain.kernels_link import link_energy
 from energy.conditions import Conditions, RoadSurface
-from energy.effects import drive_of
-from energy.kernels import link_energy
-from energy.kernels_force import road_at
+from energy.force.effects import drive_of
+from energy.force.kernels_force import road_at
 from energy.stops import StopSettings
-from energy.vehicle import Vehicle
-from energy.vehicle_files import load_vehicles
+from energy.vehicle.files import load_vehicles
+from energy.vehicle.vehicle import Vehicle
 from routing.errors import ImportFailedError, NegativeCycleError
 from routing.graph import LooseLinks, LooseNodes, RoadGraph, assemble_graph
 from routing.importers.region import DEFAULT_SMOOTHING_M, import_region

@@ -13,12 +13,12 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from energy.chain import LinkModel, StopRule
+from energy.chain.chain import LinkModel, StopRule
 from energy.conditions import STILL, Conditions, EffectCoefficients
-from energy.kernels_force import cabin_energy_j
+from energy.force.kernels_force import cabin_energy_j
 from energy.stops import StopSettings
-from energy.vehicle import Vehicle
-from energy.vehicle_files import load_vehicles
+from energy.vehicle.files import load_vehicles
+from energy.vehicle.vehicle import Vehicle
 from routing.graph import RoadGraph
 from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
 from routing.kernels_gap import DESCENT_J, DESCENT_MPS

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from energy.chain import StopRule
+from energy.chain.chain import StopRule
 from energy.stops import FunctionalClass, StopSettings
 from routing.graph import RoadGraph
 from routing.spans import ChainMaker

@@ -14,12 +14,12 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from energy.battery import JOULE_PER_WH, soc_along
-from energy.chain import StopRule
+from energy.chain.chain import StopRule
 from energy.conditions import STILL, Conditions, EffectCoefficients
-from energy.effects import drive_of
 from energy.errors import LinkError
-from energy.kernels_force import cabin_energy_j
-from energy.vehicle_files import load_vehicles
+from energy.force.effects import drive_of
+from energy.force.kernels_force import cabin_energy_j
+from energy.vehicle.files import load_vehicles
 from routing.errors import NoPathError, PointFarFromRoadError, PointOutsideMapError
 from routing.graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph, great_circle_m
 from routing.planner import Planner
@@ -29,7 +29,7 @@ from routing.via import WayFinder
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from energy.vehicle import Vehicle
+    from energy.vehicle.vehicle import Vehicle
 
 pytestmark = pytest.mark.nojit
 

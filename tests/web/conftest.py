@@ -10,8 +10,8 @@ import pytest
 from playwright.sync_api import expect, sync_playwright
 
 from benchmarks.browser import ROOT, NoBrowserError, chromium_path, launched
-from energy.vehicle import Vehicle
-from energy.vehicle_files import load_vehicle
+from energy.vehicle.files import load_vehicle
+from energy.vehicle.vehicle import Vehicle
 from tests.app.recorded import write_winter
 from tests.web.map_page import MapPage
 from tests.web.served import serving

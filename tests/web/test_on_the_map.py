@@ -14,9 +14,9 @@ from matplotlib.colors import to_rgb
 from playwright.sync_api import expect
 
 from benchmarks.browser import ROOT
-from energy.replay import DrivenProfile, replay
-from energy.vehicle import KMH_PER_MPS, Vehicle
-from energy.vehicle_files import load_vehicle
+from energy.replay.replay import DrivenProfile, replay
+from energy.vehicle.files import load_vehicle
+from energy.vehicle.vehicle import KMH_PER_MPS, Vehicle
 from routing.snap import METRE_PER_DEGREE
 from tests.web.conftest import CAR
 from tests.web.map_page import shown_number

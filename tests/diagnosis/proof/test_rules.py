@@ -19,7 +19,7 @@ from diagnosis.worlds.world import Kind
 
 if TYPE_CHECKING:
     from diagnosis.recordings import Recording
-    from energy.vehicle import Vehicle
+    from energy.vehicle.vehicle import Vehicle
 
     World = tuple[list[Recording], Vehicle, frozenset[str]]
 

@@ -8,8 +8,8 @@ import pytest
 from diagnosis.recordings import read_recording
 from diagnosis.worlds.fastsim_worlds import START_LIMIT_W, FastsimOrder, fastsim_world
 from diagnosis.worlds.world import World, write_world
-from energy.replay import replay
-from energy.vehicle_files import load_vehicle
+from energy.replay.replay import replay
+from energy.vehicle.files import load_vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -13,9 +13,9 @@ from diagnosis.worlds.making import make_world, world_at, worlds
 from diagnosis.worlds.orders import CONFUSIONS, OUTSIDE_AXES, Order, Wanted, confused, single, standard_plan
 from diagnosis.worlds.trips import Regime
 from diagnosis.worlds.world import Kind, Label, World, write_world
-from energy.replay import replay
-from energy.vehicle import Vehicle
-from energy.vehicle_files import load_vehicle
+from energy.replay.replay import replay
+from energy.vehicle.files import load_vehicle
+from energy.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -7,22 +7,22 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.chain import energy_parts, filling_energy_j
+from energy.chain.chain import energy_parts, filling_energy_j
 from energy.conditions import STILL, Conditions
-from energy.effects import PART_NAMES, LinkSetting, drive_of
 from energy.errors import ConditionsError, EnergyError
-from energy.kernels_force import PART_COUNT, ROAD_COLUMNS
-from energy.kernels_replay import drive_profile
-from energy.vehicle import CHECKED_SPEED_MPS
+from energy.force.effects import PART_NAMES, LinkSetting, drive_of
+from energy.force.kernels_force import PART_COUNT, ROAD_COLUMNS
+from energy.replay.kernels_replay import drive_profile
+from energy.vehicle.vehicle import CHECKED_SPEED_MPS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
-    from energy.chain import EnergyParts
-    from energy.consumption_table import ConsumptionTableVehicle
-    from energy.vehicle import Vehicle
+    from energy.chain.chain import EnergyParts
+    from energy.vehicle.consumption_table import ConsumptionTableVehicle
+    from energy.vehicle.vehicle import Vehicle
 
 SMOOTHING_M: Final = 200.0  # assumed: a height in whole metres errs by 0.29 m, over 200 m a grade of 0.2 %
 AMBIENT_STEP_K: Final = 0.5  # resolution of a driven profile's air temperature

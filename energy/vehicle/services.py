@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.consumption_table import ConsumptionTableVehicle
 from energy.errors import VehicleError
-from energy.vehicle import GRAVITY_MPS2, KMH_PER_MPS
-from energy.vehicle_files import J_PER_M_PER_KWH_PER_100KM, J_PER_M_PER_WH_PER_KM, J_PER_WH
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
+from energy.vehicle.files import J_PER_M_PER_KWH_PER_100KM, J_PER_M_PER_WH_PER_KM, J_PER_WH
+from energy.vehicle.vehicle import GRAVITY_MPS2, KMH_PER_MPS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -17,7 +17,7 @@ from numba.extending import intrinsic, overload
 from numba.np.numpy_support import carray
 from numpy.typing import NDArray
 
-from energy.kernels_force import LinkPhysics
+from energy.force.kernels_force import LinkPhysics
 
 Number = TypeVar("Number", bound=np.generic)
 

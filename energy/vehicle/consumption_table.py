@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.errors import VehicleError
-from energy.vehicle import CHECKED_SPEED_MPS, Powertrain
+from energy.vehicle.vehicle import CHECKED_SPEED_MPS, Powertrain
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -2,7 +2,7 @@
 
 Units: m, s, m/s, kg, N, W, J; grade is sin θ. Equation numbers are the source's; cases are MODEL.md section 3.
 The phases of a link are (1) a ramp from the entry speed to the peak, (2) a cruise at the peak, (3) a ramp from
-the peak to the end speed, (4) standing still. What a phase takes is in energy.kernels_force.
+the peak to the end speed, (4) standing still. What a phase takes is in energy.force.kernels_force.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.kernels_force import (
+from energy.force.kernels_force import (
     AUXILIARY,
     CABIN,
     GRADE,
@@ -321,8 +321,8 @@ def drive_chain(
 ) -> None:
     """Drive a chain of links and fill energy, time, standstill, v_end, p_end (n,) and parts (n, 15).
 
-    roads: (n, 8), columns of energy.kernels_force. full_j: battery energy that would fill the battery at departure,
-    negative, −inf where the charge is not known.
+    roads: (n, 8), columns of energy.force.kernels_force. full_j: battery energy that would fill the battery at
+    departure, negative, −inf where the charge is not known.
     """
     requests = np.zeros(8)
     stops = np.zeros(8)

@@ -1,7 +1,7 @@
 """Compiled: the equation of motion over a whole chain of links in equal time steps (source, section IV).
 
 Units: m, s, m/s, kg, N, W, J. Within a step, acceleration is constant; a step that would cross a link's end is cut
-there. What a step takes is the phase of energy.kernels_force, so both models share one law of force and battery.
+there. What a step takes is the phase of energy.force.kernels_force, so both models share one law of force and battery.
 
 Braking is told in distances: D(v) is the way that stopping from v takes with the table. A vehicle that keeps every
 later limit and stop has D(v) ≤ reach + way left to the link's end, where reach is the least of D of the speed allowed
@@ -17,8 +17,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.kernels import TOUCH_MPS, stop_at
-from energy.kernels_force import (
+from energy.chain.kernels_link import TOUCH_MPS, stop_at
+from energy.force.kernels_force import (
     AUXILIARY,
     CABIN,
     REGEN_LIMIT,
@@ -176,7 +176,8 @@ def drive_steps(
 ) -> int:
     """Drive a chain in time steps and fill energy, time, standstill, v_end, stopped (n,) and parts (n, 15).
 
-    roads, full_j: as for energy.kernels.drive_chain. rule: one whose stops are certain. v_end: 0 where it stops.
+    roads, full_j: as for energy.chain.kernels_link.drive_chain. rule: one whose stops are certain. v_end: 0 where it
+    stops.
     track: (m, 3) way, time and speed at the start and after each step and wait, as many as fit; m = 0 for none.
     Returns the number of steps, or STEP_LIMIT_REACHED.
     """

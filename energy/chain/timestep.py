@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.chain import RULE_CODE, LinkResult, StopRule, check_chain, energy_parts, filling_energy_j
+from energy.chain.chain import RULE_CODE, LinkResult, StopRule, check_chain, energy_parts, filling_energy_j
+from energy.chain.kernels_link import PART_COUNT
+from energy.chain.kernels_timestep import STEP_LIMIT_REACHED, drive_steps
+from energy.chain.profile import SpeedProfile, thinned
 from energy.conditions import STILL, Conditions
-from energy.consumption_table import ConsumptionTableVehicle
-from energy.effects import LinkSetting, drive_of
 from energy.errors import ConditionsError, LinkError
-from energy.kernels import PART_COUNT
-from energy.kernels_timestep import STEP_LIMIT_REACHED, drive_steps
-from energy.profile import SpeedProfile, thinned
+from energy.force.effects import LinkSetting, drive_of
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
 
 if TYPE_CHECKING:
-    from energy.chain import Chain, EnergyParts
-    from energy.vehicle import Vehicle
+    from energy.chain.chain import Chain, EnergyParts
+    from energy.vehicle.vehicle import Vehicle
 
 STEP_S: Final = 0.1  # the source's
 STEP_RANGE_S: Final = (0.001, 1.0)

@@ -11,18 +11,18 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 
 from energy.errors import EnergyError
-from energy.vehicle import Powertrain, Vehicle
-from energy.vehicle_files import J_PER_M_PER_KWH_PER_100KM, MPS_PER_MPH
+from energy.vehicle.files import J_PER_M_PER_KWH_PER_100KM, MPS_PER_MPH
+from energy.vehicle.vehicle import Powertrain, Vehicle
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from energy.published import Published
-    from energy.vehicle_files import AnyVehicle
+    from energy.vehicle.files import AnyVehicle
+    from energy.vehicle.published import Published
 
 CycleName = Literal["udds", "hwfet"]
 
-CYCLE_FOLDER: Final = Path(__file__).resolve().parent.parent / "data" / "cycles"
+CYCLE_FOLDER: Final = Path(__file__).resolve().parents[2] / "data" / "cycles"
 # assumed: between fastsim's chg_eff of 0.86 for every electric car and emobpy's battery_charging_eff of 0.9
 WALL_EFF: Final = 0.88
 # EPA's label for electric cars: the range of the dynamometer tests times 0.7, hence their consumption over 0.7

@@ -1,7 +1,7 @@
 """Compiled: battery energy along a recorded speed and height, a step from each sample to the next.
 
 Units: m, s, m/s, kg, N, W, J. Within a step acceleration and grade are constant, so a step is a phase of
-energy.kernels_force: the route model's law of force and battery, integrated exactly.
+energy.force.kernels_force: the route model's law of force and battery, integrated exactly.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.kernels_force import (
+from energy.force.kernels_force import (
     AUXILIARY,
     CABIN,
     GRADE,
@@ -46,7 +46,7 @@ def drive_profile(
 ) -> float:
     """Fill energy (n,) and terms (n, 15) of the steps first ≤ k < beyond; battery energy used up to there [J].
 
-    time, speed: (n+1,) samples, time rising. roads: (n, 8), columns of energy.kernels_force, one row a step.
+    time, speed: (n+1,) samples, time rising. roads: (n, 8), columns of energy.force.kernels_force, one row a step.
     full_j: battery energy that would fill the battery at departure, negative, −inf where the charge is not known.
     """
     for k in range(first, beyond):

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy import kernels_force as force
 from energy.battery import JOULE_PER_WH
 from energy.conditions import STILL, Conditions, EffectCoefficients, RoadSurface
-from energy.consumption_table import ConsumptionTableVehicle
 from energy.errors import ConditionsError
-from energy.kernels_force import LinkPhysics
-from energy.vehicle import CHECKED_SPEED_MPS, GRAVITY_MPS2, Vehicle
+from energy.force import kernels_force as force
+from energy.force.kernels_force import LinkPhysics
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
+from energy.vehicle.vehicle import CHECKED_SPEED_MPS, GRAVITY_MPS2, Vehicle
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

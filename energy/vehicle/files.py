@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from energy.conditions import ZERO_CELSIUS_K, EffectCoefficients
-from energy.consumption_table import ConsumptionTableVehicle
 from energy.errors import ConditionsError, VehicleError
-from energy.published import Published, published_from_section
-from energy.vehicle import KMH_PER_MPS, Powertrain, Vehicle
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
+from energy.vehicle.published import Published, published_from_section
+from energy.vehicle.vehicle import KMH_PER_MPS, Powertrain, Vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path

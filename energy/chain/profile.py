@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy import kernels
-from energy.chain import RULE_CODE, LinkModel, StopRule, check_chain
+from energy.chain import kernels_link
+from energy.chain.chain import RULE_CODE, LinkModel, StopRule, check_chain
 from energy.conditions import STILL, Conditions
-from energy.effects import LinkSetting, drive_of
-from energy.kernels_force import ROAD_WAIT, ramp_energy, road_at
+from energy.force.effects import LinkSetting, drive_of
+from energy.force.kernels_force import ROAD_WAIT, ramp_energy, road_at
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from energy.chain import Chain
-    from energy.consumption_table import ConsumptionTableVehicle
-    from energy.kernels_force import LinkPhysics, Road
-    from energy.vehicle import Vehicle
+    from energy.chain.chain import Chain
+    from energy.force.kernels_force import LinkPhysics, Road
+    from energy.vehicle.consumption_table import ConsumptionTableVehicle
+    from energy.vehicle.vehicle import Vehicle
 
 RAMP_STEP_MPS: Final = 0.5  # a ramp has a point at least every so much
 SAME_ACCEL_MPS2: Final = 1e-3  # steps whose accelerations differ by less are one ramp
@@ -51,7 +51,7 @@ def chain_profile(
     start_speed_mps: float = 0.0,
     arrive_stopped: bool = True,
 ) -> SpeedProfile:
-    """Speed along a chain as energy.chain.simulate_chain drives it: phase boundaries, and points on ramps.
+    """Speed along a chain as energy.chain.chain.simulate_chain drives it: phase boundaries, and points on ramps.
 
     Under a rule whose stops are certain the profile ends at the distance and duration of simulate_chain.
     Raises as simulate_chain does.
@@ -67,7 +67,9 @@ def chain_profile(
     n = chain.length_m.size
     v = start_speed_mps
     for k in range(n):
-        p_stop = kernels.stop_at(RULE_CODE[rule], chain.stop_probability_frac[k], chain.stop_class[k], requests, stops)
+        p_stop = kernels_link.stop_at(
+            RULE_CODE[rule], chain.stop_probability_frac[k], chain.stop_class[k], requests, stops
+        )
         last = k + 1 == n
         stopping = p_stop > 0.0 or (last and arrive_stopped)
         limit = float(driven_mps[k])
@@ -141,7 +143,7 @@ def _draw_link(
     pen: _Pen, p: LinkPhysics, r: Road, length_m: float, v_start: float, v_max: float, target: float
 ) -> float:
     """Draw the phases of one link and return the speed at its end."""
-    s1, s2, s3, peak, end = kernels.plan_link(p, length_m, v_start, v_max, target)
+    s1, s2, s3, peak, end = kernels_link.plan_link(p, length_m, v_start, v_max, target)
     if s1 > 0.0 and peak != v_start:
         pen.ramp(s1, ramp_energy(p, r, s1, v_start, peak)[1], v_start, peak)
     elif s1 > 0.0:

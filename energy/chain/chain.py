@@ -10,19 +10,19 @@ from typing import TYPE_CHECKING, Final, overload
 
 import numpy as np
 
-from energy import kernels
 from energy.battery import JOULE_PER_WH
+from energy.chain import kernels_link
+from energy.chain.kernels_link import PART_COUNT
 from energy.conditions import STILL, Conditions
-from energy.effects import PART_NAMES, LinkSetting, drive_of
 from energy.errors import LinkError
-from energy.kernels import PART_COUNT
-from energy.vehicle import CHECKED_SPEED_MPS
+from energy.force.effects import PART_NAMES, LinkSetting, drive_of
+from energy.vehicle.vehicle import CHECKED_SPEED_MPS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from energy.consumption_table import ConsumptionTableVehicle
-    from energy.vehicle import Vehicle
+    from energy.vehicle.consumption_table import ConsumptionTableVehicle
+    from energy.vehicle.vehicle import Vehicle
 
 
 class LinkModel(StrEnum):
@@ -52,7 +52,7 @@ class Chain:
     length_m: float64 (n,) > 0. grade_frac: float64 (n,) sin θ, -1..1. speed_limit_mps: float64 (n,) > 0.
     stop_probability_frac: float64 (n,) 0..1, stop_time_s: float64 (n,) ≥ 0, at the end of the link.
     stop_class: int8 (n,) counter that the link's end belongs to, for the rule `counted`: 4·urban + cross; or
-    energy.kernels.REST where the vehicle comes to rest at the link's end for stop_time_s, whatever the rule.
+    energy.chain.kernels_link.REST where the vehicle comes to rest at the link's end for stop_time_s, whatever the rule.
     altitude_m: float64 (n,) mean height, for the density of the air. heading: float64 (n, 2) east and north part of the
     way over its length, for wind. Both may be absent; conditions that need them then raise ConditionsError.
     """
@@ -73,7 +73,7 @@ class LinkResult:
 
     energy_j: from the battery [J], negative where more is recuperated. duration_s includes standing still.
     speed_end_mps: speed carried into the next link, given no stop. stop_probability_frac: of having stopped at its end.
-    parts_j: float64 (20,), in the order of `energy.effects.PART_NAMES`; they add up to energy_j.
+    parts_j: float64 (20,), in the order of `energy.force.effects.PART_NAMES`; they add up to energy_j.
     """
 
     energy_j: float
@@ -193,7 +193,7 @@ def simulate_chain(
     setting = LinkSetting(chain.grade_frac, driven_mps, chain.altitude_m, chain.heading)
     energy, time, standstill, v_end, p_end = (np.empty(n) for _ in range(5))
     terms = np.zeros((n, PART_COUNT))
-    kernels.drive_chain(
+    kernels_link.drive_chain(
         drive.physics,
         drive.roads(setting, chain.stop_time_s),
         chain.length_m,
@@ -225,10 +225,10 @@ def simulate_chain(
 
 
 RULE_CODE: Final = {
-    StopRule.EXPECTED: kernels.EXPECTED,
-    StopRule.COUNTED: kernels.COUNTED,
-    StopRule.NONE: kernels.NO_STOPS,
-    StopRule.CROSSINGS: kernels.CROSSINGS,
+    StopRule.EXPECTED: kernels_link.EXPECTED,
+    StopRule.COUNTED: kernels_link.COUNTED,
+    StopRule.NONE: kernels_link.NO_STOPS,
+    StopRule.CROSSINGS: kernels_link.CROSSINGS,
 }
 
 
@@ -270,7 +270,7 @@ def _check_chain(chain: Chain) -> None:
             "0..1",
         ),
         ("stop_time_s", chain.stop_time_s, chain.stop_time_s >= 0.0, "a non-negative finite number"),
-        ("stop_class", chain.stop_class, (chain.stop_class >= 0) & (chain.stop_class <= kernels.REST), "0..8"),
+        ("stop_class", chain.stop_class, (chain.stop_class >= 0) & (chain.stop_class <= kernels_link.REST), "0..8"),
     )
     for name, values, good, allowed in checks:
         if values.shape != (n,):

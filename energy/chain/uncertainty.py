@@ -16,20 +16,20 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from energy.battery import JOULE_PER_WH
-from energy.chain import RULE_CODE, LinkModel, StopRule, check_chain, filling_energy_j
+from energy.chain.chain import RULE_CODE, LinkModel, StopRule, check_chain, filling_energy_j
 from energy.conditions import COEFFICIENT_RANGES, STILL, Conditions
-from energy.consumption_table import MOST_J_PER_M, ConsumptionTableVehicle
-from energy.effects import LinkSetting, drive_of
 from energy.errors import ConditionsError, VehicleError
+from energy.force.effects import LinkSetting, drive_of
 from energy.kernels_samples import drive_energies
-from energy.vehicle import Vehicle
+from energy.vehicle.consumption_table import MOST_J_PER_M, ConsumptionTableVehicle
+from energy.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from numpy.typing import NDArray
 
-    from energy.chain import Chain
+    from energy.chain.chain import Chain
 
 # Source, table VII: standard deviation of the energy error over its 23 trips, parameters set from real drives. Its
 # speeds, stops and climate were simulated, so it holds the error of the driving profile as well.

@@ -9,15 +9,18 @@ from __future__ import annotations
 import hashlib
 import os
 from pathlib import Path
+from typing import Final
 
 import numba
 
+PACKAGES: Final = ("diagnosis", "energy", "routing")
+
 
 def _cache_folder() -> Path:
-    root = Path(__file__).resolve().parent.parent
+    root = Path(__file__).resolve().parents[2]
     digest = hashlib.sha256(numba.__version__.encode())
-    for path in sorted(root.glob("*/*kernels*.py")):
-        digest.update(path.name.encode())
+    for path in sorted(path for package in PACKAGES for path in (root / package).rglob("kernels*.py")):
+        digest.update(path.relative_to(root).as_posix().encode())
         digest.update(path.read_bytes())
     home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     return home / "joulepath" / "kernels" / digest.hexdigest()[:16]

@@ -1,0 +1,1 @@
+"""Energy along a chain of links, by the link model and in time steps."""

@@ -1,0 +1,1 @@
+"""What compiled code needs of its surroundings: its cache, and arrays that are borrowed."""

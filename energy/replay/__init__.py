@@ -1,0 +1,1 @@
+"""Energy of a drive as it was recorded, sample by sample."""
