@@ -6,7 +6,7 @@ from threading import Lock
 from typing import TYPE_CHECKING
 
 from routing.errors import GraphNotFoundError
-from routing.graph_files import load_graph, load_meta
+from routing.graph.files import load_graph, load_meta
 from routing.planner import Planner
 
 if TYPE_CHECKING:

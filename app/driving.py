@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from energy.chain.timestep import DriveResult
     from energy.conditions import Conditions
     from energy.vehicle.files import AnyVehicle
-    from routing.graph import RoadGraph
-    from routing.query import LinkSpan
+    from routing.graph.road_graph import RoadGraph
+    from routing.queries import LinkSpan
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,8 +12,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.schemas.matrix import MatrixRequest, MatrixResponse
-    from routing.graph import RoadGraph
-    from routing.matrix import MatrixRow, MatrixSearch
+    from routing.graph.road_graph import RoadGraph
+    from routing.route.matrix import MatrixRow, MatrixSearch
 
 
 @dataclass(frozen=True, slots=True)

@@ -86,7 +86,7 @@ def _told(arguments: list[str]) -> tuple[dict[str, float], float]:
 
 
 def _make(kind: str, arguments: list[str]) -> dict[str, float]:
-    from routing.graph_files import save_graph
+    from routing.graph.files import save_graph
 
     folder = Path(arguments[0])
     if kind == "import":
@@ -114,8 +114,8 @@ def _make(kind: str, arguments: list[str]) -> dict[str, float]:
 
 
 def _load(folder: Path) -> Loaded:
-    from routing.graph import ARRAY_NAMES
-    from routing.graph_files import load_graph
+    from routing.graph.files import load_graph
+    from routing.graph.road_graph import ARRAY_NAMES
 
     before, private = resident_memory_mb(), private_memory_mb()
     times = [time.perf_counter()]

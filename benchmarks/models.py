@@ -18,14 +18,14 @@ from energy.chain.timestep import STEP_LIMIT, STEP_S, simulate_timestep
 from energy.force.effects import LinkSetting, drive_of
 from routing.errors import RoutingError
 from routing.planner import Planner
-from routing.query import FASTEST, LinkSpan, Point, RouteQuery
+from routing.queries import FASTEST, LinkSpan, Point, RouteQuery
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from energy.chain.chain import Chain
     from energy.vehicle.vehicle import Vehicle
-    from routing.graph import RoadGraph
+    from routing.graph.road_graph import RoadGraph
 
 RULE: Final = StopRule.CROSSINGS  # both models stop at the same places
 LABELS_PER_LINK: Final = 5

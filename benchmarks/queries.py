@@ -12,14 +12,14 @@ import numpy as np
 
 from routing.errors import RoutingError
 from routing.planner import Planner
-from routing.query import BALANCED, ECO, FASTEST, Point, RangeQuery, RouteQuery
+from routing.queries import BALANCED, ECO, FASTEST, Point, RangeQuery, RouteQuery
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from energy.vehicle.vehicle import Vehicle
-    from routing.graph import RoadGraph
-    from routing.query import Weights
+    from routing.graph.road_graph import RoadGraph
+    from routing.queries import Weights
 
 SOC_FRAC: Final = 0.9
 RESERVE_SOC_FRAC: Final = 0.1

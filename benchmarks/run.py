@@ -29,7 +29,7 @@ from benchmarks.searches import draw_sources, measure_searches
 from benchmarks.terrain import write_hills
 from energy.vehicle.files import load_vehicle
 from routing.errors import RoutingError
-from routing.graph_files import load_graph
+from routing.graph.files import load_graph
 
 if TYPE_CHECKING:
     from collections.abc import Callable

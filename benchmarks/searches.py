@@ -11,10 +11,10 @@ import numpy as np
 from energy.battery import JOULE_PER_WH
 from energy.chain.chain import LinkModel, StopRule
 from energy.stops import StopSettings
-from routing.kernels import scalar_dijkstra
-from routing.query import ECO
-from routing.search import Limits, LinkPosition, WorkspacePool, find_path, reach
-from routing.search_space import search_space
+from routing.queries import ECO
+from routing.search.kernels_search import scalar_dijkstra
+from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.search.space import search_space
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from energy.vehicle.vehicle import Vehicle
-    from routing.graph import RoadGraph
-    from routing.search import SearchCounts
-    from routing.search_space import SearchSpace
+    from routing.graph.road_graph import RoadGraph
+    from routing.search.search import SearchCounts
+    from routing.search.space import SearchSpace
 
 TARGET_RATIO: Final = 2.5
 RESERVE_SOC_FRAC: Final = 0.1

@@ -17,7 +17,7 @@ import energy.compiled.cache  # noqa: F401  (sets the cache folder before anythi
 
 
 class Roads(NamedTuple):
-    """What matching reads of a routing.graph.RoadGraph; shapes and units as there."""
+    """What matching reads of a routing.graph.road_graph.RoadGraph; shapes and units as there."""
 
     length_m: NDArray[np.float64]
     successor_first: NDArray[np.int64]

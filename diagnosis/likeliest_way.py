@@ -13,7 +13,7 @@ from diagnosis import kernels_matching as kernels
 from diagnosis.errors import DiagnosisError
 from diagnosis.kernels_matching import Costs, Frontier, Places, Roads
 from diagnosis.matched_way import Run
-from routing.snap import METRE_PER_DEGREE
+from routing.graph.snap import METRE_PER_DEGREE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -16,14 +16,14 @@ from diagnosis.kernels_matching import Frontier, Roads
 from diagnosis.likeliest_way import MatchSettings, WayFinder
 from diagnosis.matched_way import Gap, GapReason, PlacedWay, Stretch, place_samples
 from diagnosis.tracks import NoPositionsError, Track, positions_deg, track_of
-from routing.graph import E7
-from routing.snap import METRE_PER_DEGREE
+from routing.graph.road_graph import E7
+from routing.graph.snap import METRE_PER_DEGREE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from diagnosis.recordings import Recording
-    from routing.graph import RoadGraph
+    from routing.graph.road_graph import RoadGraph
 
 __all__ = ["Gap", "GapReason", "MapMatcher", "Match", "MatchSettings", "NoPositionsError", "OutsideMapError", "Stretch"]
 

@@ -13,7 +13,7 @@ from diagnosis.errors import DiagnosisError
 from diagnosis.locate import CONFIDENCE_FRAC
 from diagnosis.tracks import odometer_m, positions_deg
 from energy.battery import JOULE_PER_WH
-from routing.snap import METRE_PER_DEGREE
+from routing.graph.snap import METRE_PER_DEGREE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from diagnosis.matching import Match
     from diagnosis.recordings import Recording
-    from routing.graph import RoadGraph
+    from routing.graph.road_graph import RoadGraph
 
 CELL_M: Final = 250.0
 M_PER_KM: Final = 1000.0

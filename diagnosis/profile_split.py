@@ -19,7 +19,7 @@ from energy.chain.chain import StopRule, simulate_chain
 from energy.conditions import STILL, Conditions
 from energy.replay.replay import DrivenProfile, replay
 from energy.vehicle.vehicle import CHECKED_SPEED_MPS
-from routing.query import LinkSpan
+from routing.queries import LinkSpan
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

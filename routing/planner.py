@@ -13,14 +13,14 @@ from energy.chain.uncertainty import FACTOR_RANGE, SEED, dissipation_sd_frac, pe
 from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
 from energy.vehicle.vehicle import Powertrain
-from routing.area import AreaMaker, energies_of_reach
 from routing.errors import QueryError
-from routing.graph import Terrain
-from routing.matrix import MatrixSearch
-from routing.pareto import ParetoSearch, names_of
-from routing.pareto_labels import warm_up_labels
-from routing.practice import practice_graph
-from routing.query import (
+from routing.graph.practice import practice_graph
+from routing.graph.road_graph import Terrain
+from routing.graph.snap import RoadIndex
+from routing.links.spans import ChainMaker
+from routing.pareto.all_ways import warm_up_labels
+from routing.pareto.front import ParetoSearch, names_of
+from routing.queries import (
     ECO,
     EPSILON_RANGE,
     MOST_RANGE,
@@ -33,25 +33,25 @@ from routing.query import (
     SearchStats,
     Trip,
 )
-from routing.reverse import BackCharges, ReverseSearch
-from routing.route_answer import no_route, route_of
-from routing.route_search import RouteSearch, charge_limits, method_name
-from routing.search import JOULE_PER_KWH, Limits, LinkPosition, SearchCounts, find_path, reach
-from routing.search_space import LOAD_NOISE_N
-from routing.snap import RoadIndex
-from routing.spans import ChainMaker
-from routing.via import WayFinder
+from routing.range.area import AreaMaker, energies_of_reach
+from routing.range.way_back import BackCharges, ReverseSearch
+from routing.route.answer import no_route, route_of
+from routing.route.best_path import RouteSearch, charge_limits, method_name
+from routing.route.matrix import MatrixSearch
+from routing.route.via import WayFinder
+from routing.search.search import JOULE_PER_KWH, Limits, LinkPosition, SearchCounts, find_path, reach
+from routing.search.space import LOAD_NOISE_N
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from energy.chain.chain import Chain, ChainResult
     from energy.vehicle.files import AnyVehicle
-    from routing.area import RoadEnergies
-    from routing.graph import RoadGraph
-    from routing.matrix import MatrixQuery, SnappedPlace
-    from routing.query import ParetoSettings, RangeQuery, RouteQuery, SnappedPoint, Weights
-    from routing.via import Way
+    from routing.graph.road_graph import RoadGraph
+    from routing.queries import ParetoSettings, RangeQuery, RouteQuery, SnappedPoint, Weights
+    from routing.range.area import RoadEnergies
+    from routing.route.matrix import MatrixQuery, SnappedPlace
+    from routing.route.via import Way
 
 SAMPLE_LINKS: Final = 300  # on which the spread of what driving dissipates is taken
 LEAST_FACTOR: Final = FACTOR_RANGE[0]

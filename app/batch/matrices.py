@@ -8,7 +8,7 @@ from app.batch.opening import opened_matrix
 
 if TYPE_CHECKING:
     from app.batch.opening import ServiceOrder
-    from routing.matrix import MatrixRow
+    from routing.route.matrix import MatrixRow
 
 
 def matrix_row(order: ServiceOrder, request: str, idx: int) -> MatrixRow:

@@ -35,7 +35,7 @@ def import_map(
     smoothing_m: Annotated[float | None, typer.Option(help="smoothing of heights along the road [m]")] = None,
 ) -> None:
     """Import a region: map and elevation files in, a graph folder out. Nothing is written when it fails."""
-    from routing.graph_files import save_graph
+    from routing.graph.files import save_graph
     from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
 
     tiles = [*(dem or []), *(more_dem or [])]
@@ -59,7 +59,7 @@ def synth(
     height_km: Annotated[float | None, typer.Option("--height-km", help="from south to north [km]")] = None,
 ) -> None:
     """Make a synthetic region with towns, motorways and passes."""
-    from routing.graph_files import save_graph
+    from routing.graph.files import save_graph
     from routing.synth import synthesize
 
     with stage_bars() as progress:
@@ -97,7 +97,7 @@ def export_graph(
     out: Annotated[Path, typer.Argument(metavar="OUT.graphml")],
 ) -> None:
     """Write a graph as GraphML that OSMnx and `joulepath import` read."""
-    from routing.networkx_graph import write_graphml
+    from routing.graph.networkx_graph import write_graphml
 
     service = service_for(name)
     write_graphml(service.atlas.planner(service.settings.default_graph).graph, out)

@@ -33,7 +33,7 @@ class CommandError(Exception):
 def service_for(graph: str | None) -> Service:
     """The service on the stored graphs, or on the one graph of a folder, which then is the default."""
     from app.service import Service
-    from routing.graph_files import load_meta
+    from routing.graph.files import load_meta
 
     settings = Settings()
     if graph is None:

@@ -10,7 +10,7 @@ from app.schemas.graph import GraphDetail, GraphSummary, RoadClassLength, Terrai
 from energy.stops import FunctionalClass
 
 if TYPE_CHECKING:
-    from routing.graph import RoadGraph
+    from routing.graph.road_graph import RoadGraph
 
 
 def terrain_note(graph: RoadGraph) -> TerrainNote:

@@ -1,4 +1,4 @@
-"""Matrix requests into routing.matrix, and its rows into answers."""
+"""Matrix requests into routing.route.matrix, and its rows into answers."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from app.conversions.graph import terrain_note
 from app.conversions.place import point_from_place, snapped
 from app.conversions.route import JOULE_PER_KWH
 from app.schemas.matrix import MatrixResponse, MatrixStats
-from routing.matrix import MatrixQuery, NotDriven
-from routing.query import ECO, Weights
+from routing.queries import ECO, Weights
+from routing.route.matrix import MatrixQuery, NotDriven
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from app.schemas.matrix import MatrixRequest
     from energy.vehicle.files import AnyVehicle
-    from routing.graph import RoadGraph
-    from routing.matrix import MatrixAnswer, MatrixEntry
+    from routing.graph.road_graph import RoadGraph
+    from routing.route.matrix import MatrixAnswer, MatrixEntry
 
 Figure = TypeVar("Figure")
 

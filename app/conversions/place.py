@@ -1,17 +1,17 @@
-"""Places between schemas and routing.query, and coordinates for GeoJSON."""
+"""Places between schemas and routing.queries, and coordinates for GeoJSON."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Literal
 
 from app.schemas.place import LatLon, PlaceFeature, PlaceProperties, PointGeometry, Position, Snapped
-from routing.query import Point
+from routing.queries import Point
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.schemas.place import Place
-    from routing.query import SnappedPoint
+    from routing.queries import SnappedPoint
 
 DECIMALS: Final = 7  # 1e-7 degrees are 11 mm
 

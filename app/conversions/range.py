@@ -1,4 +1,4 @@
-"""Range requests into routing.query, and its areas into GeoJSON."""
+"""Range requests into routing.queries, and its areas into GeoJSON."""
 
 from __future__ import annotations
 
@@ -22,14 +22,14 @@ from app.schemas.range import (
     RangeRequest,
     bands_from_text,
 )
-from routing.query import RangeQuery, Trip
+from routing.queries import RangeQuery, Trip
 
 if TYPE_CHECKING:
     from shapely import MultiPolygon
 
     from energy.vehicle.files import AnyVehicle
-    from routing.graph import RoadGraph
-    from routing.query import RangeAnswer, RangeBand
+    from routing.graph.road_graph import RoadGraph
+    from routing.queries import RangeAnswer, RangeBand
 
 
 def request_from_parameters(sent: RangeParameters) -> RangeRequest:

@@ -1,4 +1,4 @@
-"""Route requests into routing.query, and its routes into answers."""
+"""Route requests into routing.queries, and its routes into answers."""
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from app.schemas.route import (
 from energy.battery import JOULE_PER_WH
 from energy.force.effects import PART_NAMES
 from energy.vehicle.vehicle import KMH_PER_MPS
-from routing.query import NAMED_WEIGHTS, ParetoSettings, RouteQuery, Weights
+from routing.queries import NAMED_WEIGHTS, ParetoSettings, RouteQuery, Weights
 
 if TYPE_CHECKING:
     from app.schemas.route import RouteRequest
     from energy.chain.chain import EnergyParts
     from energy.chain.uncertainty import EnergyDistribution
     from energy.vehicle.files import AnyVehicle
-    from routing.graph import RoadGraph
-    from routing.hot_links import HotStretch
-    from routing.query import DrivenLinks, ParetoClaim, Route, RouteAnswer, RouteLeg, SearchStats
+    from routing.graph.road_graph import RoadGraph
+    from routing.queries import DrivenLinks, ParetoClaim, Route, RouteAnswer, RouteLeg, SearchStats
+    from routing.route.hot_links import HotStretch
 
 JOULE_PER_KWH: Final = JOULE_PER_WH * 1000.0
 J_PER_M_PER_KWH_PER_100KM: Final = JOULE_PER_KWH / 100_000.0

@@ -26,7 +26,7 @@ from energy.chain.chain import Chain
 from energy.errors import LinkError
 from energy.stops import Cross, StopSettings
 from energy.vehicle.vehicle import KMH_PER_MPS
-from routing.query import LinkSpan
+from routing.queries import LinkSpan
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from app.driving import Course, Driven
     from app.schemas.vehicle import VehicleChoice
     from energy.chain.profile import SpeedProfile
-    from routing.graph import RoadGraph
+    from routing.graph.road_graph import RoadGraph
 
 
 # names inside, on the left, are those of a chain in SI units; on the right, those of links that are sent

@@ -142,7 +142,7 @@ def _on_graph(
 ) -> tuple[Diagnosed, str | None, tuple[str, ...]]:
     """A diagnosis laid upon the graph of a folder, its residuals on links, and which trips are not on it."""
     from app.diagnosing.places import STAGE, on_graph
-    from routing.graph_files import load_graph
+    from routing.graph.files import load_graph
     from routing.planner import Planner
 
     told(STAGE, 0.0)

@@ -10,8 +10,8 @@ from app.schemas.route import RouteRequest
 from energy.chain.profile import chain_profile
 from energy.replay.replay import DrivenProfile, graded, replay
 from energy.vehicle.vehicle import KMH_PER_MPS, Vehicle
-from routing.query import LinkSpan
-from routing.snap import METRE_PER_DEGREE
+from routing.graph.snap import METRE_PER_DEGREE
+from routing.queries import LinkSpan
 
 if TYPE_CHECKING:
     from pathlib import Path

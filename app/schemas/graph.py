@@ -5,7 +5,7 @@ from __future__ import annotations
 from pydantic import Field
 
 from app.schemas.base import Answered
-from routing.graph import Terrain
+from routing.graph.road_graph import Terrain
 
 
 class TerrainNote(Answered):

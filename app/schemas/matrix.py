@@ -14,7 +14,7 @@ from app.schemas.place import MAX_PLACES, Place, Snapped
 from app.schemas.route import WeightsSent
 from app.schemas.vehicle import VehicleChoice
 from energy.chain.chain import LinkModel, StopRule
-from routing.matrix import NotDriven
+from routing.route.matrix import NotDriven
 
 Figure = TypeVar("Figure")
 Rows = Annotated[list[list[Figure]], Field(description="one row a source, in it one value a target")]

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.tiles.address import TileAddress
-    from routing.graph import RoadGraph
+    from routing.graph.road_graph import RoadGraph
 
 TILE_SIZE: Final = 256
 MAX_ZOOM: Final = 14

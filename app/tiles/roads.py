@@ -11,7 +11,7 @@ import shapely
 from app.tiles.address import east_from_lon, south_from_lat
 from app.tiles.vector_tile import EXTENT, TileLines, encode_tile
 from energy.stops import FunctionalClass
-from routing.graph import E7
+from routing.graph.road_graph import E7
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from app.tiles.address import TileAddress
     from app.tiles.vector_tile import AttributeValue
-    from routing.graph import RoadGraph
+    from routing.graph.road_graph import RoadGraph
 
 LAYER: Final = "roads"
 CLASS_NAMES: Final = tuple(kind.name.lower() for kind in FunctionalClass)

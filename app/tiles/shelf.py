@@ -13,12 +13,12 @@ from app.tiles.cache import TileCache
 from app.tiles.errors import HeightsAbsentError
 from app.tiles.heights import HeightTiles
 from app.tiles.roads import RoadTiles
-from routing.graph import Terrain, meta_fields
+from routing.graph.road_graph import Terrain, meta_fields
 
 if TYPE_CHECKING:
     from app.atlas import Atlas
     from app.tiles.address import TileAddress
-    from routing.graph import RoadGraph
+    from routing.graph.road_graph import RoadGraph
 
 CACHE_BYTES: Final = 64 * 1024 * 1024
 DIGEST_BYTES: Final = 8

@@ -12,12 +12,12 @@ from scipy.interpolate import RectBivariateSpline
 from scipy.sparse.linalg import splu
 
 from app.tiles.address import east_from_lon, lat_deg_from_south, lon_deg_from_east, south_from_lat
-from routing.graph import E7
+from routing.graph.road_graph import E7
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from routing.graph import RoadGraph
+    from routing.graph.road_graph import RoadGraph
 
 MAX_SAMPLES: Final = 400_000  # geometry points that are read of a large graph
 MAX_CELLS: Final = 25_000  # of the surface's grid without its margin; so many take 0.3 s

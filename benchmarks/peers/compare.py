@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from benchmarks.peers.questions import Answer, Engine, Place
-    from routing.graph import RoadGraph
+    from routing.graph.road_graph import RoadGraph
 
 WARM_UP: Final = 5  # rounds asked untimed
 TRIES: Final = 10  # places looked at for one that counts

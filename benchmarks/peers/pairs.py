@@ -6,13 +6,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from routing.graph import great_circle_m
+from routing.graph.road_graph import great_circle_m
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from benchmarks.peers.questions import Answer, Place, Question
-    from routing.graph import RoadGraph
+    from routing.graph.road_graph import RoadGraph
 
 APART_M: Final = 25_000.0
 TOLERANCE: Final = 0.2

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from routing.graph import RoadGraph
+    from routing.graph.road_graph import RoadGraph
 
 NAME: Final = "RouteE Compass"
 VERSION: Final = "0.19.5"

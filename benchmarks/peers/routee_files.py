@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.vehicle.vehicle import KMH_PER_MPS
-from routing.graph import E7
+from routing.graph.road_graph import E7
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from routing.graph import RoadGraph
+    from routing.graph.road_graph import RoadGraph
 
 VERTICES: Final = "vertices-compass.csv.gz"
 EDGES: Final = "edges-compass.csv.gz"

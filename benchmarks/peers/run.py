@@ -20,7 +20,7 @@ from benchmarks.peers.pairs import draw_pairs, draw_places
 from benchmarks.peers.tables import RANGES, ROUTES, PeerReport, asked_of
 from benchmarks.terrain import write_hills
 from energy.vehicle.files import load_vehicle
-from routing.graph_files import load_graph
+from routing.graph.files import load_graph
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from benchmarks.peers.compare import Rounds
     from benchmarks.peers.tables import Asked
-    from routing.graph import RoadGraph
+    from routing.graph.road_graph import RoadGraph
 
 MAP_FILE: Final = "porto.osm.pbf"
 MINUTES: Final = (15.0, 30.0)

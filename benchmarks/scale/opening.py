@@ -15,12 +15,12 @@ from benchmarks.scale.pairs import draw_pairs
 from energy.chain.chain import LinkModel, StopRule
 from energy.stops import StopSettings
 from energy.vehicle.files import load_vehicle
-from routing.graph import ARRAY_NAMES
-from routing.graph_files import load_graph
-from routing.query import ECO
-from routing.search import Limits, LinkPosition, WorkspacePool, find_path
-from routing.search_space import search_space
-from routing.snap import RoadIndex
+from routing.graph.files import load_graph
+from routing.graph.road_graph import ARRAY_NAMES
+from routing.graph.snap import RoadIndex
+from routing.queries import ECO
+from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path
+from routing.search.space import search_space
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -28,8 +28,8 @@ if TYPE_CHECKING:
     from typing import TypeVar
 
     from energy.vehicle.files import AnyVehicle
-    from routing.graph import RoadGraph
-    from routing.search_space import SearchSpace
+    from routing.graph.road_graph import RoadGraph
+    from routing.search.space import SearchSpace
 
     T = TypeVar("T")
 

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from routing.graph import great_circle_m
-from routing.query import Point
+from routing.graph.road_graph import great_circle_m
+from routing.queries import Point
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from routing.graph import RoadGraph
+    from routing.graph.road_graph import RoadGraph
 
 APART_M: Final = 25_000.0
 WITHIN_FRAC: Final = 0.05  # of the distance

@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchmarks.graphs import ROOT, Made, synthesize_in_process
-from routing.graph import great_circle_m
+from routing.graph.road_graph import great_circle_m
 
 if TYPE_CHECKING:
-    from routing.graph import RoadGraph
+    from routing.graph.road_graph import RoadGraph
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,7 +54,7 @@ def kept_region(cache: Path, links: int, seed: int) -> tuple[Made, Path, bool]:
 def _generator_digest() -> str:
     """Of all that a region's arrays depend on but its seed and size."""
     digest = hashlib.sha256(np.__version__.encode())
-    for path in (*sorted((ROOT / "routing/synth").glob("*.py")), ROOT / "routing/graph.py"):
+    for path in (*sorted((ROOT / "routing/synth").glob("*.py")), ROOT / "routing/graph/road_graph.py"):
         digest.update(path.read_bytes())
     return digest.hexdigest()[:12]
 

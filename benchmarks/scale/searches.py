@@ -17,11 +17,11 @@ from benchmarks.scale.opening import SMALL_GRAPH, space_of, the_vehicle
 from benchmarks.scale.pairs import draw_pairs
 from benchmarks.scale.regions import Shape, shape_of
 from benchmarks.searches import Spread, Yardstick, draw_sources, spread
-from routing.graph_files import load_graph
+from routing.graph.files import load_graph
+from routing.graph.snap import RoadIndex
 from routing.planner import Planner
-from routing.query import ECO, RangeQuery, RouteQuery
-from routing.search import Limits, LinkPosition, WorkspacePool, find_path
-from routing.snap import RoadIndex
+from routing.queries import ECO, RangeQuery, RouteQuery
+from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 
     from benchmarks.scale.pairs import Pair
     from energy.vehicle.files import AnyVehicle
-    from routing.graph import RoadGraph
-    from routing.search_space import SearchSpace
+    from routing.graph.road_graph import RoadGraph
+    from routing.search.space import SearchSpace
 
 SOC_FRAC: Final = 0.9
 RESERVE_SOC_FRAC: Final = 0.1

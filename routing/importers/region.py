@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from routing.errors import ImportFailedError
-from routing.graph import E7, GraphMeta, RoadGraph, Terrain, assemble_graph
+from routing.graph.networkx_graph import from_networkx, is_export, load_networkx
+from routing.graph.road_graph import E7, GraphMeta, RoadGraph, Terrain, assemble_graph
 from routing.importers.built_up import urban_pieces
 from routing.importers.chains import chains_from_roads, cut, junction_positions
 from routing.importers.crossings import place_controls
@@ -19,7 +20,6 @@ from routing.importers.links import loose_graph
 from routing.importers.osm import read_osm
 from routing.importers.profile import limit_grades, smooth_along_roads
 from routing.importers.tags import Dropped
-from routing.networkx_graph import from_networkx, is_export, load_networkx
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

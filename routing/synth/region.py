@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.stops import FunctionalClass
-from routing.graph import (
+from routing.graph.road_graph import (
     E7,
     EARTH_RADIUS_M,
     GraphMeta,

@@ -11,8 +11,8 @@ import pytest
 
 from app.tiles.cache import ENTRY_BYTES, TileCache
 from app.tiles.shelf import SHOWN_ARRAYS, tiles_digest
-from routing.graph import RoadGraph, Terrain
-from routing.graph_files import load_graph, save_graph
+from routing.graph.files import load_graph, save_graph
+from routing.graph.road_graph import RoadGraph, Terrain
 from tests.app.conftest import street_grid
 
 

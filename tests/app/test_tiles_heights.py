@@ -16,8 +16,8 @@ from app.tiles.errors import TileOutOfRangeError
 from app.tiles.heights import HeightTiles, terrarium_rgb
 from app.tiles.png import png_from_rgb
 from app.tiles.surface import HeightSurface, surface_grid
-from routing.graph import RoadGraph, Terrain
-from routing.graph_files import load_graph
+from routing.graph.files import load_graph
+from routing.graph.road_graph import RoadGraph, Terrain
 from tests.app.conftest import HEIGHTS_M, SOUTH, SPACING_DEG, WEST, street_grid
 
 if TYPE_CHECKING:

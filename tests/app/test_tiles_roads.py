@@ -16,8 +16,8 @@ from app.tiles.address import TileAddress
 from app.tiles.errors import TileOutOfRangeError
 from app.tiles.roads import FIRST_ZOOM, RoadTiles
 from energy.stops import FunctionalClass
-from routing.graph import RoadGraph, Terrain
-from routing.graph_files import load_graph
+from routing.graph.files import load_graph
+from routing.graph.road_graph import RoadGraph, Terrain
 from tests.app.conftest import SOUTH, SPACING_DEG, WEST, street_grid
 from tests.app.tile_reader import Feature, read_tile
 

@@ -11,9 +11,17 @@ import numpy as np
 from diagnosis.recordings import Recording
 from energy.chain.profile import chain_profile
 from energy.stops import Cross, FunctionalClass
-from routing.graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph, great_circle_m
-from routing.query import LinkSpan
-from routing.snap import METRE_PER_DEGREE
+from routing.graph.road_graph import (
+    GraphMeta,
+    LooseLinks,
+    LooseNodes,
+    RoadGraph,
+    Terrain,
+    assemble_graph,
+    great_circle_m,
+)
+from routing.graph.snap import METRE_PER_DEGREE
+from routing.queries import LinkSpan
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -16,10 +16,10 @@ from diagnosis.kernels_matching import Costs, Places
 from diagnosis.matched_way import smoothed_m
 from diagnosis.matching import GapReason, MapMatcher, MatchSettings, NoPositionsError, OutsideMapError
 from diagnosis.tracks import headings_rad, odometer_m, positions_deg, thinned
-from routing.graph_files import load_graph
+from routing.graph.files import load_graph
+from routing.graph.snap import METRE_PER_DEGREE
 from routing.planner import Planner
-from routing.query import FASTEST, LinkSpan, Point, RouteQuery
-from routing.snap import METRE_PER_DEGREE
+from routing.queries import FASTEST, LinkSpan, Point, RouteQuery
 from tests.diagnosis.map_drives import drive_at, drive_planned, link_between, steady, streets, whole
 
 GRAPHS = Path(__file__).parents[2] / "data/graphs"

@@ -22,7 +22,7 @@ from diagnosis.places import (
     link_features,
     link_residuals,
 )
-from routing.snap import METRE_PER_DEGREE
+from routing.graph.snap import METRE_PER_DEGREE
 from tests.diagnosis.map_drives import link_between, steady, streets, whole
 
 pytestmark = pytest.mark.nojit

@@ -14,9 +14,9 @@ from diagnosis.profile_split import NothingMatchedError, profile_split, profile_
 from diagnosis.results import ProfileSplit
 from energy.conditions import Conditions
 from energy.replay.replay import DrivenProfile, replay
-from routing.graph_files import load_graph
+from routing.graph.files import load_graph
 from routing.planner import Planner
-from routing.query import FASTEST, LinkSpan, Point, RouteQuery
+from routing.queries import FASTEST, LinkSpan, Point, RouteQuery
 from tests.diagnosis.map_drives import drive_at, drive_planned, streets, whole
 
 J_PER_KWH = 3.6e6

@@ -28,10 +28,10 @@ from app.settings import Settings
 from energy.battery import JOULE_PER_WH
 from energy.chain.chain import LinkModel, StopRule
 from energy.stops import StopSettings
-from routing.query import ECO, Point, RouteQuery
-from routing.search import Limits, LinkPosition, WorkspacePool, find_path, reach
-from routing.search_space import search_space
-from routing.snap import RoadIndex
+from routing.graph.snap import RoadIndex
+from routing.queries import ECO, Point, RouteQuery
+from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.search.space import search_space
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -12,14 +12,14 @@ from typing import TYPE_CHECKING
 
 from energy.chain.kernels_link import link_energy
 from energy.force.kernels_force import accepted_j, cabin_energy_j, road_in_time
-from routing.query import Weights
-from routing.search import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_HOUR, Limits, LinkPosition
-from routing.search_space import SearchSpace
+from routing.queries import Weights
+from routing.search.search import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_HOUR, Limits, LinkPosition
+from routing.search.space import SearchSpace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from routing.graph import RoadGraph
+    from routing.graph.road_graph import RoadGraph
 
 State = tuple[int, float, float, float]  # link, entry speed [m/s], probability of having stopped, offset [m]
 Label = tuple[float, float, float]  # battery energy [J], time [s], distance [m] since departure

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from energy.stops import FunctionalClass
-from routing.graph import RoadGraph, Terrain, great_circle_m
-from routing.graph_files import load_graph
+from routing.graph.files import load_graph
+from routing.graph.road_graph import RoadGraph, Terrain, great_circle_m
 
 GRAPHS = Path(__file__).parents[2] / "data/graphs"
 MOST_BYTES = 12_000_000

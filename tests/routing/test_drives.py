@@ -16,13 +16,13 @@ from energy.conditions import STILL, EffectCoefficients
 from energy.stops import StopSettings
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from energy.vehicle.files import load_vehicles
-from routing.drives import LEAST_ROWS, Drives
-from routing.graph import RoadGraph
-from routing.kernels_gap import SLACK_J, greatest_of_sums, least_worth_j, state_gap
-from routing.route_search import TABLES_KEPT, RouteSearch
-from routing.search import Limits, LinkPosition, WorkspacePool, find_path, reach
-from routing.search_space import SearchSpace, search_space
-from routing.spans import ChainMaker
+from routing.dominance.kernels_gap import SLACK_J, greatest_of_sums, least_worth_j, state_gap
+from routing.graph.road_graph import RoadGraph
+from routing.links.drives import LEAST_ROWS, Drives
+from routing.links.spans import ChainMaker
+from routing.route.best_path import TABLES_KEPT, RouteSearch
+from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.search.space import SearchSpace, search_space
 from tests.routing.test_search_exact import (
     LEARNED,
     LOSSY,

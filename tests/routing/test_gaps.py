@@ -15,10 +15,10 @@ from energy.chain.kernels_link import link_energy
 from energy.conditions import EffectCoefficients
 from energy.force.kernels_force import road_in_time
 from energy.stops import StopSettings
-from routing.kernels_gap import state_gap, warm_up_due_j
-from routing.query import ECO
-from routing.search import Limits, LinkPosition, WorkspacePool, find_path
-from routing.search_space import search_space
+from routing.dominance.kernels_gap import state_gap, warm_up_due_j
+from routing.queries import ECO
+from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path
+from routing.search.space import search_space
 from tests.routing.test_search_exact import graph_of, vehicle
 
 STEEP = vehicle(accel=(0.3,) * 5, recuperation_eff=0.85)

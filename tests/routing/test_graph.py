@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from routing.errors import ImportFailedError
-from routing.graph import (
+from routing.graph.road_graph import (
     ARRAY_NAMES,
     EARTH_RADIUS_M,
     GraphMeta,

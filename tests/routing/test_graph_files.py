@@ -12,9 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from routing import graph_files
 from routing.errors import GraphFormatError
-from routing.graph import (
+from routing.graph import files
+from routing.graph.files import ARRAY_DTYPES, load_graph, load_meta, save_graph
+from routing.graph.road_graph import (
     ARRAY_NAMES,
     FORMAT_VERSION,
     GraphMeta,
@@ -24,7 +25,6 @@ from routing.graph import (
     Terrain,
     assemble_graph,
 )
-from routing.graph_files import ARRAY_DTYPES, load_graph, load_meta, save_graph
 
 pytestmark = pytest.mark.nojit
 
@@ -196,9 +196,9 @@ def fail_at(monkeypatch: pytest.MonkeyPatch, fault: str) -> None:
         def save(*arguments: object, **options: object) -> None:
             (full_disk if next(calls) == 4 else whole)(*arguments, **options)
 
-        monkeypatch.setattr(graph_files.np, "save", save)
+        monkeypatch.setattr(files.np, "save", save)
     elif fault == "text":
-        monkeypatch.setattr(graph_files, "_meta_json", full_disk)
+        monkeypatch.setattr(files, "_meta_json", full_disk)
     else:
         failing = {"move": range(9), "second move": range(1, 2), "later moves": range(1, 9)}[fault]
         move, moves = os.replace, iter(range(1000))
@@ -206,14 +206,14 @@ def fail_at(monkeypatch: pytest.MonkeyPatch, fault: str) -> None:
         def replace(*arguments: Path) -> None:
             (full_disk if next(moves) in failing else move)(*arguments)
 
-        monkeypatch.setattr(graph_files.os, "replace", replace)
+        monkeypatch.setattr(files.os, "replace", replace)
 
 
 def test_interrupt_from_the_keyboard_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def interrupt(*_: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(graph_files, "_meta_json", interrupt)
+    monkeypatch.setattr(files, "_meta_json", interrupt)
     with pytest.raises(KeyboardInterrupt):
         save_graph(triangle(), tmp_path / "graph")
     assert list(tmp_path.iterdir()) == []

@@ -18,12 +18,12 @@ from energy.conditions import STILL
 from energy.force.kernels_force import ROAD_WAIT, road_at
 from energy.stops import StopSettings
 from energy.vehicle.files import load_vehicles
-from routing.homing import HomingScratch
-from routing.kernels_homing import FARTHEST, INTO_J, INTO_M, INTO_S, INTO_TAIL, cost_to_goal
-from routing.kernels_least import SLOWEST, STOPPED_LEAST, STOPPED_MOST, least_towards_any
-from routing.query import ECO
-from routing.search import Limits, LinkPosition, WorkspacePool, find_path
-from routing.search_space import potential_share, search_space
+from routing.lower_bound.kernels_least import SLOWEST, STOPPED_LEAST, STOPPED_MOST, least_towards_any
+from routing.lower_bound.kernels_lower_bound import FARTHEST, INTO_J, INTO_M, INTO_S, INTO_TAIL, cost_to_goal
+from routing.lower_bound.lower_bound import HomingScratch
+from routing.queries import ECO
+from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path
+from routing.search.space import potential_share, search_space
 from tests.routing.test_search_exact import (
     LEARNED,
     LOSSY,

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from routing.errors import QueryError
-from routing.hot_links import (
+from routing.route.hot_links import (
     AERO,
     AUXILIARY,
     DRIVE_LOSS,

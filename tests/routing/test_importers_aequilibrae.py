@@ -15,7 +15,7 @@ import pytest
 
 from energy.stops import Cross, FunctionalClass
 from routing.errors import ImportFailedError
-from routing.graph import Terrain
+from routing.graph.road_graph import Terrain
 from routing.importers.aequilibrae import DATABASE, import_aequilibrae, line_from_spatialite
 
 Point = tuple[float, float]

@@ -12,7 +12,7 @@ import rasterio
 from rasterio import Affine
 
 from routing.errors import ImportFailedError
-from routing.graph import RoadGraph, Terrain
+from routing.graph.road_graph import RoadGraph, Terrain
 from routing.importers.elevation import read_tile, sample_heights
 from routing.importers.region import GRADE_TOLERANCE_M, import_region
 

@@ -11,7 +11,7 @@ import pytest
 
 from energy.stops import Cross, FunctionalClass
 from routing.errors import GraphFormatError, ImportFailedError
-from routing.graph import RoadGraph, Terrain
+from routing.graph.road_graph import RoadGraph, Terrain
 from routing.importers.region import import_region
 
 # 1 to 2 two-way and bent, 2 to 3 two oneways, 3 to 1 a oneway, as osmnx.save_graphml writes it: every value is text

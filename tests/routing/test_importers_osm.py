@@ -10,7 +10,7 @@ import pytest
 
 from energy.stops import Cross, FunctionalClass
 from routing.errors import ImportFailedError
-from routing.graph import RoadGraph, Terrain
+from routing.graph.road_graph import RoadGraph, Terrain
 from routing.importers.osm import read_osm
 from routing.importers.region import LONGEST_LINK_M, import_region
 

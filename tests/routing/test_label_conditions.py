@@ -17,10 +17,7 @@ from energy.force.kernels_force import accepted_j, cabin_energy_j, road_in_time
 from energy.stops import StopSettings
 from energy.vehicle.files import load_vehicles
 from energy.vehicle.vehicle import Vehicle
-from routing import kernels, search
-from routing.graph import RoadGraph
-from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
-from routing.kernels_gap import (
+from routing.dominance.kernels_gap import (
     COST,
     DISTANCE,
     ENERGY,
@@ -35,9 +32,12 @@ from routing.kernels_gap import (
     gap_of,
     leads,
 )
-from routing.query import BALANCED, ECO, FASTEST, Weights
-from routing.search import Limits, LinkPosition, WorkspacePool
-from routing.search_space import SearchSpace, search_space
+from routing.graph.road_graph import RoadGraph
+from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
+from routing.queries import BALANCED, ECO, FASTEST, Weights
+from routing.search import kernels_search, search
+from routing.search.search import Limits, LinkPosition, WorkspacePool
+from routing.search.space import SearchSpace, search_space
 
 pytestmark = pytest.mark.shared_data
 
@@ -85,10 +85,10 @@ def settled(graph: RoadGraph, space: SearchSpace, limits: Limits, weights: Weigh
             space, WorkspacePool(graph.link_count), rules, [start], (), lent, space.guide.undirected
         )
     assert goal == -1
-    made = int(ws.counter[kernels.LABELS])
+    made = int(ws.counter[kernels_search.LABELS])
     by_link: dict[int, list[int]] = {}
-    for row, (link, parent, state) in enumerate(ws.pointer[:made, : kernels.STATE].tolist()):
-        if state != kernels.DEAD and parent >= 0:
+    for row, (link, parent, state) in enumerate(ws.pointer[:made, : kernels_search.STATE].tolist()):
+        if state != kernels_search.DEAD and parent >= 0:
             by_link.setdefault(link, []).append(row)
     return Settled(ws.number[:made].copy(), ws.pointer[:made].copy(), by_link, rules, counts)
 
@@ -143,11 +143,13 @@ def check_labels(graph, space, limits, weights, start):
     r = s.rules
     assert s.counts.reduced_below_zero == 0
     assert s.counts.crowded == 0
-    child = {(int(s.pointer[row, kernels.PARENT]), link): row for link, rows in s.by_link.items() for row in rows}
+    child = {
+        (int(s.pointer[row, kernels_search.PARENT]), link): row for link, rows in s.by_link.items() for row in rows
+    }
     parents = {parent for parent, _ in child} | {row for rows in s.by_link.values() for row in rows}
     beyond = dominated = 0
     for row in parents:
-        label, link = s.number[row], int(s.pointer[row, kernels.LINK])
+        label, link = s.number[row], int(s.pointer[row, kernels_search.LINK])
         for following in graph.successors(link).tolist():
             used, clock, far, end, p_stop = driven(space, limits, link, label, following)
             if used > limits.most_energy_j:

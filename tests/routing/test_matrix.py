@@ -16,18 +16,26 @@ from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
 from energy.vehicle.files import load_vehicles
 from routing.errors import NoPathError, PointFarFromRoadError, PointOutsideMapError, QueryError
-from routing.graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph, great_circle_m
-from routing.matrix import MatrixQuery, MatrixRow, NotDriven
+from routing.graph.road_graph import (
+    GraphMeta,
+    LooseLinks,
+    LooseNodes,
+    RoadGraph,
+    Terrain,
+    assemble_graph,
+    great_circle_m,
+)
 from routing.planner import Planner
-from routing.query import BALANCED, ECO, FASTEST, Point, RouteQuery, Weights
-from routing.search import Limits, find_path, find_paths, reach
+from routing.queries import BALANCED, ECO, FASTEST, Point, RouteQuery, Weights
+from routing.route.matrix import MatrixQuery, MatrixRow, NotDriven
+from routing.search.search import Limits, find_path, find_paths, reach
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from routing.matrix import MatrixEntry
-    from routing.query import Route
-    from routing.search import LinkPosition
+    from routing.queries import Route
+    from routing.route.matrix import MatrixEntry
+    from routing.search.search import LinkPosition
 
 SIDE = 5
 STEP = 100_000  # 1e-7 degrees: about a kilometre

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 import shapely
 
-from routing.graph import RoadGraph
-from routing.kernels_nearest import FAN
-from routing.nearest import METRE_PER_DEGREE, RoadTree
-from routing.query import Point
+from routing.graph.kernels_nearest import FAN
+from routing.graph.nearest import METRE_PER_DEGREE, RoadTree
+from routing.graph.road_graph import RoadGraph
+from routing.queries import Point
 from routing.synth import synthesize
 
 pytestmark = pytest.mark.nojit

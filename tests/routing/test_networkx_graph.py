@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from routing.errors import GraphFormatError, ImportFailedError
-from routing.graph import ARRAY_NAMES, RoadGraph
-from routing.graph_files import load_graph, save_graph
+from routing.graph.files import load_graph, save_graph
+from routing.graph.networkx_graph import from_networkx, read_graphml, to_networkx, write_graphml
+from routing.graph.road_graph import ARRAY_NAMES, RoadGraph
 from routing.importers.region import import_region
-from routing.networkx_graph import from_networkx, read_graphml, to_networkx, write_graphml
 
 STREET = {"highway": "residential", "name": "Ç & <b>"}
 

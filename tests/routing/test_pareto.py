@@ -18,18 +18,18 @@ from energy.conditions import STILL, Conditions
 from energy.force.kernels_force import accepted_j, cabin_energy_j, road_in_time
 from energy.stops import StopSettings
 from energy.vehicle.files import load_vehicles
-from routing import pareto_labels
 from routing.errors import NoPathError, QueryError
-from routing.graph_files import load_graph
-from routing.pareto import ParetoSearch
-from routing.pareto_bounds import LowerBounds, Trade, chosen, undominated
-from routing.pareto_labels import Cover, uncovered_ways
+from routing.graph.files import load_graph
+from routing.links.spans import ChainMaker
+from routing.pareto import all_ways
+from routing.pareto.all_ways import Cover, uncovered_ways
+from routing.pareto.bounds import LowerBounds, Trade, chosen, undominated
+from routing.pareto.front import ParetoSearch
 from routing.planner import Planner
-from routing.query import ECO, FASTEST, ParetoProof, ParetoSettings, Point, RouteQuery, Weights
-from routing.route_search import RouteSearch, charge_limits
-from routing.search import Limits, LinkPosition
-from routing.search_space import search_space
-from routing.spans import ChainMaker
+from routing.queries import ECO, FASTEST, ParetoProof, ParetoSettings, Point, RouteQuery, Weights
+from routing.route.best_path import RouteSearch, charge_limits
+from routing.search.search import Limits, LinkPosition
+from routing.search.space import search_space
 from tests.routing.test_search_exact import LEARNED, LOSSY, SPEEDS, WEATHER, graph_of, maps, rules, vehicle, vehicles
 
 DATA = Path(__file__).resolve().parents[2] / "data"
@@ -275,12 +275,12 @@ def test_ways_are_compared_within_a_wider_epsilon_where_room_is_scarce(monkeypat
     query = replace(ask(vehicle(), stop_rule=StopRule.NONE), pareto=ParetoSettings(0.001, 5))
     narrow = front_of(graph, query, start, goal)
     assert narrow.claim.found == 3
-    monkeypatch.setattr(pareto_labels, "MOST_LABELS", 4)
+    monkeypatch.setattr(all_ways, "MOST_LABELS", 4)
     scarce = front_of(graph, query, start, goal)
     assert scarce.claim.found < narrow.claim.found
     assert scarce.claim.proof is ParetoProof.WEIGHTINGS
     assert scarce.claim.epsilon_frac > narrow.claim.epsilon_frac
-    monkeypatch.setattr(pareto_labels, "MOST_STATES", -60)
+    monkeypatch.setattr(all_ways, "MOST_STATES", -60)
     assert front_of(graph, query, start, goal).claim == scarce.claim
 
 

@@ -12,9 +12,17 @@ from energy.chain.chain import LinkModel, StopRule
 from energy.errors import LinkError
 from energy.vehicle.vehicle import Vehicle
 from routing.errors import PointFarFromRoadError, PointOutsideMapError, QueryError
-from routing.graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph, great_circle_m
+from routing.graph.road_graph import (
+    GraphMeta,
+    LooseLinks,
+    LooseNodes,
+    RoadGraph,
+    Terrain,
+    assemble_graph,
+    great_circle_m,
+)
 from routing.planner import Planner
-from routing.query import BALANCED, ECO, FASTEST, LinkSpan, Point, RangeQuery, RouteQuery, Weights
+from routing.queries import BALANCED, ECO, FASTEST, LinkSpan, Point, RangeQuery, RouteQuery, Weights
 
 pytestmark = pytest.mark.nojit
 

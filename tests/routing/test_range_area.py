@@ -15,7 +15,8 @@ from hypothesis import strategies as st
 from scipy.ndimage import distance_transform_edt
 
 from energy.vehicle.files import load_vehicles
-from routing.graph import (
+from routing.graph.files import load_graph
+from routing.graph.road_graph import (
     EARTH_RADIUS_M,
     GraphMeta,
     LooseLinks,
@@ -25,11 +26,10 @@ from routing.graph import (
     assemble_graph,
     great_circle_m,
 )
-from routing.graph_files import load_graph
-from routing.kernels_area import LEVEL_BITS, LEVEL_MASK, NOWHERE, nearest_roads
-from routing.kernels_outline import CUTS, crossing_at
 from routing.planner import Planner
-from routing.query import Point, RangeAnswer, RangeQuery
+from routing.queries import Point, RangeAnswer, RangeQuery
+from routing.range.kernels_grid import LEVEL_BITS, LEVEL_MASK, NOWHERE, nearest_roads
+from routing.range.kernels_outline import CUTS, crossing_at
 
 KONA = load_vehicles(Path(__file__).resolve().parents[2] / "data/vehicles")["hyundai-kona-64"]
 SIDE = 24

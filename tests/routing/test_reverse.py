@@ -14,11 +14,11 @@ from energy.chain.chain import LinkModel, StopRule
 from energy.conditions import STILL, Conditions, EffectCoefficients, RoadSurface
 from energy.stops import StopSettings
 from routing.errors import SearchLimitError
-from routing.query import ECO
-from routing.reverse import BackCharges, ReverseSearch
-from routing.route_search import charge_limits
-from routing.search import Limits, LinkPosition, WorkspacePool, find_path, reach
-from routing.search_space import search_space
+from routing.queries import ECO
+from routing.range.way_back import BackCharges, ReverseSearch
+from routing.route.best_path import charge_limits
+from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.search.space import search_space
 from tests.routing.test_search_exact import SPEEDS, cheapest_by_enumeration, graph_of, maps, vehicle, vehicles
 
 TOLERANCE_J = 40.0  # 0.01 Wh: two drives that differ by 1 mm/s count as met

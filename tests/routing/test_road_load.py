@@ -15,12 +15,12 @@ from energy.conditions import STILL, Conditions
 from energy.force.effects import drive_of
 from energy.force.kernels_force import Road, road_load_n
 from energy.stops import StopSettings
+from routing.dominance.bounds import gap_rules, least_load_n
 from routing.errors import NegativeCycleError, QueryError
-from routing.gaps import gap_rules, least_load_n
 from routing.planner import Planner
-from routing.query import ECO, Point, RangeQuery, RouteQuery, Trip
-from routing.search import Limits, LinkPosition, WorkspacePool, find_path
-from routing.search_space import search_space
+from routing.queries import ECO, Point, RangeQuery, RouteQuery, Trip
+from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path
+from routing.search.space import search_space
 from tests.routing.expanded_states import StateGraph
 from tests.routing.test_search_exact import WEATHER, graph_of, maps, vehicle, vehicles
 

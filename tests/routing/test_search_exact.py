@@ -19,12 +19,12 @@ from energy.force.kernels_force import ROAD_WARM_UP, accepted_j, cabin_energy_j,
 from energy.stops import StopSettings
 from energy.vehicle.vehicle import Vehicle
 from routing.errors import SearchLimitError
-from routing.graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
-from routing.networkx_graph import to_networkx
-from routing.query import ECO, Weights
-from routing.reference import EnergySearch
-from routing.search import JOULE_PER_KWH, Limits, LinkPosition, WorkspacePool, find_path, reach
-from routing.search_space import search_space
+from routing.graph.networkx_graph import to_networkx
+from routing.graph.road_graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
+from routing.queries import ECO, Weights
+from routing.search.reference import EnergySearch
+from routing.search.search import JOULE_PER_KWH, Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.search.space import search_space
 
 META = GraphMeta("drawn", "test", "none", "none", Terrain.SYNTHETIC, "drawn", 0.0, (0.0, 0.0, 0.0, 0.0))
 TWIN_LABELS = 4000

@@ -23,14 +23,14 @@ from energy.stops import StopSettings
 from energy.vehicle.files import load_vehicles
 from energy.vehicle.vehicle import Vehicle
 from routing.errors import ImportFailedError, NegativeCycleError
-from routing.graph import LooseLinks, LooseNodes, RoadGraph, assemble_graph
+from routing.graph.networkx_graph import to_networkx
+from routing.graph.road_graph import LooseLinks, LooseNodes, RoadGraph, assemble_graph
 from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
-from routing.networkx_graph import to_networkx
 from routing.planner import Planner
-from routing.query import BALANCED, ECO, FASTEST, LinkSpan, Point, RangeQuery, Route, RouteQuery, Weights
-from routing.reference import EnergySearch
-from routing.search import JOULE_PER_KWH, Limits, LinkPosition, WorkspacePool, find_path, reach
-from routing.search_space import SearchSpace, search_space
+from routing.queries import BALANCED, ECO, FASTEST, LinkSpan, Point, RangeQuery, Route, RouteQuery, Weights
+from routing.search.reference import EnergySearch
+from routing.search.search import JOULE_PER_KWH, Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.search.space import SearchSpace, search_space
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

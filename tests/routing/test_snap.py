@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from routing.errors import PointFarFromRoadError, PointOutsideMapError
-from routing.graph import (
+from routing.graph.road_graph import (
     EARTH_RADIUS_M,
     GraphMeta,
     LooseLinks,
@@ -19,8 +19,8 @@ from routing.graph import (
     assemble_graph,
     great_circle_m,
 )
-from routing.query import Point
-from routing.snap import END_MARGIN_M, RoadIndex, part_of_line
+from routing.graph.snap import END_MARGIN_M, RoadIndex, part_of_line
+from routing.queries import Point
 
 pytestmark = pytest.mark.nojit
 

@@ -19,13 +19,13 @@ from energy.force.kernels_force import cabin_energy_j
 from energy.stops import StopSettings
 from energy.vehicle.files import load_vehicles
 from energy.vehicle.vehicle import Vehicle
-from routing.graph import RoadGraph
+from routing.dominance.kernels_gap import DESCENT_J, DESCENT_MPS
+from routing.graph.road_graph import RoadGraph
 from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
-from routing.kernels_gap import DESCENT_J, DESCENT_MPS
 from routing.planner import Planner
-from routing.query import ECO, Point, RangeQuery, Weights
-from routing.search import Limits, LinkPosition, WorkspacePool, find_path, reach
-from routing.search_space import potential_share, search_space
+from routing.queries import ECO, Point, RangeQuery, Weights
+from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.search.space import potential_share, search_space
 from tests.routing.expanded_states import StateGraph
 from tests.routing.test_search_exact import (
     LEARNED,

@@ -7,9 +7,9 @@ import pytest
 
 from energy.chain.chain import StopRule
 from energy.stops import FunctionalClass, StopSettings
-from routing.graph import RoadGraph
-from routing.spans import ChainMaker
-from routing.stops import link_stops
+from routing.graph.road_graph import RoadGraph
+from routing.links.spans import ChainMaker
+from routing.links.stops import link_stops
 from routing.synth import synthesize
 
 pytestmark = pytest.mark.nojit

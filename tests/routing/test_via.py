@@ -21,10 +21,18 @@ from energy.force.effects import drive_of
 from energy.force.kernels_force import cabin_energy_j
 from energy.vehicle.files import load_vehicles
 from routing.errors import NoPathError, PointFarFromRoadError, PointOutsideMapError
-from routing.graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph, great_circle_m
+from routing.graph.road_graph import (
+    GraphMeta,
+    LooseLinks,
+    LooseNodes,
+    RoadGraph,
+    Terrain,
+    assemble_graph,
+    great_circle_m,
+)
 from routing.planner import Planner
-from routing.query import BALANCED, ECO, FASTEST, LinkSpan, Point, RouteQuery, Weights
-from routing.via import WayFinder
+from routing.queries import BALANCED, ECO, FASTEST, LinkSpan, Point, RouteQuery, Weights
+from routing.route.via import WayFinder
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

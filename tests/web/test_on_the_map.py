@@ -17,7 +17,7 @@ from benchmarks.browser import ROOT
 from energy.replay.replay import DrivenProfile, replay
 from energy.vehicle.files import load_vehicle
 from energy.vehicle.vehicle import KMH_PER_MPS, Vehicle
-from routing.snap import METRE_PER_DEGREE
+from routing.graph.snap import METRE_PER_DEGREE
 from tests.web.conftest import CAR
 from tests.web.map_page import shown_number
 from tests.web.test_places import box_of, click_map, mercator

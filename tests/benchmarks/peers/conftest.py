@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from routing.graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
+from routing.graph.road_graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
 
 # 2 at 0.02° N       at the equator, a degree is 111 195 m either way; the link from 0 to 1 goes east and then north,
 # |                  the one from 0 to 2 straight to the north, over 20 m of climb

@@ -13,7 +13,7 @@ from benchmarks.peers.ours import ours
 from benchmarks.peers.pairs import draw_pairs, on_those_roads
 from benchmarks.peers.questions import Question
 from benchmarks.run import main
-from routing.graph_files import load_graph
+from routing.graph.files import load_graph
 
 FOLDER = ROOT / "data/graphs/coquimbo"
 

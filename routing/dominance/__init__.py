@@ -1,0 +1,1 @@
+"""When one label makes another superfluous, and the bounds that this rests on."""

@@ -1,0 +1,1 @@
+"""The road graph: its arrays, its files, and places snapped to it."""

@@ -1,0 +1,242 @@
+"""Graphs on disk: one folder a graph, a .npy file an array (loaded memory-mapped), names.json and meta.json."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import shutil
+import sys
+import tempfile
+import tokenize
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from energy.stops import Cross, FunctionalClass
+from routing.errors import GraphFormatError
+from routing.graph.road_graph import ARRAY_NAMES, FORMAT_VERSION, GraphMeta, RoadGraph, Terrain, meta_fields
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from numpy.typing import NDArray
+
+# as RoadGraph declares them; compiled kernels read what they are given
+ARRAY_DTYPES: Final[Mapping[str, type[np.generic]]] = {
+    "node_lat_deg": np.float64,
+    "node_lon_deg": np.float64,
+    "node_height_m": np.float64,
+    "node_id": np.int64,
+    "tail": np.int32,
+    "head": np.int32,
+    "length_m": np.float64,
+    "speed_limit_mps": np.float64,
+    "functional_class": np.int8,
+    "cross": np.int8,
+    "urban": np.bool_,
+    "structure": np.bool_,
+    "way_id": np.int64,
+    "name_idx": np.int32,
+    "reverse_idx": np.int32,
+    "geometry_first": np.int64,
+    "geometry_lon_e7": np.int32,
+    "geometry_lat_e7": np.int32,
+    "successor_first": np.int64,
+    "successor": np.int32,
+}
+
+# what numpy's reader lets out when a header is damaged: it is a Python literal, evaluated
+_UNREADABLE: Final = (
+    OSError,
+    ValueError,
+    TypeError,
+    EOFError,
+    SyntaxError,
+    tokenize.TokenError,
+    OverflowError,
+    RecursionError,
+    MemoryError,
+)
+
+
+def save_graph(graph: RoadGraph, folder: Path) -> None:
+    """Write a graph to a folder, whole or not at all: it is written beside its place and moved there.
+
+    An existing graph in that place is replaced, and stays when that fails. Raises FileExistsError when the folder holds
+    something else.
+    """
+    place = folder.resolve()  # a link to a folder stays a link
+    if place.exists() and not _holds_graph(place) and any(place.iterdir()):
+        raise FileExistsError(f"{folder} is not empty and holds no graph")
+    place.parent.mkdir(parents=True, exist_ok=True)
+    scratch = Path(tempfile.mkdtemp(prefix=f".{place.name}.", dir=place.parent))
+    new, old = scratch / "new", scratch / "old"
+    try:
+        new.mkdir()
+        for name in ARRAY_NAMES:
+            np.save(new / f"{name}.npy", getattr(graph, name), allow_pickle=False)
+        (new / "names.json").write_text(json.dumps(graph.names, ensure_ascii=False), encoding="utf-8")
+        (new / "meta.json").write_text(_meta_json(graph), encoding="utf-8")
+        new.chmod(0o755)
+        if place.exists():
+            os.replace(place, old)
+        os.replace(new, place)
+    finally:
+        if old.exists() and not place.exists():
+            os.replace(old, place)  # where even this fails, the old graph is left in scratch
+        shutil.rmtree(scratch, ignore_errors=True)
+
+
+def _holds_graph(folder: Path) -> bool:
+    """Whether joulepath wrote the folder, in whatever version."""
+    try:
+        raw = json.loads((folder / "meta.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return False
+    return isinstance(raw, dict) and "format_version" in raw and "link_count" in raw
+
+
+def _meta_json(graph: RoadGraph) -> str:
+    return (
+        json.dumps(
+            {
+                "format_version": FORMAT_VERSION,
+                **meta_fields(graph.meta),
+                "node_count": graph.node_count,
+                "link_count": graph.link_count,
+            },
+            indent=2,
+            ensure_ascii=False,
+        )
+        + "\n"
+    )
+
+
+def load_meta(folder: Path) -> GraphMeta:
+    """What meta.json says; raises GraphFormatError where it is missing, damaged or of another version."""
+    path = str(folder)
+    try:
+        raw = json.loads((folder / "meta.json").read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise GraphFormatError(
+            path, "meta.json", f"unreadable ({error})", "a graph written by `joulepath import`"
+        ) from error
+    version = raw.get("format_version") if isinstance(raw, dict) else None
+    if version != FORMAT_VERSION:
+        raise GraphFormatError(path, "format_version", version, f"{FORMAT_VERSION}; import the map again")
+    try:
+        west, south, east, north = (float(x) for x in raw["bbox"])
+        return GraphMeta(
+            name=str(raw["name"]),
+            source=str(raw["source"]),
+            licence=str(raw["licence"]),
+            attribution=str(raw["attribution"]),
+            terrain=Terrain(raw["terrain"]),
+            elevation_method=str(raw["elevation_method"]),
+            smoothing_m=float(raw["smoothing_m"]),
+            bbox=(west, south, east, north),
+            dropped={str(k): int(v) for k, v in raw["dropped"].items()},
+        )
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        raise GraphFormatError(
+            path, "meta.json", f"damaged ({error})", "a graph written by `joulepath import`"
+        ) from error
+
+
+def load_graph(folder: Path) -> RoadGraph:
+    """A stored graph, its arrays memory-mapped read-only.
+
+    Raises GraphFormatError as load_meta does, and where a file is missing or damaged, or an array has another type,
+    another shape or values that would lead a kernel out of its arrays.
+    """
+    path = str(folder)
+    meta = load_meta(folder)
+    arrays = {name: _load_array(folder, name) for name in ARRAY_NAMES}
+    _check_shapes(path, arrays)
+    _check_values(path, arrays)
+    names = _load_names(folder, count=int(arrays["name_idx"].max(initial=-1)) + 1)
+    return RoadGraph(meta=meta, names=names, **arrays)
+
+
+def _load_array(folder: Path, name: str) -> NDArray[Any]:
+    """A one-dimensional array of the declared type, memory-mapped."""
+    file, dtype = f"{name}.npy", np.dtype(ARRAY_DTYPES[name])
+    try:
+        # np.asarray: numba compiles a plain read-only array, not the memmap subclass
+        array: NDArray[Any] = np.asarray(np.lib.format.open_memmap(folder / file, mode="r"))
+    except _UNREADABLE as error:
+        raise GraphFormatError(str(folder), file, f"unreadable ({error})", "an array file") from error
+    if array.dtype != dtype:
+        raise GraphFormatError(str(folder), file, f"of type {array.dtype}", str(dtype))
+    if array.ndim != 1:
+        raise GraphFormatError(str(folder), file, f"of shape {array.shape}", "one dimension")
+    return array
+
+
+def _load_names(folder: Path, count: int) -> tuple[str, ...]:
+    """The names, at least count."""
+    path, file = str(folder), "names.json"
+    try:
+        names = json.loads((folder / file).read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError) as error:
+        raise GraphFormatError(path, file, f"unreadable ({error})", "a list of names") from error
+    if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+        raise GraphFormatError(path, file, "something else", "a list of strings")
+    if len(names) < count:
+        raise GraphFormatError(path, file, f"a list of {len(names)} names", f"at least {count}, as name_idx.npy needs")
+    return tuple(names)
+
+
+def _check_shapes(path: str, arrays: Mapping[str, NDArray[Any]]) -> None:
+    links, nodes = arrays["tail"].size, arrays["node_lat_deg"].size
+    firsts = ("geometry_first", "successor_first")
+    for name in firsts:
+        _check_size(path, name, arrays[name], links + 1)
+        _check_first(path, name, arrays[name])
+    sizes = {"successor": int(arrays["successor_first"][-1])}
+    sizes["geometry_lon_e7"] = sizes["geometry_lat_e7"] = int(arrays["geometry_first"][-1])
+    for name, array in arrays.items():
+        if name not in firsts:
+            _check_size(path, name, array, sizes.get(name, nodes if name.startswith("node_") else links))
+
+
+def _check_size(path: str, name: str, array: NDArray[Any], size: int) -> None:
+    if array.size != size:
+        raise GraphFormatError(path, f"{name}.npy", f"of shape {array.shape}", f"({size},)")
+
+
+def _check_first(path: str, name: str, first: NDArray[np.int64]) -> None:
+    """Refuse row starts that do not begin at 0 or that fall."""
+    if first[0] != 0:
+        raise GraphFormatError(path, f"{name}.npy", f"{first[0]} at its begin", "0")
+    falls = first[1:] < first[:-1]
+    if falls.any():
+        k = int(falls.argmax())
+        raise GraphFormatError(path, f"{name}.npy", f"{first[k + 1]} after {first[k]}", "values that never fall")
+
+
+def _check_values(path: str, arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Refuse values outside their range; reads each of these arrays once or twice, and NaN is outside."""
+    links, nodes = arrays["tail"].size, arrays["node_lat_deg"].size
+    whole = {
+        "tail": (0, nodes - 1),
+        "head": (0, nodes - 1),
+        "successor": (0, links - 1),
+        "reverse_idx": (-1, links - 1),
+        "functional_class": (0, len(FunctionalClass) - 1),
+        "cross": (0, len(Cross) - 1),
+        "name_idx": (0, np.iinfo(np.int32).max),
+    }
+    least, most = math.ulp(0.0), sys.float_info.max
+    ranges: dict[str, tuple[float, float, str]] = {k: (low, high, f"{low}..{high}") for k, (low, high) in whole.items()}
+    ranges["length_m"] = ranges["speed_limit_mps"] = (least, most, "finite values above 0")
+    ranges["node_height_m"] = (-most, most, "finite values")
+    for name, (low, high, allowed) in ranges.items():
+        array = arrays[name]
+        if array.size == 0:
+            continue
+        for value in (array.min().item(), array.max().item()):
+            if not low <= value <= high:
+                raise GraphFormatError(path, f"{name}.npy", value, allowed)

@@ -1,0 +1,53 @@
+"""Compiled: what a search space knows of its links beforehand: their commonest drives, and where drives have met."""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from energy.chain.kernels_link import link_energy
+from energy.compiled.kernels_borrow import borrowed, borrowed_physics
+from energy.force.kernels_force import ROAD_WAIT, LinkPhysics, road_at
+from routing.dominance.kernels_gap import CRUISE_J, CRUISE_S, LENGTH, LIMIT, REST_J, REST_S, STOP
+
+
+@njit(nogil=True, cache=True)
+def fill_cruise(p: LinkPhysics, row: NDArray[np.float64], roads: NDArray[np.float64]) -> None:
+    """Energy and time of each link entered at its limit or from rest, left at the limit or stopped, into its row."""
+    p, row, roads = borrowed_physics(p), borrowed(row), borrowed(roads)
+    for k in range(row.shape[0]):
+        v, length, stop = row[k, LIMIT], row[k, LENGTH], row[k, STOP]
+        r = road_at(roads, k)
+        wait = roads[k, ROAD_WAIT]
+        row[k, CRUISE_J], row[k, CRUISE_S], _ = link_energy(p, r, length, v, 0.0, v, v, stop, wait)
+        row[k, REST_J], row[k, REST_S], end = link_energy(p, r, length, 0.0, 0.0, v, v, stop, wait)
+        if end != v:
+            row[k, REST_S] = -1.0
+
+
+@njit(nogil=True, cache=True)
+def top_classes(
+    length: NDArray[np.float64],
+    first: NDArray[np.int64],
+    successor: NDArray[np.int32],
+    run_up: NDArray[np.float64],
+    top: NDArray[np.int8],
+) -> None:
+    """Highest speed interval that drives may be in before two of them must have met, for each link.
+
+    run_up: distance in which any entry reaches the link's limit. top starts as the interval of that limit
+    and grows along successors of links shorter than their run-up until nothing changes.
+    """
+    changed = True
+    while changed:
+        changed = False
+        for i in range(length.size):
+            if length[i] >= run_up[i]:
+                continue
+            best = top[i]
+            for k in range(first[i], first[i + 1]):
+                best = max(best, top[successor[k]])
+            if best > top[i]:
+                top[i] = best
+                changed = True

@@ -1,0 +1,1 @@
+"""Least cost from a link to the goal, which directs a search."""

@@ -1,0 +1,193 @@
+"""The lower bound that directs a search to its goal: least costs of links, and the search back that adds them up."""
+
+from __future__ import annotations
+
+import math
+import threading
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from routing.dominance.bounds import least_load_n
+from routing.graph.road_graph import EARTH_RADIUS_M
+from routing.links.aligned import aligned
+from routing.lower_bound import kernels_least, kernels_lower_bound
+from routing.lower_bound.kernels_lower_bound import Homing
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from energy.force.kernels_force import LinkPhysics
+    from routing.dominance.kernels_gap import GapRules
+    from routing.graph.road_graph import RoadGraph
+    from routing.search.kernels_search import LinkArrays
+
+PASSES: Final = 4  # over the turns, each of which raises the speeds that links are known to be entered with
+NOISE_FRAC: Final = 1e-9
+MOST_GOALS: Final = 64  # beyond which a search runs undirected
+
+
+def plain_physics(physics: LinkPhysics) -> LinkPhysics:
+    """A vehicle without losses, caps, climate and cold tyres, all of which only add energy."""
+    return physics._replace(
+        regen_cap_w=math.inf,
+        fade_width_j=0.0,
+        loss_per_n2=0.0,
+        loss_per_w=0.0,
+        regen_min_mps=0.0,
+        lossy=False,
+        cabin_w=0.0,
+        cabin_start_w=0.0,
+        tyre_time_s=0.0,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class LeastCosts:
+    """Links by the node that they lead into, and what is known of their least costs; shapes as in Homing."""
+
+    into_first: NDArray[np.int64]
+    into: NDArray[np.float64]
+    into_link: NDArray[np.int32]
+    entry: NDArray[np.float64]
+    physics: LinkPhysics
+    place_m: NDArray[np.float64]
+    least_a_metre: NDArray[np.float64]
+    line_to_road: float
+
+
+class Guide:
+    """The least costs of one search space, link by link as searches ask for them; safe between threads."""
+
+    def __init__(self, graph: RoadGraph, arrays: LinkArrays, physics: LinkPhysics, gap: GapRules, alpha: float) -> None:
+        self._graph, self._arrays, self._physics = graph, arrays, physics
+        self._sag_n, self._alpha = gap.sag_n, alpha
+        self._costs: LeastCosts | None = None
+        self._descent: NDArray[np.float64] | None = None
+        self._lock = threading.Lock()
+        self.undirected = _undirected(arrays, physics)
+
+    def costs(self) -> LeastCosts:
+        """The links by head and their entries, in O(M) the first time; no least cost is known then."""
+        with self._lock:
+            if self._costs is None:
+                self._costs = self._unknown()
+            return self._costs
+
+    def _unknown(self) -> LeastCosts:
+        graph, arrays = self._graph, self._arrays
+        plain = plain_physics(self._physics)
+        entry = np.empty((graph.link_count, 3))
+        kernels_least.fill_entries(plain, arrays.row, arrays.successor_first, arrays.successor, PASSES, entry)
+        first, order = np.zeros(graph.node_count + 1, np.int64), np.empty(graph.link_count, np.int32)
+        kernels_lower_bound.links_by_head(graph.head, first, order)
+        into = np.full((graph.link_count, 4), np.nan)
+        into[:, kernels_lower_bound.INTO_M] = graph.length_m[order]
+        into[:, kernels_lower_bound.INTO_TAIL] = graph.tail[order]
+        place_m = _places_m(graph)
+        longer = max(kernels_lower_bound.most_straight(place_m, graph.tail, graph.head, graph.length_m), 1.0)
+        load_n = max(least_load_n(plain, arrays.roads, arrays.speed_limit_mps), 0.0)
+        fastest_mps = float(arrays.speed_limit_mps.max())
+        a_metre = np.array((self._alpha * load_n, 1.0 / fastest_mps, 1.0))
+        return LeastCosts(first, into, order, entry, plain, place_m, a_metre, (1.0 - NOISE_FRAC) / longer)
+
+    def descent(self) -> NDArray[np.float64]:
+        """What ways on give back at most, float64 (M, 2) as in SearchRules, in O(M log M) the first time (lemma 10)."""
+        graph = self._graph
+        costs, h = self.costs(), self.homing(HomingScratch(graph.node_count + graph.link_count), 0, ())
+        with self._lock:
+            if self._descent is None:
+                height_j = self._alpha * self._physics.weight_n * graph.node_height_m
+                level_j = height_j.copy()
+                kernels_lower_bound.lower_levels(h, self._physics.cabin_w, level_j)
+                slowest_mps = costs.entry[:, kernels_least.SLOWEST]
+                self._descent = np.column_stack(((height_j - level_j)[graph.tail], slowest_mps))
+            return self._descent
+
+    def homing(self, scratch: HomingScratch, start_link: int, goal_links: Sequence[int]) -> Homing:
+        """What directs a search from a place on a link to places on others."""
+        costs, arrays, tail = self.costs(), self._arrays, self._graph.tail
+        homing = Homing(
+            used=True,
+            into_first=costs.into_first,
+            into=costs.into,
+            into_link=costs.into_link,
+            tail=tail,
+            entry=costs.entry,
+            physics=costs.physics,
+            alpha=self._alpha,
+            sag_n=self._sag_n,
+            row=arrays.row,
+            roads=arrays.roads,
+            successor_first=arrays.successor_first,
+            successor=arrays.successor,
+            place_m=costs.place_m,
+            start_m=costs.place_m[tail[start_link]],
+            least_a_metre=costs.least_a_metre,
+            line_to_road=costs.line_to_road,
+            node=scratch.node,
+            heap_key=scratch.heap_key,
+            heap_node=scratch.heap_node,
+            in_heap=scratch.in_heap,
+            reach=scratch.reach,
+            epoch=scratch.next_epoch(),
+        )
+        kernels_lower_bound.set_out(homing, tail[list(goal_links)].astype(np.int64))
+        return homing
+
+
+def _places_m(graph: RoadGraph) -> NDArray[np.float64]:
+    """Nodes on the mean sphere, float64 (N, 3) [m]: straight lines through it are shorter than any way on it."""
+    lat, lon = np.radians(graph.node_lat_deg), np.radians(graph.node_lon_deg)
+    return EARTH_RADIUS_M * np.column_stack((np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)))
+
+
+class HomingScratch:
+    """Arrays that one search back writes; room for a node a link, of which a connected graph has no more."""
+
+    def __init__(self, links: int) -> None:
+        self.node = np.zeros((links + 1, 3))
+        self.heap_key = aligned(links + MOST_GOALS, 1)
+        self.heap_node = np.empty(links + MOST_GOALS, np.int32)
+        self.in_heap = np.zeros(1, np.int64)
+        self.reach = np.zeros(2)
+        self.epoch = 0.0
+
+    def next_epoch(self) -> float:
+        """The number of the search that begins."""
+        self.epoch += 1.0
+        return self.epoch
+
+
+def _undirected(arrays: LinkArrays, physics: LinkPhysics) -> Homing:
+    """What a search without a goal is given; its arrays are of the types of any other, of which none is read."""
+    none, nowhere = np.empty((0, 4)), np.zeros(0, np.int32)
+    nowhere.flags.writeable = False  # as the arrays of a graph are, so that there is one compiled search
+    return Homing(
+        used=False,
+        into_first=np.zeros(1, np.int64),
+        into=none,
+        into_link=np.zeros(0, np.int32),
+        tail=nowhere,
+        entry=none,
+        physics=physics,
+        alpha=0.0,
+        sag_n=0.0,
+        row=arrays.row,
+        roads=arrays.roads,
+        successor_first=arrays.successor_first,
+        successor=arrays.successor,
+        place_m=none,
+        start_m=np.empty(0),
+        least_a_metre=np.empty(0),
+        line_to_road=1.0,
+        node=none,
+        heap_key=np.empty(0),
+        heap_node=np.zeros(0, np.int32),
+        in_heap=np.zeros(1, np.int64),
+        reach=np.zeros(2),
+        epoch=0.0,
+    )

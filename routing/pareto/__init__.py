@@ -1,0 +1,1 @@
+"""The Pareto set of time and energy, and its proofs."""

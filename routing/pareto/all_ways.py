@@ -1,0 +1,242 @@
+"""All ways between two places compared in time and energy at once: those that no given route covers."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from energy.force.kernels_force import cabin_energy_j
+from routing.dominance.kernels_gap import LIMIT, STOP
+from routing.pareto import kernels_labels as kernels
+from routing.pareto.kernels_sums import least_sums, turned_round
+from routing.search.search import FoundPath
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from energy.force.kernels_force import LinkPhysics
+    from routing.pareto.kernels_labels import Labels, StateGraph
+    from routing.search.kernels_search import LinkArrays
+    from routing.search.search import LinkPosition
+    from routing.search.space import SearchSpace
+
+STATES_A_LINK: Final = 32  # beyond it entries share states with lower bounds; few links of a real map have more
+SHARED_A_LINK: Final = 160  # at most: of 40 speeds and four probabilities of having stopped
+MOST_STATES: Final = 4_000_000
+MOST_LABELS: Final = 2_000_000
+MOST_POINTS: Final = 4096
+
+
+@dataclass(frozen=True, slots=True)
+class Cover:
+    """When a way needs no route of its own.
+
+    points: time [s] and energy [J] of routes that are there. A way is covered by one of them, or of those found, that
+    takes at most 1 + epsilon_frac times its time and at most slack_j more energy. Ways that take more than most_s or
+    most_j need none.
+    """
+
+    points: tuple[tuple[float, float], ...]
+    epsilon_frac: float
+    slack_j: float
+    most_s: float = math.inf
+    most_j: float = math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class Uncovered:
+    """Ways that together with the points cover every way, and the work done.
+
+    paths: their time and energy are what they take at least, exactly so where no state on the way is shared.
+    shared: states that entries share.
+    """
+
+    paths: tuple[FoundPath, ...]
+    labels_made: int
+    labels_settled: int
+    seconds: float
+    states: int
+    shared: int
+
+
+def is_applicable(physics: LinkPhysics) -> bool:
+    """Whether links take the same from a state at any time, and nothing takes less than its gain in potential."""
+    return not physics.printed and physics.tyre_time_s == 0.0
+
+
+def uncovered_ways(
+    space: SearchSpace,
+    starts: Sequence[LinkPosition],
+    goals: Sequence[LinkPosition],
+    cover: Cover,
+    *,
+    states_a_link: int = STATES_A_LINK,
+) -> Uncovered | None:
+    """Ways from rest to rest that the points do not cover, none covered by another; None where it takes too much room.
+
+    Without battery limits: what a full battery refuses and what the reserve forbids only ever makes a way worse. For
+    physics that are applicable. O(S log S + L log L) for S states and L labels.
+    """
+    began = time.perf_counter()
+    begins, ends = _positions(starts), _positions(goals)
+    sg = _states(space, begins, ends, _within(space.arrays, begins, ends, cover.most_s), states_a_link)
+    if sg is None:
+        return None
+    least_s, least_j = (_left(sg, weight) for weight in (sg.time_s, sg.energy_j))
+    gain_j = float(sg.number[kernels.GOAL, kernels.POTENTIAL] - sg.number[1, kernels.POTENTIAL])
+    lb = _labels(cover, gain_j)
+    full = kernels.explore(
+        sg,
+        space.physics,
+        least_s,
+        least_j,
+        cover.epsilon_frac,
+        cover.slack_j,
+        cover.most_s,
+        cover.most_j - gain_j,
+        begins.shape[0],
+        np.full(sg.link.size, math.inf),
+        lb,
+    )
+    if full:
+        return None
+    found = lb.solution[: lb.counter[kernels.SOLUTIONS]].tolist()
+    return Uncovered(
+        paths=tuple(_path(space.physics, sg, lb, label, gain_j, starts, goals) for label in found),
+        labels_made=int(lb.counter[kernels.MADE]),
+        labels_settled=int(lb.counter[kernels.SETTLED]),
+        seconds=time.perf_counter() - began,
+        states=sg.link.size,
+        shared=int(sg.counter[kernels.SHARED]),
+    )
+
+
+def warm_up_labels(space: SearchSpace, place: LinkPosition) -> None:
+    """Compile what uncovered_ways needs."""
+    uncovered_ways(space, [place], [place], Cover((), 0.0, 0.0, most_s=0.0))
+
+
+def _positions(places: Sequence[LinkPosition]) -> NDArray[np.float64]:
+    """Link and offset of each place, float64 (n, 2)."""
+    return np.array([(place.link_idx, place.offset_m) for place in places], np.float64)
+
+
+def _within(g: LinkArrays, begins: NDArray[np.float64], ends: NDArray[np.float64], most_s: float) -> NDArray[np.bool_]:
+    """Links that some way enters which takes no more than most_s, at the limit all along, bool (M,)."""
+    link_s = g.length_m / g.row[:, LIMIT] + g.row[:, STOP] * g.stop_time_s
+    links = link_s.size
+    arc_s = np.repeat(link_s, np.diff(g.successor_first))
+    since = np.full(links, math.inf)
+    for link, offset_m in begins.tolist():
+        driven_s = offset_m / float(g.row[int(link), LIMIT])  # counted by the search, but behind the start
+        one = np.full(links, math.inf)
+        least_sums(g.successor_first, g.successor, arc_s, int(link), most_s + driven_s, one)
+        since = np.minimum(since, np.maximum(one - driven_s, 0.0))
+    back_first, arc = np.empty(links + 1, np.int64), np.empty(g.successor.size, np.int64)
+    turned_round(g.successor_first, g.successor, back_first, arc)
+    tail = np.repeat(np.arange(links, dtype=np.int32), np.diff(g.successor_first))[arc]
+    left = np.full(links, math.inf)
+    for link, _ in ends.tolist():
+        least_sums(back_first, tail, arc_s[arc], int(link), most_s, left)
+    whole = since + left
+    allowed: NDArray[np.bool_] = np.isfinite(whole) & (whole <= most_s * (1.0 + 1e-9))
+    return allowed
+
+
+def _states(
+    space: SearchSpace,
+    begins: NDArray[np.float64],
+    ends: NDArray[np.float64],
+    allowed: NDArray[np.bool_],
+    states_a_link: int,
+) -> StateGraph | None:
+    """All states and drives on the links allowed, cut to size; None where there are too many."""
+    g, physics = space.arrays, space.physics
+    room = min((states_a_link + SHARED_A_LINK) * int(allowed.sum()), MOST_STATES) + 64
+    arcs = 4 * room + ends.shape[0] + int(np.diff(g.successor_first).max(initial=0))
+    sg = kernels.StateGraph(
+        link=np.empty(room, np.int32),
+        number=np.empty((room, 4)),
+        earlier=np.empty(room, np.int32),
+        first=np.empty(room + 1, np.int64),
+        head=np.empty(arcs, np.int32),
+        energy_j=np.empty(arcs),
+        time_s=np.empty(arcs),
+        counter=np.zeros(4, np.int64),
+    )
+    alpha = 0.5 * (physics.drive_factor + physics.recuperation_factor)
+    latest = np.full(allowed.size, -1, np.int32)
+    full = kernels.expand(g, physics, alpha, space.half_inertia_kg, begins, ends, allowed, states_a_link, latest, sg)
+    if full or sg.counter[kernels.NEGATIVE] > 0:
+        return None
+    states, used = int(sg.counter[kernels.STATES]), int(sg.counter[kernels.ARCS])
+    return kernels.StateGraph(
+        link=sg.link[:states].copy(),
+        number=sg.number[:states].copy(),
+        earlier=sg.earlier[:states].copy(),
+        first=sg.first[: states + 1].copy(),
+        head=sg.head[:used].copy(),
+        energy_j=sg.energy_j[:used].copy(),
+        time_s=sg.time_s[:used].copy(),
+        counter=sg.counter,
+    )
+
+
+def _left(sg: StateGraph, weight: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Least sum of weights from each state to the goal, float64 (S,)."""
+    states = sg.link.size
+    back_first, arc = np.empty(states + 1, np.int64), np.empty(sg.head.size, np.int64)
+    turned_round(sg.first, sg.head, back_first, arc)
+    tail = np.repeat(np.arange(states, dtype=np.int32), np.diff(sg.first))[arc]
+    left = np.full(states, math.inf)
+    least_sums(back_first, tail, weight[arc], kernels.GOAL, math.inf, left)
+    return left
+
+
+def _labels(cover: Cover, gain_j: float) -> Labels:
+    """Room for labels, whose pages cost nothing until they are touched, and the points of a cover."""
+    lb = kernels.Labels(
+        state=np.empty(MOST_LABELS, np.int32),
+        parent=np.empty(MOST_LABELS, np.int32),
+        time_s=np.empty(MOST_LABELS),
+        energy_j=np.empty(MOST_LABELS),
+        key_s=np.empty(MOST_LABELS),
+        key_j=np.empty(MOST_LABELS),
+        item=np.empty(MOST_LABELS, np.int32),
+        point_s=np.empty(MOST_POINTS),
+        point_j=np.empty(MOST_POINTS),
+        solution=np.empty(MOST_POINTS, np.int32),
+        counter=np.zeros(4, np.int64),
+    )
+    for time_s, energy_j in cover.points:
+        kernels.add_point(lb, time_s, energy_j - gain_j)
+    return lb
+
+
+def _path(
+    physics: LinkPhysics,
+    sg: StateGraph,
+    lb: Labels,
+    label: int,
+    gain_j: float,
+    starts: Sequence[LinkPosition],
+    goals: Sequence[LinkPosition],
+) -> FoundPath:
+    """The way of a label that arrived."""
+    time_s = float(lb.time_s[label])
+    energy_j = float(lb.energy_j[label]) + gain_j + cabin_energy_j(physics, 0.0, time_s)
+    links: list[int] = []
+    first = label = int(lb.parent[label])
+    while label >= 0:
+        links.append(int(sg.link[lb.state[label]]))
+        first, label = label, int(lb.parent[label])
+    links.reverse()
+    start = starts[int(lb.state[first]) - 1]
+    goal = next(place for place in goals if place.link_idx == links[-1])
+    return FoundPath(tuple(links), start, goal, cost=time_s, energy_j=energy_j, time_s=time_s, distance_m=math.nan)

@@ -1,0 +1,1 @@
+"""Reachable areas, forwards and backwards, and their outlines."""

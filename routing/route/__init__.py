@@ -1,0 +1,1 @@
+"""From a query for one route to its answer."""

@@ -1,0 +1,304 @@
+"""The best path for a weighting under the battery's limits: which searches to run, and what their answer proves."""
+
+from __future__ import annotations
+
+import threading
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from energy.battery import JOULE_PER_WH, soc_along
+from energy.chain.chain import LinkModel, StopRule, simulate_chain
+from energy.conditions import STILL, Conditions
+from energy.force.effects import drive_of
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
+from routing.errors import NoPathError, SearchLimitError
+from routing.queries import ECO, LinkSpan
+from routing.search.search import (
+    METRE_PER_KM,
+    SECOND_PER_HOUR,
+    FoundPath,
+    Limits,
+    LinkPosition,
+    SearchCounts,
+    WorkspacePool,
+    find_path,
+)
+from routing.search.space import SearchSpace, search_space
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from energy.stops import StopSettings
+    from energy.vehicle.files import AnyVehicle
+    from routing.graph.road_graph import RoadGraph
+    from routing.links.spans import ChainMaker
+    from routing.queries import RangeQuery, RouteQuery, Weights
+
+SPACES_KEPT: Final = 12
+TABLES_KEPT: Final = 4  # of drives, which take more memory than all else of a space
+LABELS_PER_LINK: Final = 20
+PARETO_LABELS_PER_LINK: Final = 8  # beyond it an answer with a bound beats a proof that takes many seconds
+
+
+@dataclass(frozen=True, slots=True)
+class Leg:
+    """What one search is asked: a way from rest at one place to rest at another, and the state in which it begins.
+
+    starts, goals: the place on each direction of its road. driven: all stretches from departure on, the last one
+    ending at rest. soc_frac: charge left by them; clock_s: time since departure. reserve_frac: charge to be kept.
+    name: of both ends, for errors. legs: of the whole route, which share the labels of searches with pairs of cost and
+    energy.
+    """
+
+    starts: tuple[LinkPosition, ...]
+    goals: tuple[LinkPosition, ...]
+    soc_frac: float
+    reserve_frac: float
+    driven: tuple[LinkSpan, ...] = ()
+    clock_s: float = 0.0
+    name: str = "start to goal"
+    legs: int = 1
+
+
+@dataclass(frozen=True, slots=True)
+class BestPath:
+    """A path, the work that its search did, and by how much at most (short_by) it costs more than the least (bound).
+
+    free_cost: of the best path without charge limits, of which none costs less; 0 where only energy is weighted.
+    """
+
+    path: FoundPath
+    counts: SearchCounts
+    method: str
+    short_by: float = 0.0
+    bound: float = 0.0
+    free_cost: float = 0.0
+
+
+class RouteSearch:
+    """Searches on one graph; keeps search spaces and workspaces between queries, safe between threads."""
+
+    def __init__(self, graph: RoadGraph, chains: ChainMaker, label_limit: int | None = None) -> None:
+        self.graph = graph
+        self.pool = WorkspacePool(graph.link_count)
+        self.label_limit = label_limit or max(LABELS_PER_LINK * graph.link_count, 1_000_000)
+        self.pareto_limit = max(PARETO_LABELS_PER_LINK * graph.link_count, 200_000)
+        self._chains = chains
+        self._spaces: dict[tuple[object, ...], SearchSpace] = {}
+        self._lock = threading.Lock()
+
+    def space_of(self, query: RouteQuery | RangeQuery, vehicle: AnyVehicle) -> SearchSpace:
+        """The graph as a vehicle sees it under a query's conditions."""
+        return self.space(vehicle, query.link_model, query.stop_rule, query.stop_settings, query.conditions)
+
+    def space(
+        self,
+        vehicle: AnyVehicle,
+        model: LinkModel,
+        rule: StopRule,
+        settings: StopSettings,
+        conditions: Conditions = STILL,
+    ) -> SearchSpace:
+        """The graph as a vehicle sees it, from the ones kept or computed; raises ConditionsError."""
+        stops = (rule, settings.probability_frac.tobytes(), settings.time_s.tobytes())
+        key = (_vehicle_key(vehicle), model, *stops, conditions)
+        with self._lock:
+            space = self._spaces.pop(key, None)
+        if space is None:
+            space = search_space(self.graph, vehicle, model, rule, settings, conditions)
+        with self._lock:
+            self._spaces[key] = space  # last used is last; the first is dropped
+            while len(self._spaces) > SPACES_KEPT:
+                self._spaces.pop(next(iter(self._spaces)))
+            longest_unused = list(self._spaces.values())[:-TABLES_KEPT]
+        for unused in longest_unused:
+            unused.drives.forget()
+        return space
+
+    def best_path(self, query: RouteQuery, weights: Weights, leg: Leg) -> BestPath:
+        """The best path that keeps the charge limits, or the one of least energy; raises NoPathError."""
+        space = self.space_of(query, query.vehicle)
+        capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
+        limits = charge_limits(leg.soc_frac, leg.reserve_frac, capacity_j)
+        energy_only = weights.time == 0.0 and weights.distance == 0.0
+
+        def find(w: Weights, held: Limits, *, pareto: bool = False) -> tuple[FoundPath | None, SearchCounts]:
+            most = min(self.label_limit, self.pareto_limit // leg.legs) if pareto else self.label_limit
+            return find_path(
+                space,
+                self.pool,
+                w,
+                held,
+                leg.starts,
+                leg.goals,
+                pareto=pareto,
+                label_limit=most,
+                begin_s=leg.clock_s,
+            )
+
+        path: FoundPath | None = None
+        free_cost = unpaid_j = 0.0
+        in_charge = leg.soc_frac >= leg.reserve_frac
+        if energy_only and in_charge:
+            path, counts = find(weights, limits)
+            unpaid_j = counts.unpaid_j
+        elif not energy_only:
+            # without limits costs add up, so that the search is simpler; most often its path keeps the limits anyway
+            free, counts = find(weights, Limits())
+            path = free
+            free_cost = 0.0 if free is None else free.cost
+            if free is not None and not self._keeps(query, free, leg, limits, weights.energy):
+                path, counts = find(ECO, limits) if in_charge else (None, counts)
+                unpaid_j = counts.unpaid_j
+                if path is not None:
+                    try:
+                        best, counts = find(weights, limits, pareto=True)
+                    except SearchLimitError:
+                        return self._nearly_best(query, weights, leg, limits, free, path, counts)
+                    best = path if best is None else best
+                    return BestPath(best, counts, method_name(counts, pareto=True), free_cost=free_cost)
+        if path is not None:
+            return BestPath(path, counts, method_name(counts, pareto=False), free_cost=free_cost)
+        path, counts = find(ECO if not energy_only else weights, Limits())
+        if path is None:
+            raise NoPathError(f"no permitted way leads from {leg.name}")
+        counts = replace(counts, unpaid_j=unpaid_j)  # that nothing keeps the limits is no better proven than this
+        return BestPath(path, counts, method_name(counts, pareto=False), free_cost=free_cost)
+
+    def _nearly_best(
+        self,
+        query: RouteQuery,
+        weights: Weights,
+        leg: Leg,
+        limits: Limits,
+        free: FoundPath,
+        least_energy: FoundPath,
+        counts: SearchCounts,
+    ) -> BestPath:
+        """The better of two paths that keep the limits, and by how much a better one can be cheaper at most.
+
+        No path costs less than the best one without limits, since a battery at its limits only ever adds cost.
+        """
+        kept = [least_energy, *([free] if self._keeps(query, free, leg, limits, 0.0) else [])]
+        costs = [self._cost(query, path, leg, weights) for path in kept]
+        best = int(np.argmin(costs))
+        return BestPath(
+            kept[best],
+            counts,
+            method_name(counts, pareto=False) + "-bounded",
+            max(costs[best] - free.cost, 0.0),
+            free.cost,
+            free.cost,
+        )
+
+    def link_energies(
+        self, query: RouteQuery, spans: tuple[LinkSpan, ...], soc_start_frac: float | None
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Battery energy [J] and time [s] of each stretch from departure on as the search sees them, float64 (n,)."""
+        result = simulate_chain(
+            query.vehicle,
+            self._chains.chain(spans, query.stop_settings),
+            conditions=query.conditions,
+            link_model=query.link_model,
+            stop_rule=StopRule.EXPECTED if query.stop_rule is StopRule.COUNTED else query.stop_rule,
+            soc_start_frac=soc_start_frac,
+        )
+        return result.links.energy_j, result.links.duration_s
+
+    def _energies_j(
+        self, query: RouteQuery, path: FoundPath, leg: Leg, *, charged: bool = True
+    ) -> tuple[NDArray[np.float64], float]:
+        """Battery energy of each link of a leg's path as the search saw it, float64 (n,) [J], and its time [s].
+
+        charged: with what a nearly full battery refuses.
+        """
+        spans = (*leg.driven, *self.spans(path))
+        energy_j, time_s = self.link_energies(query, spans, query.soc_frac if charged else None)
+        return energy_j[len(leg.driven) :], float(time_s[len(leg.driven) :].sum())
+
+    def _cost(self, query: RouteQuery, path: FoundPath, leg: Leg, weights: Weights) -> float:
+        """What a path costs with the battery's limits: recuperation that a full battery can't take is worth nothing."""
+        energy_j, time_s = self._energies_j(query, path, leg)
+        soc, _ = soc_along(energy_j, leg.soc_frac, query.vehicle.usable_capacity_wh)
+        used_kwh = (leg.soc_frac - float(soc[-1])) * query.vehicle.usable_capacity_wh / 1000.0
+        return cost_of(weights, used_kwh, time_s, path.distance_m)
+
+    def _keeps(self, query: RouteQuery, path: FoundPath, leg: Leg, limits: Limits, energy_weight: float) -> bool:
+        """Whether a path never takes the charge below the reserve and costs what the search without limits says.
+
+        A battery that is overfilled on the way, or so full that it takes up less, loses energy, which changes the cost
+        only where energy is weighted.
+        """
+        energy_j, _ = self._energies_j(query, path, leg)
+        capacity_wh = query.vehicle.usable_capacity_wh
+        soc, braked = soc_along(energy_j, leg.soc_frac, capacity_wh)
+        most_j = (leg.soc_frac - soc) * capacity_wh * JOULE_PER_WH
+        if not bool(most_j.max() <= limits.most_energy_j):
+            return False
+        if energy_weight == 0.0:
+            return True
+        # a cap on recuperation that fades with charge only ever takes energy from other paths, as overfilling does
+        limited = drive_of(query.vehicle, query.conditions).physics.fade_width_j > 0.0
+        fades = limited and not np.array_equal(energy_j, self._energies_j(query, path, leg, charged=False)[0])
+        return not (braked.any() or fades)
+
+    def spans(self, path: FoundPath) -> tuple[LinkSpan, ...]:
+        """The stretches of links that a path drives."""
+        last = len(path.links) - 1
+        return tuple(
+            LinkSpan(
+                link,
+                path.start.offset_m if k == 0 else 0.0,
+                path.goal.offset_m if k == last else float(self.graph.length_m[link]),
+            )
+            for k, link in enumerate(path.links)
+        )
+
+
+def _vehicle_key(vehicle: AnyVehicle) -> tuple[object, ...]:
+    """Everything of a vehicle that a search reads."""
+    if isinstance(vehicle, ConsumptionTableVehicle):
+        return (
+            vehicle.speed_mps.tobytes(),
+            vehicle.consumption_j_per_m.tobytes(),
+            vehicle.ascent_j_per_m,
+            vehicle.descent_j_per_m,
+            vehicle.kinetic_up_kg,
+            vehicle.kinetic_down_kg,
+            vehicle.aux_power_w,
+        )
+    return (
+        vehicle.mass_kg,
+        vehicle.road_load_a_n,
+        vehicle.road_load_b_n_per_mps,
+        vehicle.road_load_c_n_per_mps2,
+        vehicle.drive_eff,
+        vehicle.recuperation_eff,
+        vehicle.aux_power_w,
+        vehicle.aux_move_eff,
+        vehicle.aux_idle_eff,
+        vehicle.rotating_mass_coef,
+        vehicle.usable_capacity_wh,
+        vehicle.accel_speed_mps.tobytes(),
+        vehicle.accel_mps2.tobytes(),
+        vehicle.decel_mps2.tobytes(),
+        vehicle.effects,
+    )
+
+
+def charge_limits(soc_frac: float, reserve_frac: float, capacity_j: float) -> Limits:
+    """Battery energy from departure on that fills the battery, and that reaches the reserve."""
+    return Limits(-(1.0 - soc_frac) * capacity_j, (soc_frac - reserve_frac) * capacity_j)
+
+
+def cost_of(weights: Weights, energy_kwh: float, time_s: float, distance_m: float) -> float:
+    """What a weighting minimises."""
+    rest = weights.time * time_s / SECOND_PER_HOUR + weights.distance * distance_m / METRE_PER_KM
+    return weights.energy * energy_kwh + rest
+
+
+def method_name(counts: SearchCounts, *, pareto: bool) -> str:
+    """What an answer calls the search."""
+    return ("label-correcting" if counts.label_correcting else "label-setting") + ("-pareto" if pareto else "")

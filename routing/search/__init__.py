@@ -1,0 +1,1 @@
+"""The label-setting search, its workspace, and its slow twin."""

@@ -1,0 +1,156 @@
+"""A graph as one vehicle sees it: link arrays, dominance bounds, and what directs searches."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from energy.chain.chain import LinkModel, StopRule
+from energy.chain.kernels_link import TOUCH_MPS, mean_over_intervals
+from energy.conditions import STILL, Conditions
+from energy.force import kernels_force as force
+from energy.force.effects import LinkSetting, drive_of
+from energy.force.kernels_force import LinkPhysics
+from energy.stops import StopSettings
+from routing.dominance import kernels_gap
+from routing.dominance.bounds import gap_bounds, gap_rules, least_load_n
+from routing.dominance.kernels_gap import GapRules
+from routing.links import kernels_links
+from routing.links.drives import Drives
+from routing.links.stops import link_stops
+from routing.lower_bound.lower_bound import Guide
+from routing.search.kernels_search import LinkArrays
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from energy.force.effects import Drive
+    from energy.vehicle.files import AnyVehicle
+    from routing.graph.road_graph import RoadGraph
+
+LOAD_NOISE_N: Final = 1e-9  # a road load that is lifted to 0 may miss it by rounding
+
+
+@dataclass(frozen=True, slots=True)
+class SearchSpace:
+    """A graph as one vehicle sees it: what the kernel reads, computed once per vehicle, conditions and settings.
+
+    least_load_n: least road load on any link at a speed that is driven there [N].
+    """
+
+    arrays: LinkArrays
+    physics: LinkPhysics
+    gap: GapRules
+    bounds: NDArray[np.float64]
+    half_inertia_kg: float
+    drives: Drives
+    guide: Guide
+    least_load_n: float
+
+    @property
+    def conserving(self) -> bool:
+        """Whether no link gives back more than height and speed hold, so that labels can be set (lemma 1)."""
+        return not self.physics.printed and self.least_load_n >= -LOAD_NOISE_N
+
+    def still_due_j(self, clock_s: float) -> float:
+        """Most that an earlier drive may yet pay more than a later one while cabin and tyres warm up (lemma 8) [J].
+
+        clock_s: time since departure at which the earlier one is, or any before it [s].
+        """
+        due_j, tyre_s = 0.0, self.physics.tyre_time_s
+        if self.gap.cabin_start_w > 0.0:
+            due_j += self.gap.cabin_start_w * self.gap.cabin_time_s * math.exp(-clock_s / self.gap.cabin_time_s)
+        if tyre_s > 0.0:
+            cold_w = float(self.bounds[kernels_gap.WARM_UP_W, 0]) * math.exp(-clock_s / tyre_s)
+            due_j += tyre_s * max(cold_w, float(self.bounds[kernels_gap.WARM_LATE_W, 0]))
+        return due_j
+
+
+def link_setting(graph: RoadGraph, drive: Drive) -> LinkSetting:
+    """The links of a graph as conditions see them: grade, speed driven, mean altitude, mean heading."""
+    return LinkSetting(
+        grade_frac=graph.climb_m() / graph.length_m,
+        driven_mps=drive.driven_mps(graph.speed_limit_mps),
+        altitude_m=graph.altitude_m(),
+        heading=graph.heading(),
+    )
+
+
+def search_space(
+    graph: RoadGraph,
+    vehicle: AnyVehicle,
+    link_model: LinkModel,
+    stop_rule: StopRule,
+    settings: StopSettings,
+    conditions: Conditions = STILL,
+) -> SearchSpace:
+    """Everything that the kernel needs to know of a graph for one vehicle under given conditions, in O(M).
+
+    The rule `counted` depends on the way so far and has no state graph; the search then uses `expected`.
+    Raises ConditionsError where a vehicle cannot feel a condition.
+    """
+    drive = drive_of(vehicle, conditions, printed=link_model is LinkModel.PRINTED)
+    physics = drive.physics
+    probability, wait = link_stops(graph, settings, stop_rule)
+    setting = link_setting(graph, drive)
+    driven = setting.driven_mps
+    roads = drive.roads(setting, wait)
+    interval, run_up, settling = _run_up(physics, driven)
+    top = interval.copy()
+    kernels_links.top_classes(graph.length_m, graph.successor_first, graph.successor, run_up, top)
+    half_inertia = 0.5 * physics.inertia_kg
+    row = np.zeros((graph.link_count, 8))
+    row[:, kernels_gap.LENGTH] = graph.length_m
+    row[:, kernels_gap.LIMIT] = driven
+    row[:, kernels_gap.HEIGHT] = graph.node_height_m[graph.tail]
+    row[:, kernels_gap.STOP] = probability
+    kernels_links.fill_cruise(physics, row, roads)
+    arrays = LinkArrays(
+        row=row,
+        roads=roads,
+        tail_height_m=row[:, kernels_gap.HEIGHT],
+        length_m=row[:, kernels_gap.LENGTH],
+        grade_frac=roads[:, force.ROAD_GRADE],
+        speed_limit_mps=row[:, kernels_gap.LIMIT],
+        stop_probability_frac=row[:, kernels_gap.STOP],
+        stop_time_s=roads[:, force.ROAD_WAIT],
+        successor_first=graph.successor_first,
+        successor=graph.successor,
+        top_class=top,
+        settling_m=settling,
+    )
+    gap = gap_rules(physics, roads, driven)
+    bounds = gap_bounds(physics, gap, half_inertia, roads, driven)
+    guide = Guide(graph, arrays, physics, gap, potential_share(physics))
+    least_n = least_load_n(physics, roads, driven)
+    return SearchSpace(arrays, physics, gap, bounds, half_inertia, Drives(graph.successor_first), guide, least_n)
+
+
+def potential_share(physics: LinkPhysics) -> float:
+    """α of the potential of lemma 1, half-way between η_chg and 1/η_dis."""
+    return 0.5 * (physics.drive_factor + physics.recuperation_factor)
+
+
+def _run_up(
+    physics: LinkPhysics, limit_mps: NDArray[np.float64]
+) -> tuple[NDArray[np.int8], NDArray[np.float64], NDArray[np.float64]]:
+    """Speed interval of each limit, distance in which any entry reaches it, and that plus the longest braking [m]."""
+    bound = physics.speed_bound_mps
+    distinct, inverse = np.unique(limit_mps, return_inverse=True)
+    edge = np.asarray(distinct - TOUCH_MPS, np.float64)
+    interval: NDArray[np.intp] = np.clip(np.searchsorted(bound, edge, side="left") - 1, 0, bound.size - 2)
+    run_up, settling = np.empty(distinct.size), np.empty(distinct.size)
+    for k, limit in enumerate(distinct.tolist()):
+        entries = np.append(bound[bound < limit], 0.0)
+        run_up[k] = max(
+            (limit**2 - v**2) / (2.0 * mean_over_intervals(bound, physics.accel_sum, v, limit))
+            for v in entries.tolist()
+        )
+        settling[k] = run_up[k] + max(
+            (limit**2 - v**2) / (2.0 * mean_over_intervals(bound, physics.decel_sum, v, limit))
+            for v in entries.tolist()
+        )
+    return interval[inverse].astype(np.int8), run_up[inverse], settling[inverse]
