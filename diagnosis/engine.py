@@ -7,30 +7,30 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from diagnosis.accounts import account, nameplate_j, score, scored
-from diagnosis.driven import driven, with_vehicle
+from diagnosis.answer.accounts import account, nameplate_j, score, scored
+from diagnosis.answer.findings import findings, odd_trips, parameter_errors, unexplained
+from diagnosis.answer.learned import NOTHING, applied, learned, replayed_j
+from diagnosis.answer.regimes import Axis, regimes
+from diagnosis.answer.results import Diagnosis, QualityNote, TripAccount, TripTimeline, Verdict
+from diagnosis.causes.driven import driven, with_vehicle
+from diagnosis.comparison.trips import J_PER_KWH
 from diagnosis.errors import DiagnosisCancelled, DiagnosisError
-from diagnosis.findings import findings, odd_trips, parameter_errors, unexplained
-from diagnosis.fitting import BOX, fit, left_w
-from diagnosis.learned import NOTHING, applied, learned, replayed_j
-from diagnosis.locate import Axis, regimes
-from diagnosis.results import Diagnosis, QualityNote, TripAccount, TripTimeline, Verdict
-from diagnosis.scan import in_box
-from diagnosis.selection import LEAST_TRIPS
-from diagnosis.trips import J_PER_KWH
-from diagnosis.windows import WINDOW_S, trip_of, windows
+from diagnosis.fit.fitting import BOX, fit, left_w
+from diagnosis.fit.scan import in_box
+from diagnosis.fit.selection import LEAST_TRIPS
+from diagnosis.fit.windows import WINDOW_S, trip_of, windows
 from energy.conditions import ZERO_CELSIUS_K
 from energy.errors import EnergyError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
-    from diagnosis.fitting import Model
-    from diagnosis.learned import Learned
-    from diagnosis.locate import Regime
-    from diagnosis.recordings import Recording
-    from diagnosis.results import Finding, FitScore, ParameterError, Unexplained
-    from diagnosis.windows import Trip
+    from diagnosis.answer.learned import Learned
+    from diagnosis.answer.regimes import Regime
+    from diagnosis.answer.results import Finding, FitScore, ParameterError, Unexplained
+    from diagnosis.fit.fitting import Model
+    from diagnosis.fit.windows import Trip
+    from diagnosis.recordings.reading import Recording
     from energy.vehicle.vehicle import Vehicle
 
 COARSEST_STEP_S: Final = 4.0

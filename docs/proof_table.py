@@ -6,7 +6,7 @@ import sys
 from pathlib import Path
 from typing import Final
 
-from diagnosis.proof.telling import MARKDOWN_FILE
+from proof.telling import MARKDOWN_FILE
 
 PAGE: Final = Path(__file__).resolve().parent / "proof.md"
 BEGIN: Final = "<!-- proof -->\n"

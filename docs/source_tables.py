@@ -10,11 +10,16 @@ from typing import Final
 
 import numpy as np
 
-from diagnosis.comparison import NORMAL_QUANTILE, mean_interval
-from diagnosis.comparison_tables import clock, markdown_table
-from diagnosis.source_checks import source_checks
-from diagnosis.source_derived import pooled, real_averages
-from diagnosis.source_published import (
+from diagnosis.comparison.comparison import NORMAL_QUANTILE, mean_interval
+from diagnosis.comparison.tables import clock, markdown_table
+from diagnosis.comparison.trips import J_PER_KWH, KMH_PER_MPS, M_PER_KM, TripRecord
+from energy.chain.chain import Chain, LinkModel, StopRule, simulate_chain
+from energy.chain.timestep import simulate_timestep
+from energy.vehicle.files import load_vehicle
+from energy.vehicle.vehicle import Vehicle
+from reproduction.checks import source_checks
+from reproduction.derived import pooled, real_averages
+from reproduction.published import (
     AUX_EFF,
     COMPLEX_URBAN_DURATION_PERCENT,
     COMPLEX_URBAN_SPEED_PERCENT,
@@ -37,13 +42,8 @@ from diagnosis.source_published import (
     SourceRoute,
     TypeAverages,
 )
-from diagnosis.source_routes import source_route
-from diagnosis.source_runs import Drive, SourceModel, drive_source_trips, loaded_as, route_energies_j, type_averages
-from diagnosis.trips import J_PER_KWH, KMH_PER_MPS, M_PER_KM, TripRecord
-from energy.chain.chain import Chain, LinkModel, StopRule, simulate_chain
-from energy.chain.timestep import simulate_timestep
-from energy.vehicle.files import load_vehicle
-from energy.vehicle.vehicle import Vehicle
+from reproduction.routes import source_route
+from reproduction.runs import Drive, SourceModel, drive_source_trips, loaded_as, route_energies_j, type_averages
 
 DOCS: Final = Path(__file__).resolve().parent
 PAGE: Final = DOCS / "source-tables.md"

@@ -13,8 +13,7 @@ from typing import Final
 
 import numpy as np
 
-from diagnosis.comparison_tables import markdown_table
-from diagnosis.coverage import (
+from diagnosis.comparison.coverage import (
     Coverage,
     TripPrediction,
     at_terminals,
@@ -24,9 +23,10 @@ from diagnosis.coverage import (
     predict,
     source_model,
 )
-from diagnosis.recording_checks import NoteKind
-from diagnosis.recordings import Recording, read_recording
-from diagnosis.trips import J_PER_KWH, M_PER_KM
+from diagnosis.comparison.tables import markdown_table
+from diagnosis.comparison.trips import J_PER_KWH, M_PER_KM
+from diagnosis.recordings.reading import Recording, read_recording
+from diagnosis.recordings.soundness.checks import NoteKind
 from energy.conditions import ZERO_CELSIUS_K, Conditions
 from energy.replay.replay import SMOOTHING_M, replay
 from energy.vehicle.files import AnyVehicle, load_vehicle

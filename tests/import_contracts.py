@@ -2,18 +2,26 @@
 
 from __future__ import annotations
 
+import fnmatch
+
 from grimp import ImportGraph
 from importlinter import Contract, ContractCheck, fields, output
 
 
 class OnlyImportsContract(Contract):
-    """The source modules, packages with all they hold, import the allowed modules and nothing else, directly."""
+    """The source modules, packages with all they hold, import the allowed modules and nothing else, directly.
+
+    A source with a star is a pattern of full module names, in which a star stands for anything, dots too.
+    """
 
     source_modules = fields.SetField(subfield=fields.StringField())
     allowed_modules = fields.SetField(subfield=fields.StringField())
 
     def check(self, graph: ImportGraph, verbose: bool) -> ContractCheck:
-        sources = {str(name) for name in self.source_modules}
+        sources: set[str] = set()
+        for source in self.source_modules:
+            named = str(source)
+            sources |= set(fnmatch.filter(graph.modules, named)) or {named}
         allowed = {str(name) for name in self.allowed_modules}
         broken: list[dict[str, object]] = []
         for source in sorted(sources):

@@ -16,7 +16,7 @@ from rich.table import Table
 from app.commands.output import CommandError
 
 if TYPE_CHECKING:
-    from diagnosis.comparison import SeriesComparison
+    from diagnosis.comparison.comparison import SeriesComparison
 
 comparing = typer.Typer()
 
@@ -39,11 +39,11 @@ def compare(
     as_json: Annotated[bool, typer.Option("--json", help="print comparison.json instead of tables")] = False,
 ) -> None:
     """Errors of simulated trips against measured ones, with their statistics."""
-    from diagnosis.comparison import compare as compare_trips
-    from diagnosis.comparison_report import comparison_figures, write_comparison
-    from diagnosis.comparison_tables import paired_test_sentence, partner_sentences
+    from diagnosis.comparison.comparison import compare as compare_trips
+    from diagnosis.comparison.report import comparison_figures, write_comparison
+    from diagnosis.comparison.tables import paired_test_sentence, partner_sentences
+    from diagnosis.comparison.trips import read_trips
     from diagnosis.errors import DiagnosisError
-    from diagnosis.trips import read_trips
 
     errors = Console(stderr=True)
     try:
@@ -70,7 +70,7 @@ def compare(
 def _tables(series: SeriesComparison) -> list[Table]:
     from rich.markup import escape
 
-    from diagnosis.comparison_tables import error_rows, overall_rows, spread_rows
+    from diagnosis.comparison.tables import error_rows, overall_rows, spread_rows
 
     name = escape(series.series)
     errors = Table("mean error", title=f"{name}: {len(series.pairs)} trips")

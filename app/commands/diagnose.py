@@ -65,7 +65,7 @@ def diagnose(
     from app.diagnosing.places import on_graph
     from app.diagnosing.tables import print_diagnosis
     from diagnosis.errors import DiagnosisError
-    from diagnosis.recording_files import recording_files
+    from diagnosis.recordings.files import recording_files
 
     if out.exists() and not out.is_dir():
         raise CommandError(f"--out is {str(out)!r}, allowed: a folder, or nothing there yet")

@@ -17,7 +17,7 @@ from app.commands.progress import reporter, stage_bars
 from app.settings import Settings
 
 if TYPE_CHECKING:
-    from diagnosis.proof.runs import Proof
+    from proof.runs import Proof
 
 proving = typer.Typer()
 
@@ -57,11 +57,11 @@ def prove(
 ) -> None:
     """Prove the diagnosis on sealed worlds whose truth is known, and show every target beside its result."""
     from diagnosis.errors import DiagnosisError
-    from diagnosis.proof.plans import full_plan, small_plan
-    from diagnosis.proof.runs import ProofOrder
-    from diagnosis.proof.runs import prove as carried_out
-    from diagnosis.proof.telling import as_json as json_of
-    from diagnosis.proof.telling import write_proof
+    from proof.plans import full_plan, small_plan
+    from proof.runs import ProofOrder
+    from proof.runs import prove as carried_out
+    from proof.telling import as_json as json_of
+    from proof.telling import write_proof
 
     if out.exists() and not out.is_dir():
         raise CommandError(f"--out is {str(out)!r}, allowed: a folder, or nothing there yet")
@@ -92,16 +92,7 @@ def prove(
 
 
 def _print(console: Console, proof: Proof) -> None:
-    from diagnosis.proof.telling import (
-        COMPARED_HEADER,
-        HEADER,
-        MISSED,
-        compared_row,
-        every_figure,
-        figure_row,
-        met_text,
-        summary,
-    )
+    from proof.telling import COMPARED_HEADER, HEADER, MISSED, compared_row, every_figure, figure_row, met_text, summary
 
     table = _table("proof", HEADER)
     group = ""

@@ -15,7 +15,7 @@ from energy.conditions import COEFFICIENT_FLAGS, ZERO_CELSIUS_K
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from diagnosis.results import Diagnosis, Interval
+    from diagnosis.answer.results import Diagnosis, Interval
 
 SIGNIFICANT_DIGITS: Final = 9
 MAX_REASON_CHARS: Final = 1000

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from app.conversions.learned_effects import learned_effects
 from app.diagnosing.errors import storable
-from diagnosis.results import as_json
+from diagnosis.answer.results import as_json
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -41,7 +41,7 @@ class Documents:
 
 def documents_of(diagnosed: Diagnosed, *, diagnosis_id: str | None = None, places: str | None = None) -> Documents:
     """The documents of a diagnosis; diagnosis_id: under which it is stored, None for that of a command."""
-    from diagnosis.report import report_html  # brings the plots along, which take a while to import
+    from diagnosis.report.page import report_html  # brings the plots along, which take a while to import
 
     diagnosis = diagnosed.diagnosis
     result = {

@@ -10,14 +10,14 @@ import numpy as np
 from app.diagnosing.errors import RefusedFile, UnusableRecordingsError, storable
 from diagnosis.errors import DiagnosisCancelled
 from diagnosis.holdout import drawn_trips, named_trips
-from diagnosis.recordings import read_recordings
+from diagnosis.recordings.reading import read_recordings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from diagnosis.recordings import Recording
-    from diagnosis.results import Diagnosis
+    from diagnosis.answer.results import Diagnosis
+    from diagnosis.recordings.reading import Recording
     from energy.vehicle.vehicle import Vehicle
 
     Progress = Callable[[str, float], None]

@@ -9,21 +9,21 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from app.diagnosing.residuals import window_residuals
-from diagnosis.coverage import median_ambient
+from diagnosis.answer.learned import learned_vehicle
+from diagnosis.answer.places import TripResidual, link_features, link_residuals
+from diagnosis.answer.profile_split import profile_split
+from diagnosis.comparison.coverage import median_ambient
 from diagnosis.errors import DiagnosisError
-from diagnosis.learned import learned_vehicle
-from diagnosis.matching import MapMatcher
-from diagnosis.places import TripResidual, link_features, link_residuals
-from diagnosis.profile_split import profile_split
+from diagnosis.matching.map_matcher import MapMatcher
 from energy.errors import EnergyError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
     from app.diagnosing.order import Diagnosed
-    from diagnosis.matching import Match
-    from diagnosis.recordings import Recording
-    from diagnosis.results import ProfileSplit, TripTimeline
+    from diagnosis.answer.results import ProfileSplit, TripTimeline
+    from diagnosis.matching.map_matcher import Match
+    from diagnosis.recordings.reading import Recording
     from energy.vehicle.vehicle import Vehicle
     from routing.planner import Planner
 

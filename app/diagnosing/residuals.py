@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from diagnosis.windows import WINDOW_S
+from diagnosis.fit.windows import WINDOW_S
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from diagnosis.recordings import Recording
-    from diagnosis.results import TripTimeline
+    from diagnosis.answer.results import TripTimeline
+    from diagnosis.recordings.reading import Recording
 
 
 @dataclass(frozen=True, slots=True)

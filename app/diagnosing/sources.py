@@ -6,7 +6,7 @@ from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING, Final
 
 from app.diagnosing.errors import SourceError
-from diagnosis.recording_files import is_recording_name, recording_id
+from diagnosis.recordings.files import is_recording_name, recording_id
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence

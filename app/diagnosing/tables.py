@@ -10,7 +10,7 @@ from rich.table import Table
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from diagnosis.results import Coefficient, Diagnosis, FitScore, Interval
+    from diagnosis.answer.results import Coefficient, Diagnosis, FitScore, Interval
 
 NO_INTERVAL: Final = "unknown"
 

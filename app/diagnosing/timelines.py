@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.diagnosing.order import Diagnosed
-    from diagnosis.recordings import Recording
-    from diagnosis.results import TripAccount
+    from diagnosis.answer.results import TripAccount
+    from diagnosis.recordings.reading import Recording
 
 MOST_POINTS: Final = 600  # of one trip: a chart has about as many pixels
 

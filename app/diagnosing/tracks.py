@@ -8,8 +8,8 @@ import numpy as np
 
 from app.diagnosing.errors import storable
 from app.diagnosing.residuals import window_residuals
-from diagnosis.places import FULL_SCALE_QUANTILE, M_PER_KM, colour
-from diagnosis.tracks import NoPositionsError, odometer_m, positions_deg, thinned
+from diagnosis.answer.places import FULL_SCALE_QUANTILE, M_PER_KM, colour
+from diagnosis.matching.tracks import NoPositionsError, odometer_m, positions_deg, thinned
 from energy.battery import JOULE_PER_WH
 
 if TYPE_CHECKING:
@@ -18,10 +18,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from app.diagnosing.order import Diagnosed
-    from diagnosis.recordings import Recording
-    from diagnosis.results import TripAccount
+    from diagnosis.answer.results import TripAccount
+    from diagnosis.recordings.reading import Recording
 
-STRETCH_M: Final = 250.0  # as the cells of diagnosis.places
+STRETCH_M: Final = 250.0  # as the cells of diagnosis.answer.places
 MOST_STRETCHES: Final = 4000  # of a whole answer, about; beyond it stretches grow longer
 BRIDGED_M: Final = 250.0  # way between two positions beyond which those between them are not known
 END_M: Final = 25.0  # way before the first and after the last position over which the car counts as being there

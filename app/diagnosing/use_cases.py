@@ -34,9 +34,9 @@ from app.schemas.diagnosis import (
 from app.schemas.problem import Problem
 from app.store.diagnoses import UNFINISHED, DiagnosisState, DiagnosisStore, NewDiagnosis
 from app.store.errors import DiagnosisDamagedError, DiagnosisNotFoundError, TripNotFoundError
+from diagnosis.answer.results import Verdict
 from diagnosis.holdout import named_trips
-from diagnosis.recording_files import recording_id
-from diagnosis.results import Verdict
+from diagnosis.recordings.files import recording_id
 from energy.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.diagnosing.order import Diagnosed, DiagnosisOrder, Progress
-    from diagnosis.results import Diagnosis
+    from diagnosis.answer.results import Diagnosis
 
 LOG: Final = logging.getLogger(__name__)
 NICENESS: Final = 10  # of 19: what the service answers meanwhile goes first

@@ -12,8 +12,8 @@ from app.schemas.place import LineString
 from app.schemas.problem import Problem
 from app.schemas.vehicle import VehicleChoice
 from app.store.diagnoses import DiagnosisState
+from diagnosis.answer.results import Verdict
 from diagnosis.holdout import MOST_FRAC
-from diagnosis.results import Verdict
 
 MAX_PATTERNS: Final = 1000
 MAX_RECORDINGS: Final = 10_000

@@ -11,9 +11,9 @@ import pytest
 from typer.testing import CliRunner
 
 from app.cli import cli
-from diagnosis.proof.plans import places, small_plan
-from diagnosis.proof.runs import plan_digest
-from diagnosis.proof.sealed import SEALED_FILE
+from proof.plans import places, small_plan
+from proof.runs import plan_digest
+from proof.sealed import SEALED_FILE
 
 if TYPE_CHECKING:
     from pathlib import Path

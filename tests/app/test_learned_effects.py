@@ -14,9 +14,9 @@ from app.conversions.conditions import vehicle_with_effects
 from app.conversions.learned_effects import learned_effects
 from app.schemas.learned_effects import LearnedEffects
 from app.store.diagnoses import DiagnosisDocuments, DiagnosisStore, NewDiagnosis
+from diagnosis.answer.results import Diagnosis, Verdict
 from diagnosis.engine import diagnose
-from diagnosis.recordings import read_recordings
-from diagnosis.results import Diagnosis, Verdict
+from diagnosis.recordings.reading import read_recordings
 from energy.vehicle.vehicle import Vehicle
 from tests.app.expected import TABLE, VEHICLE, check_problem
 from tests.app.recorded import HEATER_W_PER_K, write_winter

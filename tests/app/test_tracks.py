@@ -12,8 +12,8 @@ from app.diagnosing import tracks
 from app.diagnosing.order import Diagnosed
 from app.diagnosing.timelines import MOST_POINTS, trip_timeline
 from app.diagnosing.tracks import places_at, track_features
-from diagnosis.recordings import Recording
-from diagnosis.results import TripAccount, TripTimeline
+from diagnosis.answer.results import TripAccount, TripTimeline
+from diagnosis.recordings.reading import Recording
 from routing.graph.snap import METRE_PER_DEGREE
 from tests.app.test_learned_effects import NOTHING
 

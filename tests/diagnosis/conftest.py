@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from diagnosis.trips import TripRecord
+from diagnosis.comparison.trips import TripRecord
 from energy.vehicle.files import load_vehicle
 from energy.vehicle.vehicle import Vehicle
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from diagnosis.recordings import Recording
+from diagnosis.recordings.reading import Recording
 from energy.chain.profile import chain_profile
 from energy.stops import Cross, FunctionalClass
 from routing.graph.road_graph import (

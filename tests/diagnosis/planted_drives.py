@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from diagnosis.driven import driven
-from diagnosis.recordings import Recording
+from diagnosis.causes.driven import driven
+from diagnosis.recordings.reading import Recording
 from energy.replay.replay import replay
 from energy.vehicle.self_check import bundled_cycle
 

@@ -9,9 +9,9 @@ import pytest
 from typer.testing import CliRunner
 
 from app.cli import cli
-from diagnosis.comparison import compare
-from diagnosis.comparison_report import comparison_figures
-from diagnosis.trips import read_trips
+from diagnosis.comparison.comparison import compare
+from diagnosis.comparison.report import comparison_figures
+from diagnosis.comparison.trips import read_trips
 
 if TYPE_CHECKING:
     from pathlib import Path

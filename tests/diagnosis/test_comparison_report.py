@@ -11,13 +11,19 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from diagnosis import comparison_report
-from diagnosis.comparison import compare
-from diagnosis.comparison_plots import bin_edges, energy_boxes_png, error_boxes_png, error_histogram_png, type_boxes_png
-from diagnosis.comparison_report import comparison_figures, file_names, write_comparison
-from diagnosis.comparison_tables import clock, markdown_page
+from diagnosis.comparison import report
+from diagnosis.comparison.comparison import compare
+from diagnosis.comparison.plots import (
+    bin_edges,
+    energy_boxes_png,
+    error_boxes_png,
+    error_histogram_png,
+    type_boxes_png,
+)
+from diagnosis.comparison.report import comparison_figures, file_names, write_comparison
+from diagnosis.comparison.tables import clock, markdown_page
+from diagnosis.comparison.trips import read_trips
 from diagnosis.errors import ComparisonError
-from diagnosis.trips import read_trips
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -88,7 +94,7 @@ def test_failure_leaves_no_folder_that_claims_success(tmp_path: Path, records, m
     def fail(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(comparison_report, "write_trips", fail)
+    monkeypatch.setattr(report, "write_trips", fail)
     with pytest.raises(OSError, match="No space"):
         write_comparison(tmp_path / "out", compare(records), records)
     assert list(tmp_path.iterdir()) == []

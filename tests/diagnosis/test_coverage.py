@@ -10,7 +10,7 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
-from diagnosis.coverage import (
+from diagnosis.comparison.coverage import (
     TripPrediction,
     at_terminals,
     coverage,
@@ -20,7 +20,7 @@ from diagnosis.coverage import (
     source_model,
     wilson_interval,
 )
-from diagnosis.recordings import Recording
+from diagnosis.recordings.reading import Recording
 from docs import uncertainty_table
 from energy.chain.uncertainty import sampled_vehicles
 from energy.conditions import STILL, Conditions

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.driven import driven, with_vehicle
-from diagnosis.effects_library import LIBRARY, candidates
-from diagnosis.recordings import Recording
-from diagnosis.tangents import PARAMETERS, SENSOR_COLUMNS
-from diagnosis.windows import trip_of, windows
+from diagnosis.causes.driven import driven, with_vehicle
+from diagnosis.causes.library import LIBRARY, candidates
+from diagnosis.causes.nuisance import PARAMETERS, SENSOR_COLUMNS
+from diagnosis.fit.windows import trip_of, windows
+from diagnosis.recordings.reading import Recording
 from energy.conditions import STILL, Conditions, EffectCoefficients, RoadSurface
 from energy.replay.replay import replay
 from energy.vehicle.files import load_vehicle

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from diagnosis.answer.results import Family, Verdict, as_json
 from diagnosis.engine import DiagnosisSettings, diagnose
 from diagnosis.errors import DiagnosisCancelled, DiagnosisError
-from diagnosis.recordings import Recording
-from diagnosis.results import Family, Verdict, as_json
+from diagnosis.recordings.reading import Recording
 from energy.replay.replay import replay
 from energy.vehicle.files import load_vehicle
 from tests.diagnosis.planted_drives import drive, heater

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from diagnosis.answer.results import Verdict
 from diagnosis.engine import diagnose
 from diagnosis.errors import DiagnosisError
-from diagnosis.recordings import Recording
-from diagnosis.results import Verdict
+from diagnosis.recordings.reading import Recording
 from energy.conditions import EffectCoefficients
 from energy.vehicle.files import load_vehicle
 from tests.diagnosis.planted_drives import drive

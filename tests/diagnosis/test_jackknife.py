@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from diagnosis.jackknife import (
+from diagnosis.fit.jackknife import (
     Equations,
     additions,
     as_z,

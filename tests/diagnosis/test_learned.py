@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.driven import driven
+from diagnosis.answer.learned import learned_vehicle
+from diagnosis.causes.driven import driven
 from diagnosis.engine import diagnose
-from diagnosis.learned import learned_vehicle
 from energy.conditions import Conditions
 from energy.replay.replay import replay
 from energy.vehicle.files import load_vehicle

@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.driven import driven
+from diagnosis.answer.results import Family
+from diagnosis.causes.driven import driven
 from diagnosis.engine import diagnose
-from diagnosis.results import Family
 from energy.vehicle.files import load_vehicle
 from tests.diagnosis.planted_drives import drive
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from diagnosis.answer.regimes import EDGES, Axis, regimes
 from diagnosis.errors import DiagnosisError
-from diagnosis.locate import EDGES, Axis, regimes
-from diagnosis.windows import Windows
+from diagnosis.fit.windows import Windows
 
 
 def trip(number, windows=60, ambient_c=5.0):

@@ -10,12 +10,12 @@ import networkx as nx
 import numpy as np
 import pytest
 
-from diagnosis import kernels_matching as kernels
 from diagnosis.errors import DiagnosisError
-from diagnosis.kernels_matching import Costs, Places
-from diagnosis.matched_way import smoothed_m
-from diagnosis.matching import GapReason, MapMatcher, MatchSettings, NoPositionsError, OutsideMapError
-from diagnosis.tracks import headings_rad, odometer_m, positions_deg, thinned
+from diagnosis.matching import kernels_viterbi as kernels
+from diagnosis.matching.kernels_viterbi import Costs, Places
+from diagnosis.matching.map_matcher import GapReason, MapMatcher, MatchSettings, NoPositionsError, OutsideMapError
+from diagnosis.matching.matched_way import smoothed_m
+from diagnosis.matching.tracks import headings_rad, odometer_m, positions_deg, thinned
 from routing.graph.files import load_graph
 from routing.graph.snap import METRE_PER_DEGREE
 from routing.planner import Planner

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.noise import FLOOR_W, KERNELS, Noise, estimated, whitened
-from diagnosis.windows import Windows
+from diagnosis.fit.noise import FLOOR_W, KERNELS, Noise, estimated, whitened
+from diagnosis.fit.windows import Windows
 
 
 def trip(rng, number, windows=120):

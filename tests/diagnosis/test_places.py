@@ -11,9 +11,7 @@ import pytest
 import shapely
 from scipy import stats
 
-from diagnosis.errors import DiagnosisError
-from diagnosis.matching import MapMatcher
-from diagnosis.places import (
+from diagnosis.answer.places import (
     COLOURS,
     TripResidual,
     cell_features,
@@ -22,6 +20,8 @@ from diagnosis.places import (
     link_features,
     link_residuals,
 )
+from diagnosis.errors import DiagnosisError
+from diagnosis.matching.map_matcher import MapMatcher
 from routing.graph.snap import METRE_PER_DEGREE
 from tests.diagnosis.map_drives import link_between, steady, streets, whole
 

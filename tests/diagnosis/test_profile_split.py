@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from diagnosis.answer.profile_split import NothingMatchedError, profile_split, profile_table, stop_count
+from diagnosis.answer.results import ProfileSplit
 from diagnosis.errors import DiagnosisError
-from diagnosis.matching import MapMatcher
-from diagnosis.profile_split import NothingMatchedError, profile_split, profile_table, stop_count
-from diagnosis.results import ProfileSplit
+from diagnosis.matching.map_matcher import MapMatcher
 from energy.conditions import Conditions
 from energy.replay.replay import DrivenProfile, replay
 from routing.graph.files import load_graph

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.recording_repairs import without_impossible
-from diagnosis.recordings import NoteKind, Recording, RecordingError, read_recording
+from diagnosis.recordings.reading import NoteKind, Recording, RecordingError, read_recording
+from diagnosis.recordings.soundness.repairs import without_impossible
 
 SHARED = Path(__file__).resolve().parents[3] / "shared/data/recordings/bmw-i3"
 I3_HEADER = (

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from diagnosis.recording_formats import ABRP_COLUMNS, PLAIN_COLUMNS
-from diagnosis.recording_notes import NoteKind
-from diagnosis.recordings import Recording, read_recording
+from diagnosis.recordings.formats.named_columns import ABRP_COLUMNS, PLAIN_COLUMNS
+from diagnosis.recordings.notes import NoteKind
+from diagnosis.recordings.reading import Recording, read_recording
 
 PAGE = (Path(__file__).resolve().parents[2] / "docs/recordings.md").read_text(encoding="utf-8")
 EXAMPLES = re.findall(r"^### ([^\n]*)\n(?:(?!^#).)*?^```(csv|json)\n(.*?)^```$", PAGE, re.MULTILINE | re.DOTALL)

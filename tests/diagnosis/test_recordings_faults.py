@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from diagnosis.recording_lag import power_lag_s
-from diagnosis.recording_plausibility import apparent_mass_kg
-from diagnosis.recordings import NoteKind, RecordingError, read_recording
+from diagnosis.recordings.reading import NoteKind, RecordingError, read_recording
+from diagnosis.recordings.soundness.lag import power_lag_s
+from diagnosis.recordings.soundness.plausibility import apparent_mass_kg
 from tests.diagnosis.recorded_drives import MASS_KG, drive, plain_csv
 
 

@@ -10,7 +10,7 @@ import pyarrow as pa
 import pytest
 from pyarrow import parquet
 
-from diagnosis.recordings import NoteKind, RecordingError, read_recording
+from diagnosis.recordings.reading import NoteKind, RecordingError, read_recording
 from tests.diagnosis.recorded_drives import drive, plain_csv
 
 UTC = 1_700_000_000.0

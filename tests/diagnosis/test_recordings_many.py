@@ -6,8 +6,8 @@ import gzip
 
 import pytest
 
-from diagnosis.recording_files import recording_files
-from diagnosis.recordings import read_recordings
+from diagnosis.recordings.files import recording_files
+from diagnosis.recordings.reading import read_recordings
 from tests.diagnosis.recorded_drives import drive, plain_csv
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.recordings import NoteKind, RecordingError, read_recording
+from diagnosis.recordings.reading import NoteKind, RecordingError, read_recording
 from tests.diagnosis.recorded_drives import drive
 
 START_S = 43_200.0

@@ -11,10 +11,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from diagnosis.locate import EDGES, Axis, Regime
-from diagnosis.report import report_html
-from diagnosis.report_style import CSS
-from diagnosis.results import (
+from diagnosis.answer.regimes import EDGES, Axis, Regime
+from diagnosis.answer.results import (
     Coefficient,
     Diagnosis,
     Family,
@@ -29,6 +27,8 @@ from diagnosis.results import (
     Unexplained,
     Verdict,
 )
+from diagnosis.report.page import report_html
+from diagnosis.report.style import CSS
 
 VOID = {"meta"}
 HOSTILE = "<script>alert(1)</script><img src=\"http://a.example/x\" onerror='x'>&amp;\ud800\x00\u202e"

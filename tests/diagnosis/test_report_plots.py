@@ -10,10 +10,11 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from diagnosis.locate import Axis, Regime
-from diagnosis.report_axes import Scale, cut, scale, tick_text
-from diagnosis.report_fit import example_trips
-from diagnosis.report_plots import (
+from diagnosis.answer.regimes import Axis, Regime
+from diagnosis.answer.results import TripAccount, TripTimeline
+from diagnosis.report.axes import Scale, cut, scale, tick_text
+from diagnosis.report.fit import example_trips
+from diagnosis.report.plots import (
     MOST_BARS,
     MOST_POINTS,
     energy_bars,
@@ -24,7 +25,6 @@ from diagnosis.report_plots import (
     smoothed,
     trip_panel,
 )
-from diagnosis.results import TripAccount, TripTimeline
 
 EMPTY = TripTimeline(*(np.zeros(0) for _ in range(6)))
 

@@ -6,9 +6,9 @@ import re
 
 import pytest
 
-from diagnosis.report_plots import family_class
-from diagnosis.report_style import CSS
-from diagnosis.results import Family
+from diagnosis.answer.results import Family
+from diagnosis.report.plots import family_class
+from diagnosis.report.style import CSS
 
 
 def _luminance(colour: str) -> float:

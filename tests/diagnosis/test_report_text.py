@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from diagnosis.locate import Axis, Regime
-from diagnosis.report_markup import data, element, escaped, interval_cell
-from diagnosis.report_text import (
+from diagnosis.answer.regimes import Axis, Regime
+from diagnosis.report.markup import data, element, escaped, interval_cell
+from diagnosis.report.text import (
     axis_name,
     decimals,
     effect_name,

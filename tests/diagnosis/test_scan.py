@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.noise import KERNELS, Noise
-from diagnosis.scan import boxes, cell_centre_deg, cell_of, in_box, scan, strongest
-from diagnosis.windows import Windows
+from diagnosis.fit.noise import KERNELS, Noise
+from diagnosis.fit.scan import boxes, cell_centre_deg, cell_of, in_box, scan, strongest
+from diagnosis.fit.windows import Windows
 
 VARIANCE = np.zeros(len(KERNELS))
 VARIANCE[0] = 300.0**2

@@ -8,13 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.driven import driven
-from diagnosis.effects_library import candidates
-from diagnosis.fitting import fit, priors
-from diagnosis.jackknife import equations, solve
-from diagnosis.noise import estimated
-from diagnosis.selection import LEAST_Z, scatter_of, select, still_standing, threshold
-from diagnosis.windows import FREE, trip_of, windows
+from diagnosis.causes.driven import driven
+from diagnosis.causes.library import candidates
+from diagnosis.fit.fitting import fit, priors
+from diagnosis.fit.jackknife import equations, solve
+from diagnosis.fit.noise import estimated
+from diagnosis.fit.selection import LEAST_Z, scatter_of, select, still_standing, threshold
+from diagnosis.fit.windows import FREE, trip_of, windows
 from energy.vehicle.files import load_vehicle
 from tests.diagnosis.planted_drives import drive, heater
 

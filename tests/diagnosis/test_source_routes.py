@@ -7,10 +7,10 @@ import itertools
 import numpy as np
 import pytest
 
-from diagnosis.source_published import TABLE_IV, TRIP_COUNT, TYPE_OF, RouteType, SourceRoute
-from diagnosis.source_routes import SOURCE_RUNS, source_route
-from diagnosis.source_runs import SourceModel, drive_source_trips, route_energies_j, type_averages
 from energy.chain.chain import LinkModel, StopRule, simulate_chain
+from reproduction.published import TABLE_IV, TRIP_COUNT, TYPE_OF, RouteType, SourceRoute
+from reproduction.routes import SOURCE_RUNS, source_route
+from reproduction.runs import SourceModel, drive_source_trips, route_energies_j, type_averages
 
 SEEDS = (1, 2, 3)
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from diagnosis.source_checks import source_checks
-from diagnosis.source_derived import Rounded, percent_factor, pooled, real_averages, rounded
-from diagnosis.source_published import TABLE_IV, TABLE_IX_COMPLEX, TABLE_VI, TABLE_X_COMPLEX, TABLE_X_SIMPLE, RouteType
 from docs import source_tables
+from reproduction.checks import source_checks
+from reproduction.derived import Rounded, percent_factor, pooled, real_averages, rounded
+from reproduction.published import TABLE_IV, TABLE_IX_COMPLEX, TABLE_VI, TABLE_X_COMPLEX, TABLE_X_SIMPLE, RouteType
 
 ROOT = Path(__file__).resolve().parents[2]
 

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from diagnosis.comparison.trips import TripRecord, read_trips, write_trips
 from diagnosis.errors import DiagnosisError, TripTableError
-from diagnosis.trips import TripRecord, read_trips, write_trips
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from diagnosis.proof.answers import Answer, Claim, ClaimedParameter, Spot, TripEnergy
-from diagnosis.worlds.world import EffectTruth, Kind, Label, OutsideTruth
+from proof.answers import Answer, Claim, ClaimedParameter, Spot, TripEnergy
+from proof.worlds.world import EffectTruth, Kind, Label, OutsideTruth
 
 FITTED = ("T1", "T2")
 HELD_OUT = ("T3", "T4")

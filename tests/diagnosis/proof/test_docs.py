@@ -7,11 +7,11 @@ from collections import Counter
 import pytest
 
 from app.commands.prove import DEFAULT_SEED
-from diagnosis.proof.carriers import HIDDEN
-from diagnosis.proof.plans import FASTSIM_EACH, full_plan
-from diagnosis.proof.scoring import LEAST_OVERLAP_FRAC, NEAR_M
-from diagnosis.worlds.orders import Order
 from docs.proof_table import PAGE, with_results
+from proof.carriers import HIDDEN
+from proof.plans import FASTSIM_EACH, full_plan
+from proof.scoring import LEAST_OVERLAP_FRAC, NEAR_M
+from proof.worlds.orders import Order
 
 TEXT = PAGE.read_text(encoding="utf-8")
 

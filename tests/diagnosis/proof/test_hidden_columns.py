@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from diagnosis.proof.answers import read_answer
-from diagnosis.proof.carriers import HIDDEN, carrier_vehicle, carriers_of
-from diagnosis.proof.errors import ProofError
-from diagnosis.proof.hidden_columns import (
+from diagnosis.recordings.notes import Note, NoteKind
+from diagnosis.recordings.reading import read_recordings
+from diagnosis.recordings.recording import Recording
+from proof.answers import read_answer
+from proof.carriers import HIDDEN, carrier_vehicle, carriers_of
+from proof.errors import ProofError
+from proof.hidden_columns import (
     correlation,
     figures_of,
     hidden_power_w,
@@ -20,16 +23,13 @@ from diagnosis.proof.hidden_columns import (
     split_answered,
     split_seeds,
 )
-from diagnosis.proof.plans import CarrierOrder, places
-from diagnosis.proof.sealed import WORLDS, make_into
-from diagnosis.proof.tool import read
-from diagnosis.recording_channels import Recording
-from diagnosis.recording_notes import Note, NoteKind
-from diagnosis.recordings import read_recordings
-from diagnosis.worlds.making import make_world
-from diagnosis.worlds.orders import Order, Wanted
-from diagnosis.worlds.trips import Regime
-from diagnosis.worlds.world import Kind, write_world
+from proof.plans import CarrierOrder, places
+from proof.sealed import WORLDS, make_into
+from proof.tool import read
+from proof.worlds.making import make_world
+from proof.worlds.orders import Order, Wanted
+from proof.worlds.trips import Regime
+from proof.worlds.world import Kind, write_world
 from tests.diagnosis.proof.made_up import HELD_OUT, answer, trip
 
 if TYPE_CHECKING:

@@ -7,18 +7,18 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from diagnosis.proof.oracle import oracle, true_terms
-from diagnosis.proof.plans import places
-from diagnosis.proof.prepared import prepared, without_noise
-from diagnosis.proof.rules import _descended, forward_bic, lasso, ordinary, simpler_rules
-from diagnosis.proof.sealed import WORLDS, make_into
-from diagnosis.proof.tool import held_out_of, read
-from diagnosis.worlds.orders import Order, Wanted
-from diagnosis.worlds.trips import Regime
-from diagnosis.worlds.world import Kind
+from proof.oracle import oracle, true_terms
+from proof.plans import places
+from proof.prepared import prepared, without_noise
+from proof.rules import _descended, forward_bic, lasso, ordinary, simpler_rules
+from proof.sealed import WORLDS, make_into
+from proof.tool import held_out_of, read
+from proof.worlds.orders import Order, Wanted
+from proof.worlds.trips import Regime
+from proof.worlds.world import Kind
 
 if TYPE_CHECKING:
-    from diagnosis.recordings import Recording
+    from diagnosis.recordings.reading import Recording
     from energy.vehicle.vehicle import Vehicle
 
     World = tuple[list[Recording], Vehicle, frozenset[str]]

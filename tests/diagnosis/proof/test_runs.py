@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 import distributed
 import pytest
 
-from diagnosis.proof.answers import read_answer, write_answer
-from diagnosis.proof.errors import BrokenSealError, ProofError
-from diagnosis.proof.plans import small_plan
-from diagnosis.proof.runs import ANSWERS, MAKING, ProofOrder, prove
-from diagnosis.proof.sealed import LABELS, SEALED_FILE, WORLDS, read_seal
-from diagnosis.proof.tool import answered
-from diagnosis.worlds.orders import Order
-from diagnosis.worlds.trips import Regime
-from diagnosis.worlds.world import Kind
+from proof.answers import read_answer, write_answer
+from proof.errors import BrokenSealError, ProofError
+from proof.plans import small_plan
+from proof.runs import ANSWERS, MAKING, ProofOrder, prove
+from proof.sealed import LABELS, SEALED_FILE, WORLDS, read_seal
+from proof.tool import answered
+from proof.worlds.orders import Order
+from proof.worlds.trips import Regime
+from proof.worlds.world import Kind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

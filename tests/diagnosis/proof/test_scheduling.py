@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from diagnosis.proof.errors import ProofError
-from diagnosis.proof.scheduling import workers
+from proof.errors import ProofError
+from proof.scheduling import workers
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from diagnosis.proof.scheduling import Workers
+    from proof.scheduling import Workers
 
 
 @pytest.fixture(scope="module")

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from diagnosis.proof.answers import Rule, Spot, read_answer, write_answer
-from diagnosis.proof.figures import Figure, Target, drawn, gap_closed, missed, rms_ratio, share
-from diagnosis.proof.runs import Proof
-from diagnosis.proof.scores import compared, figures
-from diagnosis.proof.scoring import Case
-from diagnosis.proof.telling import as_json, figure_row, markdown
-from diagnosis.worlds.world import Kind, OutsideTruth
+from proof.answers import Rule, Spot, read_answer, write_answer
+from proof.figures import Figure, Target, drawn, gap_closed, missed, rms_ratio, share
+from proof.runs import Proof
+from proof.scores import compared, figures
+from proof.scoring import Case
+from proof.telling import as_json, figure_row, markdown
+from proof.worlds.world import Kind, OutsideTruth
 from tests.diagnosis.proof.made_up import HELD_OUT, answer, claim, label, trip
 
 if TYPE_CHECKING:

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
-from diagnosis.proof.answers import Spot
-from diagnosis.proof.scoring import (
+from proof.answers import Spot
+from proof.scoring import (
     apart_m,
     cannot_tell,
     claims_falsely,
@@ -25,7 +25,7 @@ from diagnosis.proof.scoring import (
     says_anything,
     says_too_few,
 )
-from diagnosis.worlds.world import Kind, OutsideTruth
+from proof.worlds.world import Kind, OutsideTruth
 from tests.diagnosis.proof.made_up import HELD_OUT, answer, claim, effect, label, trip
 
 SPOT = Spot("speed", 50.0, 60.0, 900.0)

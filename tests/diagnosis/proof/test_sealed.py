@@ -7,17 +7,17 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from diagnosis.proof.errors import BrokenSealError
-from diagnosis.proof.plans import places
-from diagnosis.proof.sealed import LABELS, WORLDS, made_before, make_into, open_labels, read_seal, seal_all
-from diagnosis.worlds.orders import Order, Wanted
-from diagnosis.worlds.trips import Regime
-from diagnosis.worlds.world import Kind
+from proof.errors import BrokenSealError
+from proof.plans import places
+from proof.sealed import LABELS, WORLDS, made_before, make_into, open_labels, read_seal, seal_all
+from proof.worlds.orders import Order, Wanted
+from proof.worlds.trips import Regime
+from proof.worlds.world import Kind
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from diagnosis.proof.sealed import Seal
+    from proof.sealed import Seal
 
 SHORT = Regime(minutes=(2.0, 3.0), air_c=(-10.0, 0.0))
 HEATED = Order(Kind.FEW_TRIPS, (Wanted("cabin_heating", 0.1),), (2, 2), SHORT)

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from diagnosis.worlds.car import Car, draw_car
-from diagnosis.worlds.dynamics import Chance, Circumstances, Driven, Strengths, Way, drive
+from proof.worlds.car import Car, draw_car
+from proof.worlds.dynamics import Chance, Circumstances, Driven, Strengths, Way, drive
 
 if TYPE_CHECKING:
     from collections.abc import Callable

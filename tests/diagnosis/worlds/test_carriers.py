@@ -3,12 +3,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.worlds.carriers import Carrier, CarrierVehicle, carrier_world
-from diagnosis.worlds.making import make_world
-from diagnosis.worlds.orders import Order, Wanted
-from diagnosis.worlds.share import ShareError
-from diagnosis.worlds.trips import Regime
-from diagnosis.worlds.world import Kind
+from proof.worlds.carriers import Carrier, CarrierVehicle, carrier_world
+from proof.worlds.making import make_world
+from proof.worlds.orders import Order, Wanted
+from proof.worlds.share import ShareError
+from proof.worlds.trips import Regime
+from proof.worlds.world import Kind
 
 VEHICLE = CarrierVehicle(mass_kg=1300.0, drag_area_m2=0.7, capacity_kwh=30.0, vehicle_toml="id = 'vehicle'\n")
 CHANNELS = ("time_s", "speed_kmh", "power_w", "elevation_m", "ambient_c")

@@ -5,8 +5,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from diagnosis.worlds import dynamics as d
-from diagnosis.worlds.causes import CAUSES
+from proof.worlds import dynamics as d
+from proof.worlds.causes import CAUSES
 
 if TYPE_CHECKING:
     from collections.abc import Callable

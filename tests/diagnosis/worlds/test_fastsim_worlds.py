@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from diagnosis.recordings import read_recording
-from diagnosis.worlds.fastsim_worlds import START_LIMIT_W, FastsimOrder, fastsim_world
-from diagnosis.worlds.world import World, write_world
+from diagnosis.recordings.reading import read_recording
 from energy.replay.replay import replay
 from energy.vehicle.files import load_vehicle
+from proof.worlds.fastsim_worlds import START_LIMIT_W, FastsimOrder, fastsim_world
+from proof.worlds.world import World, write_world
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -7,15 +7,15 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from diagnosis.recordings import read_recording
-from diagnosis.worlds.causes import CAUSES
-from diagnosis.worlds.making import make_world, world_at, worlds
-from diagnosis.worlds.orders import CONFUSIONS, OUTSIDE_AXES, Order, Wanted, confused, single, standard_plan
-from diagnosis.worlds.trips import Regime
-from diagnosis.worlds.world import Kind, Label, World, write_world
+from diagnosis.recordings.reading import read_recording
 from energy.replay.replay import replay
 from energy.vehicle.files import load_vehicle
 from energy.vehicle.vehicle import Vehicle
+from proof.worlds.causes import CAUSES
+from proof.worlds.making import make_world, world_at, worlds
+from proof.worlds.orders import CONFUSIONS, OUTSIDE_AXES, Order, Wanted, confused, single, standard_plan
+from proof.worlds.trips import Regime
+from proof.worlds.world import Kind, Label, World, write_world
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -3,7 +3,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from diagnosis.worlds.share import ShareError, energy_share, scaled
+from proof.worlds.share import ShareError, energy_share, scaled
 
 
 def test_share_counts_gains_and_losses_of_trips_alike() -> None:

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from diagnosis.recordings import read_recording
-from diagnosis.worlds.causes import CAUSES
-from diagnosis.worlds.making import make_world
-from diagnosis.worlds.orders import Order, single
-from diagnosis.worlds.sealing import SealError, check_seal, seal, write_labels
-from diagnosis.worlds.world import DECIMALS, Kind, Label, World, write_world
+from diagnosis.recordings.reading import read_recording
+from proof.worlds.causes import CAUSES
+from proof.worlds.making import make_world
+from proof.worlds.orders import Order, single
+from proof.worlds.sealing import SealError, check_seal, seal, write_labels
+from proof.worlds.world import DECIMALS, Kind, Label, World, write_world
 
 if TYPE_CHECKING:
     from pathlib import Path

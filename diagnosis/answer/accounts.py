@@ -1,0 +1,163 @@
+"""Each trip's energies under a fitted model, and where its energy went by family."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from diagnosis.answer.results import Family, FitScore, TripAccount, TripTimeline
+from diagnosis.causes.library import LIBRARY
+from diagnosis.causes.nuisance import PARAMETERS
+from diagnosis.comparison.trips import J_PER_KWH
+from diagnosis.fit.windows import summed
+from energy.conditions import ZERO_CELSIUS_K
+from energy.force.effects import PART_NAMES
+from energy.replay.replay import replay
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from diagnosis.fit.fitting import Model
+    from diagnosis.fit.jackknife import Solution
+    from diagnosis.fit.windows import Trip, Windows
+
+DRAWS: Final = 2000
+LEAST_OF_MEDIAN: Final = 0.1
+SLOW: Final = ("wander_120s", "wander_480s", "wander_1800s", "level")
+PART_FAMILY: Final = {
+    "rolling": Family.ROLLING,
+    "linear": Family.AERODYNAMIC,
+    "aero": Family.AERODYNAMIC,
+    "grade": Family.GRADE,
+    "inertia": Family.MASS,
+    "drivetrain_loss": Family.DRIVETRAIN,
+    "recuperation_loss": Family.RECUPERATION,
+    "auxiliary": Family.AUXILIARY,
+    "regen_limit": Family.RECUPERATION,
+    "load_loss": Family.DRIVETRAIN,
+    "battery_resistance": Family.BATTERY,
+    "tyre_warm_up": Family.ROLLING,
+    "tyre_temperature": Family.ROLLING,
+    "road_surface": Family.ROLLING,
+    "payload": Family.MASS,
+    "air_density": Family.AERODYNAMIC,
+    "drag": Family.AERODYNAMIC,
+    "wind": Family.WIND,
+    "cabin": Family.THERMAL,
+    "consumption_table": Family.UNEXPLAINED,
+}
+# what sensors do to a recording, by what it is like
+SENSOR_FAMILY: Final = {
+    "acceleration_gain": Family.MASS,
+    "grade_gain": Family.GRADE,
+    "kink_noise": Family.RECUPERATION,
+    "load_curvature": Family.DRIVETRAIN,
+    "recuperation_curvature": Family.RECUPERATION,
+}
+TERM_FAMILY: Final = (
+    {term.name: term.family for term in LIBRARY} | {one.name: one.family for one in PARAMETERS} | SENSOR_FAMILY
+)
+
+
+def account(
+    model: Model, trip: Trip, nameplate_j: float, cut: Windows, k: int | None, *, held_out: bool
+) -> TripAccount:
+    """One trip's account; k: its place among the fitted trips, which predicts it by the fit of the others, or None."""
+    before = model.base.coefficients if k is None else model.base.without[k]
+    after = model.solution.coefficients if k is None else model.solution.without[k]
+    before_w = _model_w(cut, model.base, before)
+    after_w = _model_w(cut, model.solution, after)
+    own_w = _model_w(cut, model.solution, model.solution.coefficients)
+    measured_w = cut.measured_j / cut.duration_s
+    expected = model.noise.expected_w(cut, measured_w - own_w)
+    thermal = any(one.term.family is Family.THERMAL for one in model.found)
+    level_family = Family.THERMAL if thermal else Family.AUXILIARY
+    by_family = _parts_j(model, trip)
+    for name, value in zip(model.solution.names, model.solution.coefficients, strict=True):
+        family = TERM_FAMILY.get(name.partition("@")[0], Family.UNEXPLAINED)
+        _add(by_family, family, float(value * cut.column(name).sum()))
+    for kernel, power_w in expected.items():
+        kept = {"rolling": Family.ROLLING, "drag": Family.AERODYNAMIC}.get(kernel)
+        if kernel in SLOW:
+            kept = level_family
+        if kept is not None:
+            _add(by_family, kept, float(power_w @ cut.duration_s))
+    return TripAccount(
+        id=cut.trip_id,
+        held_out=held_out,
+        ambient_c=None if cut.ambient_k is None else cut.ambient_k - ZERO_CELSIUS_K,
+        distance_km=float(cut.distance_m.sum()) / 1000.0,
+        duration_s=float(cut.duration_s.sum()),
+        measured_kwh=float(cut.measured_j.sum()) / J_PER_KWH,
+        nameplate_kwh=nameplate_j / J_PER_KWH,
+        before_kwh=float(before_w @ cut.duration_s) / J_PER_KWH,
+        after_kwh=float(after_w @ cut.duration_s) / J_PER_KWH,
+        explained_kwh=sum(by_family.values()) / J_PER_KWH,
+        by_family_kwh={family.value: value / J_PER_KWH for family, value in by_family.items() if value != 0.0},
+        timeline=TripTimeline(
+            begin_s=cut.begin_s,
+            duration_s=cut.duration_s,
+            speed_mps=cut.distance_m / cut.duration_s,
+            measured_w=measured_w,
+            before_w=before_w,
+            after_w=after_w,
+        ),
+    )
+
+
+def score(accounts: Sequence[TripAccount], *, after: bool, seed: int) -> FitScore | None:
+    """Errors over trips that are scored, with the interval of the mean size of errors over drawn trips; or None."""
+    used = scored(accounts)
+    if not used:
+        return None
+    error = np.array([(one.after_kwh if after else one.before_kwh) / one.measured_kwh - 1.0 for one in used])
+    interval = None
+    if error.size > 2:
+        drawn = np.abs(error)[np.random.default_rng(seed).integers(0, error.size, (DRAWS, error.size))].mean(axis=1)
+        low, high = np.quantile(drawn, (0.025, 0.975))
+        interval = (float(low), float(high))
+    lines = [one.timeline for one in used]
+    left = np.concatenate([line.measured_w - (line.after_w if after else line.before_w) for line in lines])
+    weight = np.concatenate([line.duration_s for line in lines])
+    return FitScore(
+        mape=float(np.abs(error).mean()),
+        mape_ci95=interval,
+        bias=float(error.mean()),
+        sd=float(error.std(ddof=1)) if error.size > 1 else 0.0,
+        rmse_w=float(np.sqrt(np.average(left**2, weights=weight))),
+    )
+
+
+def scored(accounts: Sequence[TripAccount]) -> list[TripAccount]:
+    """Trips whose relative error says something: those with LEAST_OF_MEDIAN of the median measured energy, or more."""
+    sizes = [abs(one.measured_kwh) for one in accounts]
+    least_kwh = LEAST_OF_MEDIAN * float(np.median(sizes)) if sizes else 0.0
+    return [one for one in accounts if one.measured_kwh >= least_kwh and one.measured_kwh > 0.0]
+
+
+def _model_w(cut: Windows, solution: Solution, beta: NDArray[np.float64]) -> NDArray[np.float64]:
+    columns = cut.columns_j[:, [cut.names.index(name) for name in solution.names]]
+    return np.asarray((cut.simulated_j + columns @ beta) / cut.duration_s, np.float64)
+
+
+def _parts_j(model: Model, trip: Trip) -> dict[Family, float]:
+    """Energy by family of the vehicle that the model is linear about."""
+    replayed = replay(model.vehicle, trip.drive.profile)
+    inside = trip.window >= 0
+    found: dict[Family, float] = {}
+    for name, value in zip(PART_NAMES, replayed.step_parts_j[inside].sum(axis=0).tolist(), strict=True):
+        if value:
+            _add(found, PART_FAMILY[name], value)
+    return found
+
+
+def nameplate_j(model: Model, trip: Trip) -> float:
+    """Energy of the vehicle as its file has it, in the windows that were measured [J]."""
+    return float(summed(trip, replay(model.nameplate, trip.drive.profile).step_energy_j).sum())
+
+
+def _add(sums: dict[Family, float], family: Family, value: float) -> None:
+    sums[family] = sums.get(family, 0.0) + value

@@ -1,0 +1,330 @@
+"""A fitted model told as findings, parameter errors and unexplained structure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from diagnosis.answer.regimes import Axis, regimes
+from diagnosis.answer.results import Coefficient, Family, Finding, ParameterError, Rival, Unexplained
+from diagnosis.answer.separation import sentence, separating
+from diagnosis.causes.nuisance import PARAMETERS
+from diagnosis.comparison.trips import J_PER_KWH
+from diagnosis.fit.fitting import BOX
+from diagnosis.fit.jackknife import FORM_SD_FRAC, additions, equations, solve
+from diagnosis.fit.levels import levels, trip_wind
+from diagnosis.fit.scan import CELL_M, DRAWS, cell_centre_deg
+from diagnosis.fit.selection import LEAST_TRIPS, NULL_DRAWS
+from diagnosis.fit.windows import SENSORS, measured_size_j
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from diagnosis.answer.regimes import Regime
+    from diagnosis.causes.library import Candidate
+    from diagnosis.causes.nuisance import Parameter
+    from diagnosis.fit.fitting import Model
+    from diagnosis.fit.jackknife import Equations
+    from diagnosis.fit.levels import Level, TripWind
+    from diagnosis.fit.scan import Structure
+
+MOST_REGIMES: Final = 4
+LEAST_SHARE_FRAC: Final = 0.01
+ODD_FRAC: Final = 0.3  # of the energy that a trip moved
+ODD_TYPICAL: Final = 8.0  # typical errors
+MOST_ODD_FRAC: Final = 0.2
+GAINS: Final = ("acceleration_gain", "grade_gain")  # together the same as mass
+SHOWN_AXES: Final = (Axis.AMBIENT, Axis.SINCE_START, Axis.SPEED, Axis.STANDSTILL, Axis.POWER, Axis.SOC)
+
+
+def findings(model: Model) -> tuple[Finding, ...]:
+    """Effects that were found, terms of one effect together, the largest first; and levels of single trips."""
+    effects: dict[str, list[Candidate]] = {}
+    for one in model.found:
+        effects.setdefault(one.term.effect, []).append(one)
+    told = []
+    for effect, terms in effects.items():
+        beside = [one for one in model.companions if one.term.effect == effect and one.label in model.solution.names]
+        told.append(_finding(model, effect, terms, beside))
+    wind = trip_wind(model)
+    level = levels(model) if wind is None else None
+    if wind is not None:
+        told.append(_wind_finding(model, wind))
+    if level is not None:
+        told.append(_level_finding(level))
+    return tuple(sorted(told, key=lambda one: -one.energy_share_frac))
+
+
+def parameter_errors(model: Model) -> tuple[ParameterError, ...]:
+    """Parameters that must differ from the file's, found like effects beside everything else that was found."""
+    system = _about_nameplate(model)
+    beside = [*(name for name in SENSORS if name not in GAINS)]
+    beside += [*(name for name in model.solution.names if name not in SENSORS and not _is_parameter(name))]
+    measured_j = measured_size_j(model.windows)
+    open_ = list(PARAMETERS)
+    wrong: list[Parameter] = []
+    while open_:
+        names = [*beside, *(one.name for one in wrong)]
+        added = additions(system, names, [one.name for one in open_])
+        gain = float(solve(system, names).losses.sum()) - added.losses.sum(axis=0)
+        share = np.abs(added.coefficients) * [_size_j(model, one.name) / measured_j for one in open_]
+        passes = (np.abs(added.z) >= model.threshold.z) & (share >= LEAST_SHARE_FRAC) & (gain > 0.0)
+        if not passes.any():
+            break
+        wrong.append(open_.pop(int(np.argmax(np.where(passes, gain, -np.inf)))))
+    solution = solve(system, [*beside, *(one.name for one in wrong)])
+    told = []
+    for one in wrong:
+        weights = np.array([float(name == one.name) for name in solution.names])
+        half, shift = solution.half_width(weights), solution.value(one.name)
+        nameplate = float(getattr(model.nameplate, one.name))
+        energy_j = shift * sum(float(trip.column(one.name).sum()) for trip in model.windows)
+        if abs(shift) <= half or abs(energy_j) < LEAST_SHARE_FRAC * measured_j:
+            continue  # another parameter that came later has taken it over
+        if not one.least <= nameplate + shift <= one.most:
+            continue  # no vehicle has that
+        others = [
+            other.name for other in PARAMETERS if other not in wrong and _alike(system, beside, wrong, one, other)
+        ]
+        told.append(
+            ParameterError(
+                parameter=one.name,
+                family=one.family,
+                unit=one.unit,
+                nameplate=nameplate,
+                fitted=nameplate + shift,
+                ci95=(nameplate + shift - half, nameplate + shift + half),
+                energy_kwh=energy_j / J_PER_KWH,
+                energy_share_frac=energy_j / measured_j,
+                aliases=(*one.aliases, *others),
+                text=f"{one.name} is {nameplate:.4g} {one.unit} in the vehicle's file; the drives ask for"
+                f" {nameplate + shift:.4g} ± {half:.2g}.",
+            )
+        )
+    return tuple(told)
+
+
+def odd_trips(model: Model) -> dict[str, Unexplained]:
+    """Trips by the fit of the others so far off that they are no drives of this vehicle, or no sound recordings.
+
+    Only few can be; more would say that the model is wrong for all.
+    """
+    names, errors, left_j = [], [], []
+    for k, trip in enumerate(model.windows):
+        left = float((model.left_w(k, left_out=True) * trip.duration_s).sum())
+        names.append(trip.trip_id)
+        left_j.append(left)
+        errors.append(left / max(float(np.abs(trip.measured_j).sum()), 1.0))
+    values = np.array(errors)
+    away = np.abs(values - np.median(values))
+    typical = 1.4826 * float(np.median(away))
+    odd = away > max(ODD_FRAC, ODD_TYPICAL * typical)
+    if not 0 < int(odd.sum()) <= MOST_ODD_FRAC * odd.size or odd.size - int(odd.sum()) < LEAST_TRIPS:
+        return {}
+    level = levels(model)
+    if (
+        level is not None
+        and set(np.array(names)[odd].tolist()) <= set(level.trips)
+        and len(level.trips) > int(odd.sum())
+    ):
+        return {}  # a box or a load that other trips carry too
+    told = {}
+    for k in np.flatnonzero(odd).tolist():
+        mean_w = left_j[k] / float(model.windows[k].duration_s.sum())
+        text = (
+            f"Trip {names[k]} took {values[k]:+.0%} of the energy that it moved more than the others tell: another"
+            " vehicle or load, or a faulty recording. It was left out of the fit."
+        )
+        told[names[k]] = Unexplained(
+            "trip", "", float(k), float(k), mean_w, None, left_j[k] / J_PER_KWH, 1.0 / NULL_DRAWS, (names[k],), text
+        )
+    return told
+
+
+def unexplained(model: Model) -> tuple[Unexplained, ...]:
+    """Structures that no effect explains, the largest first."""
+    told = [
+        _told(model, structure, model.solution.value(f"{BOX}{k}"), k) for k, structure in enumerate(model.structures)
+    ]
+    return tuple(sorted(told, key=lambda one: -abs(one.energy_kwh)))
+
+
+def _finding(model: Model, effect: str, terms: Sequence[Candidate], beside: Sequence[Candidate]) -> Finding:
+    labels = {one.label for one in (*terms, *beside)}
+    sums = np.array(
+        [
+            sum(float(trip.column(name).sum()) for trip in model.windows) if name in labels else 0.0
+            for name in model.solution.names
+        ]
+    )
+    energy_j = float(sums @ model.solution.coefficients)
+    half_j = model.solution.half_width(sums)
+    measured_j = measured_size_j(model.windows)
+    by_trip = [float((_own_w(model, k, labels) * trip.duration_s).sum()) for k, trip in enumerate(model.windows)]
+    moved_j = float(np.abs(by_trip).sum())
+    rivals = (
+        {rival.term.effect: rival.term.family for one in terms for rival in model.rivals[one.label]}
+        if all(model.rivals[one.label] for one in terms)
+        else {}
+    )
+    family = terms[0].term.family
+    first = next(iter(rivals.values()), None)
+    share = moved_j / measured_j
+    text = (
+        f"{sentence(effect)} took {energy_j / J_PER_KWH:.2f} kWh in {len(model.windows)} drives,"
+        f" {energy_j / measured_j:.1%} of all."
+    )
+    if rivals:
+        text += f" It cannot be told from {' or '.join(sentence(name).lower() for name in rivals)}."
+    return Finding(
+        effect=effect,
+        family=family,
+        text=text,
+        coefficients=tuple(_coefficients(model, [*terms, *beside])),
+        energy_kwh=energy_j / J_PER_KWH,
+        energy_kwh_ci95=((energy_j - half_j) / J_PER_KWH, (energy_j + half_j) / J_PER_KWH),
+        energy_share_frac=share,
+        t=max((model.z[one.label] for one in terms), key=abs),
+        located=_located(model, labels),
+        ambiguous_with=tuple(Rival(name, other) for name, other in rivals.items()),
+        separating_recording=None if first is None else f"A recording with {separating(family, first)}.",
+    )
+
+
+def _coefficients(model: Model, terms: Sequence[Candidate]) -> list[Coefficient]:
+    told = []
+    for one in terms:
+        weights = np.array([float(name == one.label) for name in model.solution.names])
+        value, half = model.solution.value(one.label), model.solution.half_width(weights)
+        told.append(Coefficient(one.term.name, one.term.unit, value, (value - half, value + half)))
+        if one.term.shape is not None:
+            shape = one.term.shape
+            name = f"{one.term.name.rsplit('_w', 1)[0].removesuffix('_frac')}_{shape.name}"
+            told.append(Coefficient(name, shape.unit, one.shape, model.shape_ci95.get(one.label)))
+    return told
+
+
+def _own_w(model: Model, k: int, labels: set[str]) -> NDArray[np.float64]:
+    """Power that some terms add in the windows of a fitted trip, float64 (n,) [W]."""
+    trip = model.windows[k]
+    total = sum((model.solution.value(label) * trip.column(label) for label in labels), np.zeros(trip.begin_s.size))
+    return np.asarray(total / trip.duration_s, np.float64)
+
+
+def _located(model: Model, labels: set[str]) -> tuple[Regime, ...]:
+    """Regimes in which what is left without some terms departs, those in which the terms took most energy."""
+    left = [model.left_w(k) + _own_w(model, k, labels) for k in range(len(model.windows))]
+    own = [_own_w(model, k, labels) for k in range(len(model.windows))]
+    found = []
+    for axis in SHOWN_AXES:
+        known = zip(regimes(model.windows, axis, left), regimes(model.windows, axis, own), strict=True)
+        departing = [(abs(each.energy_kwh), one) for one, each in known if one.departs]
+        if departing:
+            found.append(max(departing, key=lambda pair: pair[0]))
+    return tuple(one for _, one in sorted(found, key=lambda pair: -pair[0])[:MOST_REGIMES])
+
+
+def _level_finding(level: Level) -> Finding:
+    mean, half = level.rise_frac, level.half_frac
+    half_j = abs(half / mean * level.energy_j)
+    text = (
+        f"{sentence(level.kind.effect)}: {mean:+.0%} on {len(level.trips)} trips, {level.energy_j / J_PER_KWH:.2f} kWh."
+    )
+    rivals = tuple(Rival(one.effect, one.family) for one in level.rivals)
+    recording = None
+    if rivals:
+        text += f" It cannot be told from {' or '.join(sentence(one.effect).lower() for one in rivals)}."
+        recording = f"A recording, loaded in the same way, with {separating(level.kind.family, rivals[0].family)}."
+    return Finding(
+        effect=level.kind.effect,
+        family=level.kind.family,
+        text=text,
+        coefficients=(Coefficient("mean_rise_frac", "1", mean, (mean - half, mean + half)),),
+        energy_kwh=level.energy_j / J_PER_KWH,
+        energy_kwh_ci95=((level.energy_j - half_j) / J_PER_KWH, (level.energy_j + half_j) / J_PER_KWH),
+        energy_share_frac=level.share_frac,
+        t=level.z,
+        trips=level.trips,
+        ambiguous_with=rivals,
+        separating_recording=recording,
+    )
+
+
+def _wind_finding(model: Model, wind: TripWind) -> Finding:
+    energy_kwh = wind.energy_j / J_PER_KWH
+    spread = 1.96 * FORM_SD_FRAC * wind.mean_mps
+    half_kwh = 1.96 * FORM_SD_FRAC * wind.share_frac * measured_size_j(model.windows) / J_PER_KWH
+    return Finding(
+        effect="steady_wind",
+        family=Family.WIND,
+        text=f"{sentence('steady_wind')}, other on each trip, of {wind.mean_mps:.1f} m/s at the vehicle's height moved"
+        f" {wind.share_frac:.1%} of the energy.",
+        coefficients=(
+            Coefficient("wind_speed_mps", "m/s", wind.mean_mps, (wind.mean_mps - spread, wind.mean_mps + spread)),
+        ),
+        energy_kwh=energy_kwh,
+        energy_kwh_ci95=(energy_kwh - half_kwh, energy_kwh + half_kwh),
+        energy_share_frac=wind.share_frac,
+        t=wind.ratio,
+        trips=tuple(one.trip_id for one in model.windows),
+    )
+
+
+def _told(model: Model, structure: Structure, mean_w: float, k: int) -> Unexplained:
+    weights = np.array([float(name == f"{BOX}{k}") for name in model.solution.names])
+    half_w = model.solution.half_width(weights)
+    hours = sum(float((one * trip.duration_s).sum()) for one, trip in zip(structure.inside, model.windows, strict=True))
+    energy_kwh = mean_w * hours / J_PER_KWH
+    box = structure.box
+    where = f"at {box.axis.replace('_', ' ')} {box.low:.4g} to {box.high:.4g} {box.unit}"
+    if box.axis == "place":
+        latitude, longitude = cell_centre_deg(int(box.low))
+        where = f"within some {(box.high + 0.5) * CELL_M:.0f} m of {latitude:.4f}, {longitude:.4f}"
+    return Unexplained(
+        axis=box.axis,
+        unit=box.unit,
+        low=box.low,
+        high=box.high,
+        mean_w=mean_w,
+        ci95_w=(mean_w - half_w, mean_w + half_w),
+        energy_kwh=energy_kwh,
+        p=max(structure.p, 1.0 / DRAWS),
+        trips=structure.trips,
+        text=f"{mean_w:+.0f} ± {half_w:.0f} W {where}, {energy_kwh:.2f} kWh on {len(structure.trips)} trips, that no"
+        " effect of the library explains.",
+    )
+
+
+def _about_nameplate(model: Model) -> Equations:
+    """The equations of what the vehicle's file leaves, its parameters about those of the file."""
+    shifts = {one.name: _shift(model, one) for one in PARAMETERS}
+    moved = []
+    for trip in model.windows:
+        more_j = sum((shift * trip.column(name) for name, shift in shifts.items()), np.zeros(trip.begin_s.size))
+        moved.append(replace(trip, simulated_j=trip.simulated_j - more_j))
+    return equations(moved, model.roots, model.system.precision, np.zeros_like(model.system.precision))
+
+
+def _shift(model: Model, one: Parameter) -> float:
+    return float(getattr(model.vehicle, one.name)) - float(getattr(model.nameplate, one.name))
+
+
+def _size_j(model: Model, name: str) -> float:
+    return sum(abs(float(trip.column(name).sum())) for trip in model.windows)
+
+
+def _is_parameter(name: str) -> bool:
+    return any(one.name == name for one in PARAMETERS)
+
+
+def _alike(
+    system: Equations, beside: Sequence[str], wrong: Sequence[Parameter], one: Parameter, other: Parameter
+) -> bool:
+    """Whether another parameter in the place of one loses no more on trips left out than chance would."""
+    names = [*beside, *(each.name for each in wrong if each is not one)]
+    worse = additions(system, names, [other.name]).losses[:, 0] - additions(system, names, [one.name]).losses[:, 0]
+    return bool(worse.sum() <= 2.0 * worse.std(ddof=1) * np.sqrt(worse.size))

@@ -1,0 +1,270 @@
+"""What was learned, as the parameters and coefficients of the energy model that routes and ranges use.
+
+Routes know neither sensors nor the battery's temperature, so what they carry is fitted again without those columns,
+with trips' whole energies counted beside their windows. Where replaying it does not meet the drives better than the
+vehicle's file, nothing is carried.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+from diagnosis.causes.library import CABIN_K, Candidate
+from diagnosis.causes.nuisance import PARAMETERS
+from diagnosis.fit.fitting import companion_precision, moved, priors, with_wholes
+from diagnosis.fit.jackknife import additions, equations, solve
+from diagnosis.fit.windows import TANGENTS, windows
+from energy.conditions import COEFFICIENT_FLAGS, COEFFICIENT_RANGES, ZERO_CELSIUS_K, Conditions
+from energy.errors import EnergyError
+from energy.replay.replay import replay
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from diagnosis.answer.results import Diagnosis, Interval
+    from diagnosis.fit.fitting import Model
+    from diagnosis.fit.jackknife import Solution
+    from diagnosis.fit.windows import Trip
+    from energy.vehicle.vehicle import Vehicle
+
+SHOWN_SD: Final = 4.0  # standard deviations that an effect of its usual size would have been
+SHOWN_TRIPS: Final = 5.0
+WHOLE_FRAC: Final = 0.8  # a limit of recuperation that takes less than this of what lies beyond it is none for routes
+COLDER_K: Final = 10.0  # beyond the coldest drive, to which the climate's power is not cut
+CABIN_C: Final = CABIN_K - ZERO_CELSIUS_K
+ROLLING: Final = ("rolling_temp_per_k", "tyre_warm_up_frac")
+DRAG: Final = ("air_density_coef", "yaw_drag_per_rad")
+
+# fields of EffectCoefficients that a term of the library gives, and their usual size
+SAME: Final = {
+    "rolling_temp_per_k": ("rolling_temp_per_k", 0.008),
+    "tyre_warm_up_frac": ("tyre_warm_up_frac", 0.2),
+    "wet_rolling_coef": ("wet_rolling_coef", 0.001),
+    "wet_drag_n_per_mps": ("wet_drag_n_per_mps", 0.8),
+    "air_density_coef": ("air_density_coef", 1.0),
+    "yaw_drag_per_rad": ("yaw_drag_per_rad", 0.6),
+    "drive_loss_w_per_n2": ("drive_loss_w_per_n2", 2e-4),
+    "cold_battery_resistance_ohm": ("battery_resistance_ohm", 0.09),
+}
+HEATING: Final = ("heating_w_per_k", "warm_up_w_per_k")
+COOLING: Final = ("cooling_w_per_k", "pull_down_w_per_k")
+USUAL_W_PER_K: Final = 100.0
+LIMITS: Final = ("lost_beyond_cap_frac", "lost_below_frac")
+REASONS: Final = {
+    "warm_restart_w_per_k": "a route does not know when the car was last driven; conditions.cabin_start_c tells it",
+    "battery_heating_w": "routes do not know the battery's temperature",
+    "battery_cooling_w": "routes do not know the battery's temperature",
+    "cornering_per_n": "routes do not know the curvature of roads",
+    "wind_coef": "routes take the wind from conditions, at full strength",
+    "wind_from_east_mps": "a wind that was unknown is no property of the vehicle",
+    "wind_from_north_mps": "a wind that was unknown is no property of the vehicle",
+    "payload_coef": "routes take the payload from conditions, at full strength",
+    "lost_beyond_cap_frac": "only part of what lies beyond the cap is lost, which routes have no term for",
+    "lost_below_frac": "only part of what is recuperated at low speed is lost, which routes have no term for",
+    "lost_to_brakes_frac": "the routes' decelerations are the vehicle's own",
+    "lost_in_cold_frac": "the cap on recuperation is what routes know of the cold",
+    "lost_when_full_frac": "the fading acceptance of conditions.regen_limited stands for it",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Learned:
+    """Fields of the vehicle and of EffectCoefficients that replace its own, intervals, and what is not carried, why."""
+
+    parameters: dict[str, float]
+    effects: dict[str, float]
+    effects_ci95: dict[str, Interval]
+    not_carried: dict[str, str]
+
+
+NOTHING: Final = Learned({}, {}, {}, {})
+
+
+def learned(model: Model) -> Learned:
+    """What routes can use of a fitted model; nothing where that meets the fitted drives no better than the file."""
+    found = _carried(model)
+    beyond = {one.term.name: REASONS[one.term.name] for one in _fitted(model) if _reason(model, one)}
+    try:
+        carried = applied(model.nameplate, found)
+        better = _error(model, carried) < _error(model, model.nameplate, still=True)
+    except EnergyError as error:
+        return replace(NOTHING, not_carried={"all": f"what was learned is no vehicle: {error}"} | beyond)
+    if not better:
+        reason = "replaying it meets the fitted drives no better than the vehicle's file"
+        return replace(NOTHING, not_carried={"all": reason} | beyond)
+    return replace(found, not_carried=found.not_carried | beyond)
+
+
+def applied(vehicle: Vehicle, found: Learned) -> Vehicle:
+    """The vehicle with what was learned of it; raises VehicleError or ConditionsError where it is none."""
+    effects: dict[str, Any] = {
+        name: bool(value) if name in COEFFICIENT_FLAGS else value for name, value in found.effects.items()
+    }
+    parameters: dict[str, Any] = dict(found.parameters)
+    return replace(vehicle, **parameters, effects=replace(vehicle.effects, **effects))
+
+
+def learned_vehicle(vehicle: Vehicle, diagnosis: Diagnosis) -> Vehicle:
+    """The vehicle with what a diagnosis has learned of it; raises as `applied`."""
+    return applied(vehicle, Learned(dict(diagnosis.parameters), dict(diagnosis.effects), {}, {}))
+
+
+def replayed_j(vehicle: Vehicle, trip: Trip, *, still: bool = False) -> float:
+    """Energy of a trip at the battery's terminals by the routes' terms, at its speed and temperature [J].
+
+    still: without any effect.
+    """
+    ambient_k = trip.drive.ambient_k
+    conditions = Conditions() if still or ambient_k is None else Conditions(ambient_k=ambient_k)
+    return float(replay(vehicle, trip.drive.profile, conditions=conditions).step_energy_j[trip.window >= 0].sum())
+
+
+def _error(model: Model, vehicle: Vehicle, *, still: bool = False) -> float:
+    """Mean size of the errors of fitted trips' energies over their mean energy."""
+    errors = [
+        abs(replayed_j(vehicle, trip, still=still) - float(cut.measured_j.sum()))
+        for trip, cut in zip(model.trips, model.windows, strict=True)
+    ]
+    return float(np.mean(errors))
+
+
+def _fitted(model: Model) -> list[Candidate]:
+    """Terms of the model: found, and companions that were kept."""
+    return [*model.found, *(one for one in model.companions if one.label in model.solution.names)]
+
+
+def _reason(model: Model, one: Candidate) -> bool:
+    """Whether routes cannot use a term."""
+    if one.term.name in LIMITS:
+        return model.solution.value(one.label) < WHOLE_FRAC
+    return one.term.name in REASONS
+
+
+def _carried(model: Model) -> Learned:
+    terms = _in_routes_form([one for one in _fitted(model) if not _reason(model, one)])
+    limits = [one for one in terms if one.term.name in LIMITS]
+    solution = _without_sensors(model, terms)
+    vehicle = moved(model.vehicle, solution)
+    values: dict[str, float] = {}
+    intervals: dict[str, Interval] = {}
+    for one in terms:
+        if one.term.name not in SAME:
+            continue
+        field, _ = SAME[one.term.name]
+        factor = _factor(model.vehicle, vehicle, one.term.name)
+        low, high = COEFFICIENT_RANGES[field]
+        high = min(high, one.term.most)
+        values[field] = float(np.clip(solution.value(one.label) * factor, low, high))
+        half = solution.half_width(_only(solution, one.label)) * abs(factor)
+        intervals[field] = (values[field] - half, values[field] + half)
+        if one.term.name == "tyre_warm_up_frac":
+            values["tyre_time_s"] = one.shape
+    for one in limits:
+        if one.term.name == "lost_beyond_cap_frac":
+            # the cap alone was fitted, neither a fading with charge nor one in the cold
+            values |= {"regen_cap_w": 1000.0 * one.shape, "regen_always_limited": 1.0, "regen_fade_soc_frac": 0.999}
+            values |= {"regen_cold_full_k": 231.0, "regen_cold_none_k": 221.0}
+        else:
+            values["regen_min_speed_mps"] = one.shape / 3.6
+    for name, (field, usual) in SAME.items():
+        if field not in values and _would_have_shown(model, name, usual):
+            values[field] = 0.0
+    _cabin(model, terms, solution, values, intervals)
+    parameters = {one.name: float(getattr(vehicle, one.name)) for one in PARAMETERS}
+    return Learned(parameters, values, intervals, {})
+
+
+def _in_routes_form(terms: Sequence[Candidate]) -> list[Candidate]:
+    """Terms as routes have them: where a transient goes with a steady climate, both are about one temperature."""
+    names = {one.term.name for one in terms}
+    formed = []
+    for one in terms:
+        steady = one.term.name in ("heating_w_per_k", "cooling_w_per_k")
+        transient = "warm_up_w_per_k" if one.term.name == "heating_w_per_k" else "pull_down_w_per_k"
+        formed.append(Candidate(one.term, CABIN_C) if steady and transient in names else one)
+    return formed
+
+
+def _without_sensors(model: Model, terms: Sequence[Candidate]) -> Solution:
+    """Parameters and terms fitted without sensor columns, trips' whole energies counted beside their windows."""
+    cut = [windows(trip, terms) for trip in model.trips]
+    precision, prior = priors(cut[0].names, model.vehicle, model.nameplate)
+    system = equations(cut, model.roots, precision, prior)
+    companions = [one.label for one in terms if one not in model.found]
+    system = replace(system, precision=companion_precision(system, cut, companions))
+    system = with_wholes(system, cut)
+    labels = [one.label for one in terms]
+    while True:
+        solution = solve(system, [*TANGENTS, *labels])
+        negative = [one.label for one in terms if one.term.positive and solution.value(one.label) < 0.0]
+        if not negative:
+            return solution
+        labels = [label for label in labels if label not in negative]
+
+
+def _factor(linear: Vehicle, carried: Vehicle, name: str) -> float:
+    """What turns a coefficient of the vehicle that was linearised about into one of the vehicle that is carried."""
+    if name in ROLLING:
+        return linear.road_load_a_n / carried.road_load_a_n
+    if name in DRAG:
+        return linear.road_load_c_n_per_mps2 / carried.road_load_c_n_per_mps2
+    return 1.0
+
+
+def _only(solution: Solution, label: str) -> np.ndarray[Any, np.dtype[np.float64]]:
+    return np.array([float(name == label) for name in solution.names])
+
+
+def _cabin(
+    model: Model,
+    terms: Sequence[Candidate],
+    solution: Solution,
+    values: dict[str, float],
+    intervals: dict[str, Interval],
+) -> None:
+    """Heating and cooling as electric power for each kelvin, COP 1; what the drives are silent on stays as it was."""
+    by_name = {one.term.name: one for one in terms if one.label in solution.names}
+    heats = any(name in by_name for name in HEATING)
+    cools = any(name in by_name for name in COOLING)
+    no_heat = not heats and _would_have_shown(model, "heating_w_per_k", USUAL_W_PER_K)
+    no_cool = not cools and _would_have_shown(model, "cooling_w_per_k", USUAL_W_PER_K)
+    if not (heats or cools or no_heat or no_cool):
+        return
+    usual = model.nameplate.effects
+    heated_c = by_name["heating_w_per_k"].shape if "heating_w_per_k" in by_name else CABIN_C
+    cooled_c = max(by_name["cooling_w_per_k"].shape if "cooling_w_per_k" in by_name else CABIN_C, heated_c)
+    values |= {"cabin_target_k": heated_c + ZERO_CELSIUS_K, "cooling_target_k": cooled_c + ZERO_CELSIUS_K}
+    for wanted, none, (steady, transient), prefix, cop in (
+        (heats, no_heat, HEATING, "cabin", "heating_cop"),
+        (cools, no_cool, COOLING, "cooling", "cooling_cop"),
+    ):
+        if not (wanted or none):  # as it was, told apart from the other side
+            values[f"{prefix}_ua_w_per_k"] = usual.cabin_ua_w_per_k
+            values[f"{prefix}_soak_w_per_k"] = usual.cabin_soak_w_per_k
+            continue
+        values |= {cop: 1.0, "climate_fan_w": 0.0}
+        for name, field in ((steady, f"{prefix}_ua_w_per_k"), (transient, f"{prefix}_soak_w_per_k")):
+            one = by_name.get(name)
+            values[field] = 0.0 if one is None else min(solution.value(one.label), one.term.most)
+            if one is not None:
+                half = solution.half_width(_only(solution, one.label))
+                intervals[field] = (values[field] - half, values[field] + half)
+        if transient in by_name:
+            values[f"{prefix}_time_s"] = by_name[transient].shape
+    coldest_k = min((one.ambient_k for one in model.windows if one.ambient_k is not None), default=CABIN_K)
+    most_w = (values["cabin_ua_w_per_k"] + values["cabin_soak_w_per_k"]) * (CABIN_K - coldest_k + COLDER_K)
+    values["climate_limit_w"] = max(usual.climate_limit_w, most_w)
+
+
+def _would_have_shown(model: Model, name: str, usual: float) -> bool:
+    """Whether an effect of its usual size would have stood out in these drives beside all that was found."""
+    labels = [label for label in model.system.names if label.partition("@")[0] == name]
+    labels = [label for label in labels if label not in model.solution.names]
+    if not labels:
+        return False
+    added = additions(model.system, model.solution.names, labels)
+    clear = (added.effective >= SHOWN_TRIPS) & (SHOWN_SD * added.sd < usual) & (added.sd > 0.0)
+    return bool(clear.any())

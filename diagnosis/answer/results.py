@@ -1,0 +1,394 @@
+"""What a diagnosis says: findings, parameter errors, what stays unexplained, and how trips are met before and after.
+
+Everything here is plain data in SI units but for energies, which are in kWh as in every report. `as_json` gives the
+object of diagnosis.json. Families are those of `Family`; intervals are 95 % and None where the data cannot carry one.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import TYPE_CHECKING, Any, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from diagnosis.answer.regimes import Regime
+
+Interval = tuple[float, float] | None
+SIGNIFICANT_DIGITS: Final = 6
+
+
+class Family(StrEnum):
+    """What kind of cause a finding belongs to."""
+
+    THERMAL = "thermal"
+    ROLLING = "rolling"
+    AERODYNAMIC = "aerodynamic"
+    WIND = "wind"
+    MASS = "mass"
+    GRADE = "grade"
+    DRIVETRAIN = "drivetrain"
+    RECUPERATION = "recuperation"
+    BATTERY = "battery"
+    AUXILIARY = "auxiliary"
+    PROFILE = "profile"
+    UNEXPLAINED = "unexplained"
+
+
+class Verdict(StrEnum):
+    """What the drives say as a whole."""
+
+    TOO_FEW_TRIPS = "too_few_trips"
+    NOTHING_MISSING = "nothing_missing"
+    PARAMETER_ERROR = "parameter_error"
+    LEFT_OUT_PHYSICS = "left_out_physics"
+    CANNOT_TELL = "cannot_tell"
+    UNEXPLAINED = "unexplained"
+
+
+@dataclass(frozen=True, slots=True)
+class Coefficient:
+    """One fitted number of an effect in the unit that is named, with its interval."""
+
+    name: str
+    unit: str
+    value: float
+    ci95: Interval
+
+
+@dataclass(frozen=True, slots=True)
+class Rival:
+    """An effect that would do as well as the one that was found."""
+
+    effect: str
+    family: Family
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """An effect that the model left out and the drives speak for.
+
+    effect: its name in the library. energy_kwh: over all fitted trips; energy_share_frac: of what they measured.
+    t: of its strongest coefficient. located: regimes in which the mismatch that it explains shows. trips: where the
+    effect is a level of single trips (payload, roof load), which ones. ambiguous_with: effects of other families that
+    cannot be told from it; separating_recording: what drive would tell them apart, None where nothing is ambiguous.
+    text: one sentence for a reader without the library's names.
+    """
+
+    effect: str
+    family: Family
+    text: str
+    coefficients: tuple[Coefficient, ...]
+    energy_kwh: float
+    energy_kwh_ci95: Interval
+    energy_share_frac: float
+    t: float
+    located: tuple[Regime, ...] = ()
+    trips: tuple[str, ...] = ()
+    ambiguous_with: tuple[Rival, ...] = ()
+    separating_recording: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class ParameterError:
+    """A parameter of the vehicle that the drives speak against, and what cannot be told from it by power alone.
+
+    nameplate, fitted and ci95 in the unit that is named.
+    """
+
+    parameter: str
+    family: Family
+    unit: str
+    nameplate: float
+    fitted: float
+    ci95: Interval
+    energy_kwh: float
+    energy_share_frac: float
+    aliases: tuple[str, ...]
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Unexplained:
+    """Structure that no effect of the library explains: where on an axis it lies, and how much it is.
+
+    low, high: of the axis in its unit. mean_w: power above the rest of the drives there. p: chance of as much in drives
+    with nothing left out, corrected for every place that was looked at.
+    """
+
+    axis: str
+    unit: str
+    low: float
+    high: float
+    mean_w: float
+    ci95_w: Interval
+    energy_kwh: float
+    p: float
+    trips: tuple[str, ...]
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class QualityNote:
+    """What was noticed in a recording: its id, what kind of thing, the channel and a sentence."""
+
+    trip_id: str
+    kind: str
+    channel: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class TripTimeline:
+    """One trip in windows, for plots: begin_s and mean powers [W], each float64 (n,).
+
+    before_w: base model with its own parameters refitted. after_w: with findings, its own power not used.
+    """
+
+    begin_s: NDArray[np.float64]
+    duration_s: NDArray[np.float64]
+    speed_mps: NDArray[np.float64]
+    measured_w: NDArray[np.float64]
+    before_w: NDArray[np.float64]
+    after_w: NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class TripAccount:
+    """One trip's energies [kWh].
+
+    nameplate_kwh: model as the vehicle file has it. before_kwh: its own parameters refitted, no effects. after_kwh:
+    with findings, the trip's own power not used. explained_kwh: its own power used for levels that a trip has, as an
+    account of where it went; by_family_kwh adds up to it.
+    """
+
+    id: str
+    held_out: bool
+    ambient_c: float | None
+    distance_km: float
+    duration_s: float
+    measured_kwh: float
+    nameplate_kwh: float
+    before_kwh: float
+    after_kwh: float
+    explained_kwh: float
+    by_family_kwh: Mapping[str, float]
+    timeline: TripTimeline
+
+
+@dataclass(frozen=True, slots=True)
+class FitScore:
+    """Errors of trip energies, positive where the model takes more [-], and of windows' power [W]."""
+
+    mape: float
+    mape_ci95: Interval
+    bias: float
+    sd: float
+    rmse_w: float
+
+
+@dataclass(frozen=True, slots=True)
+class ProfileSplit:
+    """What planning and what the vehicle model got wrong on one trip [kWh], stops and time beside.
+
+    planned: by the graph's speeds and expected stops on the matched way; driven: model at the driven speed; both with
+    the vehicle as its file has it. forecast: planned with what was learned and the trip's temperature, as it would have
+    been told before departure; a trip that was not held out has had a part in what was learned.
+    """
+
+    trip_id: str
+    planned_kwh: float
+    driven_kwh: float
+    measured_kwh: float
+    planned_s: float
+    driven_s: float
+    planned_stops: float
+    driven_stops: int
+    forecast_kwh: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """The whole answer; scores are of held-out trips, or of trips left out one at a time where none was held out.
+
+    A trip left out one at a time has had no part in the coefficients, but in what was selected. routes: what routes
+    carry, replayed at the recorded speed and temperature.
+
+    effects: the model that was learned, as energy.conditions.EffectCoefficients has it (fields that the drives say
+    something about only). parameters: fields of the vehicle that replace its own. not_carried: findings that routes and
+    ranges cannot use, and why.
+    """
+
+    vehicle_id: str
+    verdict: Verdict
+    text: str
+    findings: tuple[Finding, ...]
+    parameter_errors: tuple[ParameterError, ...]
+    unexplained: tuple[Unexplained, ...]
+    data_quality: tuple[QualityNote, ...]
+    fitted_trips: tuple[str, ...]
+    held_out_trips: tuple[str, ...]
+    before: FitScore | None
+    after: FitScore | None
+    routes: FitScore | None
+    regimes_before: tuple[Regime, ...]
+    regimes_after: tuple[Regime, ...]
+    trips: tuple[TripAccount, ...]
+    effects: Mapping[str, float]
+    effects_ci95: Mapping[str, Interval]
+    parameters: Mapping[str, float]
+    not_carried: Mapping[str, str]
+    profile: tuple[ProfileSplit, ...] = ()
+    model: Mapping[str, Any] = field(default_factory=dict)
+
+
+def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
+    """The object of diagnosis.json, without timelines; numbers rounded to SIGNIFICANT_DIGITS."""
+    return {
+        "verdict": diagnosis.verdict.value,
+        "text": diagnosis.text,
+        "findings": [
+            {
+                "effect": one.effect,
+                "family": one.family.value,
+                "text": one.text,
+                "coefficients": {
+                    each.name: {"value": _n(each.value), "unit": each.unit, "ci95": _ci(each.ci95)}
+                    for each in one.coefficients
+                },
+                "energy_kwh": _n(one.energy_kwh),
+                "energy_kwh_ci95": _ci(one.energy_kwh_ci95),
+                "energy_share": _n(one.energy_share_frac),
+                "t": _n(one.t),
+                "located": [_regime(each) for each in one.located],
+                "trips": list(one.trips),
+                "ambiguous_with": [{"effect": each.effect, "family": each.family.value} for each in one.ambiguous_with],
+                "separating_recording": one.separating_recording,
+            }
+            for one in diagnosis.findings
+        ],
+        "parameter_errors": [
+            {
+                "parameter": one.parameter,
+                "family": one.family.value,
+                "unit": one.unit,
+                "nameplate": _n(one.nameplate),
+                "fitted": _n(one.fitted),
+                "ci95": _ci(one.ci95),
+                "energy_kwh": _n(one.energy_kwh),
+                "energy_share": _n(one.energy_share_frac),
+                "aliases": list(one.aliases),
+                "text": one.text,
+            }
+            for one in diagnosis.parameter_errors
+        ],
+        "unexplained": [
+            {
+                "axis": one.axis,
+                "unit": one.unit,
+                "interval": [_n(one.low), _n(one.high)],
+                "mean_w": _n(one.mean_w),
+                "ci95_w": _ci(one.ci95_w),
+                "energy_kwh": _n(one.energy_kwh),
+                "p": _n(one.p),
+                "trips": list(one.trips),
+                "text": one.text,
+            }
+            for one in diagnosis.unexplained
+        ],
+        "data_quality": [
+            {"trip": one.trip_id, "kind": one.kind, "channel": one.channel, "text": one.text}
+            for one in diagnosis.data_quality
+        ],
+        "fit": {
+            "fitted_trips": list(diagnosis.fitted_trips),
+            "held_out_trips": list(diagnosis.held_out_trips),
+            "before": _score(diagnosis.before),
+            "after": _score(diagnosis.after),
+            "routes": _score(diagnosis.routes),
+        },
+        "regimes": {
+            "before": [_regime(one) for one in diagnosis.regimes_before],
+            "after": [_regime(one) for one in diagnosis.regimes_after],
+        },
+        "trips": [
+            {
+                "id": one.id,
+                "held_out": one.held_out,
+                "ambient_c": None if one.ambient_c is None else _n(one.ambient_c),
+                "distance_km": _n(one.distance_km),
+                "duration_s": _n(one.duration_s),
+                "measured_kwh": _n(one.measured_kwh),
+                "nameplate_kwh": _n(one.nameplate_kwh),
+                "before_kwh": _n(one.before_kwh),
+                "after_kwh": _n(one.after_kwh),
+                "explained_kwh": _n(one.explained_kwh),
+                "by_family_kwh": {name: _n(value) for name, value in one.by_family_kwh.items()},
+            }
+            for one in diagnosis.trips
+        ],
+        "profile": [
+            {
+                "trip": one.trip_id,
+                "planned_kwh": _n(one.planned_kwh),
+                "driven_kwh": _n(one.driven_kwh),
+                "measured_kwh": _n(one.measured_kwh),
+                "planned_s": _n(one.planned_s),
+                "driven_s": _n(one.driven_s),
+                "planned_stops": _n(one.planned_stops),
+                "driven_stops": one.driven_stops,
+                "forecast_kwh": None if one.forecast_kwh is None else _n(one.forecast_kwh),
+            }
+            for one in diagnosis.profile
+        ],
+        "learned": {
+            "effects": {
+                name: {"value": _n(value), "ci95": _ci(diagnosis.effects_ci95.get(name))}
+                for name, value in diagnosis.effects.items()
+            },
+            "parameters": {name: _n(value) for name, value in diagnosis.parameters.items()},
+            "not_carried": dict(diagnosis.not_carried),
+        },
+        "model": {"vehicle": diagnosis.vehicle_id, **diagnosis.model},
+    }
+
+
+def _n(value: float) -> float | None:
+    """A number as JSON has it: rounded, null where it is not finite."""
+    if not math.isfinite(value):
+        return None
+    return float(f"{value:.{SIGNIFICANT_DIGITS}g}")
+
+
+def _ci(interval: Interval) -> list[float | None] | None:
+    return None if interval is None else [_n(interval[0]), _n(interval[1])]
+
+
+def _regime(regime: Regime) -> dict[str, Any]:
+    known = regime.low_w is not None and regime.high_w is not None
+    return {
+        "axis": regime.axis.value,
+        "interval": [_n(regime.low), _n(regime.high)],
+        "mean_w": _n(regime.mean_w),
+        "ci95_w": [_n(regime.low_w or 0.0), _n(regime.high_w or 0.0)] if known else None,
+        "energy_kwh": _n(regime.energy_kwh),
+        "duration_s": _n(regime.duration_s),
+        "trips": regime.trips,
+    }
+
+
+def _score(score: FitScore | None) -> dict[str, Any] | None:
+    if score is None:
+        return None
+    return {
+        "mape": _n(score.mape),
+        "mape_ci95": _ci(score.mape_ci95),
+        "bias": _n(score.bias),
+        "sd": _n(score.sd),
+        "rmse_w": _n(score.rmse_w),
+    }

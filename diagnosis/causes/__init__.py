@@ -1,0 +1,1 @@
+"""The causes that a mismatch can have: families, terms, candidates, nuisance columns."""

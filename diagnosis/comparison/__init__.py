@@ -1,0 +1,1 @@
+"""Recorded trips beside predicted ones, without a diagnosis."""

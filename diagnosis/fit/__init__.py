@@ -1,0 +1,1 @@
+"""How candidates are fitted to the residuals of trips, and chosen."""

@@ -1,0 +1,306 @@
+"""Structure that no effect explains: power that is higher somewhere on an axis than in the rest of the drives.
+
+Every interval of every axis is tried like an effect, beside all that was found, with the trip as the unit. What counts
+is how far the highest of them all stands out, against drives with nothing left out, so that looking in many places
+is paid for.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from scipy import stats
+
+from diagnosis.fit.jackknife import Added, simulated_z, tried
+from diagnosis.fit.noise import whitened
+from diagnosis.fit.windows import measured_size_j
+from energy.conditions import ZERO_CELSIUS_K
+from energy.vehicle.vehicle import KMH_PER_MPS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from diagnosis.fit.jackknife import Additions
+    from diagnosis.fit.windows import Windows
+
+BINS: Final = 16
+LONGEST: Final = 7  # bins of an interval; what covers more of an axis is its other side
+LEAST_TRIPS: Final = 4
+DRAWS: Final = 200
+FALSE_CLAIM_FRAC: Final = 0.01
+LEAST_SHARE_FRAC: Final = 0.01
+FORM_AXES: Final = ("speed", "simulated_power")
+FORM_SHARE_FRAC: Final = 0.02  # on axes that the base model's own form lives on, which is never quite a real vehicle's
+MOST_CELLS: Final = 300
+CELL_M: Final = 250.0
+METRES_PER_DEGREE: Final = 111_195.0
+REACHES: Final = (1, 2, 4)  # cells to each side of a place's middle, which takes it to 0.4, 0.6 and 1.1 km
+
+
+@dataclass(frozen=True, slots=True)
+class Box:
+    """An interval of an axis in its unit; on the axis "place", low is a map cell's number, high cells to each side."""
+
+    axis: str
+    unit: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True, slots=True)
+class Structure:
+    """A box that stands out: power above the rest [W], its 95 % interval, energy [J], z, p over all boxes."""
+
+    box: Box
+    mean_w: float
+    low_w: float
+    high_w: float
+    energy_j: float
+    z: float
+    p: float
+    trips: tuple[str, ...]
+    inside: tuple[NDArray[np.float64], ...]
+
+
+AXES: Final[Mapping[str, tuple[str, Callable[[Windows], NDArray[np.float64] | None]]]] = {
+    "speed": ("km/h", lambda trip: trip.distance_m / trip.duration_s * KMH_PER_MPS),
+    "simulated_power": ("kW", lambda trip: trip.simulated_j / trip.duration_s / 1000.0),
+    "since_start": ("min", lambda trip: trip.begin_s / 60.0),
+    "distance": ("km", lambda trip: np.cumsum(trip.distance_m) / 1000.0),
+    "ambient": ("°C", lambda trip: _ambient_c(trip)),
+    "altitude": ("m", lambda trip: trip.places.get("altitude_m")),
+    "soc": ("%", lambda trip: _scaled(trip, "soc_frac", 100.0, 0.0)),
+    "battery_temperature": ("°C", lambda trip: _scaled(trip, "battery_k", 1.0, -ZERO_CELSIUS_K)),
+    "heading": ("°", lambda trip: _scaled(trip, "heading_rad", 180.0 / np.pi, 0.0)),
+}
+
+
+def boxes(
+    trips: Sequence[Windows], left_out: frozenset[str] = frozenset()
+) -> tuple[tuple[Box, ...], list[NDArray[np.float64]]]:
+    """All boxes that LEAST_TRIPS trips reach, and whether windows lie in each: float64 (n, m), 0 or 1, a trip.
+
+    left_out: axes that are not looked at.
+    """
+    found: list[Box] = []
+    columns: list[list[NDArray[np.float64]]] = [[] for _ in trips]
+    for axis, (unit, position) in AXES.items():
+        values = [None if axis in left_out else position(trip) for trip in trips]
+        known = [one for one in values if one is not None]
+        if len(known) < LEAST_TRIPS:
+            continue
+        edges = np.unique(np.quantile(np.concatenate(known), np.linspace(0.0, 1.0, BINS + 1)))
+        n = edges.size - 1
+        for first in range(n):
+            for last in range(first + 1, min(first + LONGEST, n) + 1):
+                if last - first >= n:
+                    continue
+                inside = [_inside(one, edges, first, last, trip) for one, trip in zip(values, trips, strict=True)]
+                if sum(bool(one.any()) for one in inside) >= LEAST_TRIPS:
+                    found.append(Box(axis, unit, float(edges[first]), float(edges[last])))
+                    for column, one in zip(columns, inside, strict=True):
+                        column.append(one)
+    for number, reach, inside in _cells(trips):
+        found.append(Box("place", "cell", float(number), float(reach)))
+        for column, one in zip(columns, inside, strict=True):
+            column.append(one)
+    return tuple(found), [
+        np.column_stack(column) if column else np.empty((trip.begin_s.size, 0))
+        for column, trip in zip(columns, trips, strict=True)
+    ]
+
+
+@dataclass(frozen=True, slots=True)
+class Scanned:
+    """All boxes beside a base: what they would be, their places among simulated drives, and the threshold."""
+
+    boxes: tuple[Box, ...]
+    columns: list[NDArray[np.float64]]
+    added: Additions
+    highest: NDArray[np.float64]
+    threshold: float
+    hours: NDArray[np.float64]
+
+
+def scan(
+    trips: Sequence[Windows],
+    roots: Sequence[NDArray[np.float64]],
+    bases: Sequence[NDArray[np.float64]],
+    precision: NDArray[np.float64],
+    pull: NDArray[np.float64],
+    scatter: NDArray[np.float64],
+    seed: int,
+    places: tuple[tuple[Box, ...], list[NDArray[np.float64]]],
+) -> Scanned | None:
+    """Every box beside the base: powers (n, b) [W] of each trip's columns with the precision and pull of their prior.
+
+    scatter: how much more than the noise each trip's windows scatter. None where there is no box to look at.
+    """
+    found, columns = places
+    if not found:
+        return None
+    rng = np.random.default_rng(seed)
+    parts: dict[str, list[NDArray[np.float64]]] = {name: [] for name in ("gb", "x", "own", "vb", "v", "rb", "r")}
+    for trip, root, base, column, more in zip(trips, roots, bases, columns, scatter, strict=True):
+        b = base.shape[1]
+        turned = whitened(root, np.column_stack((base, trip.residual_j() / trip.duration_s, column)))
+        x, y, u = turned[:, :b], turned[:, b], turned[:, b + 1 :]
+        noise = more * rng.standard_normal((y.size, DRAWS))
+        for name, value in zip(
+            parts, (x.T @ x, x.T @ u, np.square(u).sum(axis=0), x.T @ y, u.T @ y, x.T @ noise, u.T @ noise), strict=True
+        ):
+            parts[name].append(np.asarray(value, np.float64))
+    one = Added(
+        gram_base=np.array(parts["gb"]),
+        cross=np.array(parts["x"]),
+        own=np.array(parts["own"]),
+        base_vector=np.array(parts["vb"]),
+        vector=np.array(parts["v"]),
+        precision_base=precision,
+        precision=np.zeros(len(found)),
+        base_prior=pull,
+        added_prior=np.zeros(len(found)),
+    )
+    highest = np.abs(simulated_z(one, np.array(parts["rb"]), np.array(parts["r"]))).max(axis=1)
+    hours = sum((column * trip.duration_s[:, None]).sum(axis=0) for trip, column in zip(trips, columns, strict=True))
+    return Scanned(
+        found,
+        columns,
+        tried(one),
+        highest,
+        float(np.quantile(highest, 1.0 - FALSE_CLAIM_FRAC)),
+        np.asarray(hours, np.float64),
+    )
+
+
+def strongest(scanned: Scanned, trips: Sequence[Windows], least_z: float) -> Structure | None:
+    """The box that stands out most, if it passes the threshold and holds a share of the energy."""
+    passes = _large(scanned, trips) & (np.abs(scanned.added.z) >= max(scanned.threshold, least_z))
+    if not passes.any():
+        return None
+    return _structure(scanned, trips, int(np.argmax(np.where(passes, np.abs(scanned.added.z), -1.0))))
+
+
+def leading(scanned: Scanned, trips: Sequence[Windows], count: int) -> list[Structure]:
+    """The box that predicts left-out trips best of each axis, of the axes where this is most, thresholds aside."""
+    loss = scanned.added.losses.sum(axis=0)
+    large = _large(scanned, trips)
+    best: dict[str, int] = {}
+    for k, box in enumerate(scanned.boxes):
+        if large[k] and (box.axis not in best or loss[k] < loss[best[box.axis]]):
+            best[box.axis] = k
+    return [_structure(scanned, trips, k) for k in sorted(best.values(), key=lambda k: float(loss[k]))[:count]]
+
+
+def only(
+    places: tuple[tuple[Box, ...], list[NDArray[np.float64]]], axis: str
+) -> tuple[tuple[Box, ...], list[NDArray[np.float64]]]:
+    """The boxes of one axis."""
+    kept = np.array([box.axis == axis for box in places[0]])
+    return tuple(box for box in places[0] if box.axis == axis), [column[:, kept] for column in places[1]]
+
+
+def _large(scanned: Scanned, trips: Sequence[Windows]) -> NDArray[np.bool_]:
+    """Whether each box holds its share of the energy."""
+    measured_j = measured_size_j(trips)
+    least = np.array([FORM_SHARE_FRAC if box.axis in FORM_AXES else LEAST_SHARE_FRAC for box in scanned.boxes])
+    return np.asarray(np.abs(scanned.added.coefficients * scanned.hours) >= least * measured_j, np.bool_)
+
+
+def _structure(scanned: Scanned, trips: Sequence[Windows], k: int) -> Structure:
+    added = scanned.added
+    half = float(stats.t.ppf(0.975, max(added.effective[k] - 1.0, 1.0)) * added.sd[k])
+    inside = tuple(column[:, k] for column in scanned.columns)
+    return Structure(
+        scanned.boxes[k],
+        float(added.coefficients[k]),
+        float(added.coefficients[k]) - half,
+        float(added.coefficients[k]) + half,
+        float(added.coefficients[k] * scanned.hours[k]),
+        float(added.z[k]),
+        float((scanned.highest >= abs(added.z[k])).mean()),
+        tuple(trip.trip_id for trip, one in zip(trips, inside, strict=True) if one.any()),
+        inside,
+    )
+
+
+def in_box(box: Box, trip: Windows) -> NDArray[np.float64]:
+    """Whether windows lie in a box, float64 (n,), 0 or 1; a bound is as good as the next window's place."""
+    if box.axis == "place":
+        near = _around(int(box.low), int(box.high))
+        numbers = _numbers(trip)
+        return np.zeros(trip.begin_s.size) if numbers is None else np.isin(numbers, near).astype(np.float64)
+    values = AXES[box.axis][1](trip)
+    if values is None:
+        return np.zeros(trip.begin_s.size)
+    return np.asarray((values >= box.low) & (values < box.high), np.float64)
+
+
+def cell_of(latitude_deg: NDArray[np.float64], longitude_deg: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Number of the map cell of CELL_M that each position lies in, int64 (n,)."""
+    row = np.floor(latitude_deg * METRES_PER_DEGREE / CELL_M).astype(np.int64)
+    at = (row + 0.5) * CELL_M / METRES_PER_DEGREE
+    column = np.floor(longitude_deg * METRES_PER_DEGREE * np.cos(np.radians(at)) / CELL_M).astype(np.int64)
+    return np.asarray(row * 1_000_000 + column + 500_000, np.int64)
+
+
+def cell_centre_deg(number: int) -> tuple[float, float]:
+    """Latitude and longitude of the centre of a map cell."""
+    row, column = divmod(number, 1_000_000)
+    latitude = (row + 0.5) * CELL_M / METRES_PER_DEGREE
+    longitude = (column - 500_000 + 0.5) * CELL_M / (METRES_PER_DEGREE * np.cos(np.radians(latitude)))
+    return float(latitude), float(longitude)
+
+
+def _around(number: int, reach: int) -> NDArray[np.int64]:
+    """Numbers of the cells within a reach of one."""
+    steps = range(-reach, reach + 1)
+    return np.array([number + 1_000_000 * dy + dx for dy in steps for dx in steps], np.int64)
+
+
+def _cells(trips: Sequence[Windows]) -> list[tuple[int, int, list[NDArray[np.float64]]]]:
+    """The map cells that most trips pass, each with its neighbours within several reaches."""
+    numbers = [_numbers(trip) for trip in trips]
+    passed: dict[int, int] = {}
+    for one in numbers:
+        for number in np.unique(one).tolist() if one is not None else ():
+            passed[number] = passed.get(number, 0) + 1
+    chosen = sorted((number for number, count in passed.items() if count >= LEAST_TRIPS), key=lambda k: (-passed[k], k))
+    found = []
+    for reach in REACHES:
+        for number in chosen[: MOST_CELLS : max(reach // 2, 1)]:
+            near = _around(number, reach)
+            inside = [
+                np.zeros(trip.begin_s.size) if one is None else np.isin(one, near).astype(np.float64)
+                for one, trip in zip(numbers, trips, strict=True)
+            ]
+            found.append((number, reach, inside))
+    return found
+
+
+def _numbers(trip: Windows) -> NDArray[np.int64] | None:
+    if not {"latitude_deg", "longitude_deg"} <= trip.places.keys():
+        return None
+    return cell_of(trip.places["latitude_deg"], trip.places["longitude_deg"])
+
+
+def _inside(
+    values: NDArray[np.float64] | None, edges: NDArray[np.float64], first: int, last: int, trip: Windows
+) -> NDArray[np.float64]:
+    if values is None:
+        return np.zeros(trip.begin_s.size)
+    below = values < edges[last] if last < edges.size - 1 else values <= edges[last]
+    return np.asarray((values >= edges[first]) & below, np.float64)
+
+
+def _ambient_c(trip: Windows) -> NDArray[np.float64] | None:
+    return None if trip.ambient_k is None else np.full(trip.begin_s.size, trip.ambient_k - ZERO_CELSIUS_K)
+
+
+def _scaled(trip: Windows, name: str, factor: float, offset: float) -> NDArray[np.float64] | None:
+    values = trip.places.get(name)
+    return None if values is None else factor * values + offset

@@ -1,0 +1,140 @@
+"""Recorded drives in windows: measured and simulated energy, and what every column would add, ready to be fitted."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from diagnosis.causes.driven import ROUGHER_M, rougher_grade
+from diagnosis.causes.nuisance import PARAMETERS, SENSOR_COLUMNS
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+    from diagnosis.causes.driven import Driven
+    from diagnosis.causes.library import Candidate
+    from diagnosis.recordings.reading import Recording
+    from energy.replay.replay import DrivenProfile
+
+WINDOW_S: Final = 10.0  # long against the lag between speed and current, short against what changes in a drive
+TANGENTS: Final = tuple(one.name for one in PARAMETERS)
+SENSORS: Final = tuple(one.name for one in SENSOR_COLUMNS)
+FREE: Final = TANGENTS + SENSORS
+
+
+@dataclass(frozen=True, slots=True)
+class Windows:
+    """One trip in n windows of equal length, each array with one value a window, float64 (n,).
+
+    measured_j, simulated_j: from the battery; the latter by the vehicle without effects. dynamic_w: root mean square of
+    the simulated power, which tells how much a sensor's error matters. places: means of what was recorded, by name.
+    columns_j: float64 (n, p) in the order of names.
+    """
+
+    trip_id: str
+    ambient_k: float | None
+    begin_s: NDArray[np.float64]
+    duration_s: NDArray[np.float64]
+    distance_m: NDArray[np.float64]
+    standing_s: NDArray[np.float64]
+    measured_j: NDArray[np.float64]
+    simulated_j: NDArray[np.float64]
+    dynamic_w: NDArray[np.float64]
+    places: Mapping[str, NDArray[np.float64]]
+    names: tuple[str, ...]
+    columns_j: NDArray[np.float64]
+
+    def residual_j(self) -> NDArray[np.float64]:
+        """Measured less simulated energy of each window, float64 (n,) [J]."""
+        return self.measured_j - self.simulated_j
+
+    def column(self, name: str) -> NDArray[np.float64]:
+        """Energy of one unit of a column, float64 (n,) [J]."""
+        return self.columns_j[:, self.names.index(name)]
+
+
+@dataclass(frozen=True, slots=True)
+class Trip:
+    """A recording with its replay, and which window each step belongs to, int64 (steps,), −1 where power is unknown."""
+
+    recording: Recording
+    drive: Driven
+    window: NDArray[np.int64]
+    rougher: DrivenProfile
+
+
+def trip_of(recording: Recording, drive: Driven, window_s: float = WINDOW_S) -> Trip:
+    """A recorded drive cut into windows."""
+    window = (np.maximum(drive.since_s, 0.0) / window_s).astype(np.int64)
+    window[recording.gap_steps(drive.profile.time_s)] = -1
+    known = np.unique(window[window >= 0])
+    dense = np.where(window >= 0, np.searchsorted(known, window), -1)
+    return Trip(recording, drive, dense, rougher_grade(recording, ROUGHER_M))
+
+
+def windows(trip: Trip, candidates: Sequence[Candidate]) -> Windows:
+    """A trip's windows with the columns of all parameters, sensors and candidates, in that order."""
+    drive, recording = trip.drive, trip.recording
+    columns = [one.column_j(drive) for one in PARAMETERS]
+    columns += [one.column_j(drive, trip.rougher) for one in SENSOR_COLUMNS]
+    columns += [one.term.column_j(drive, one.shape) for one in candidates]
+    step_s = np.diff(recording.time_s)
+    drawn_j = np.concatenate(([0.0], np.cumsum(0.5 * (recording.power_w[1:] + recording.power_w[:-1]) * step_s)))
+    measured_j = np.diff(np.interp(drive.profile.time_s, recording.time_s, drawn_j))
+    way_m = drive.profile.step_m()
+    duration_s = summed(trip, drive.duration_s)
+    since = summed(trip, (drive.since_s - 0.5 * drive.duration_s) * drive.duration_s) / duration_s
+    return Windows(
+        trip_id=recording.id,
+        ambient_k=drive.ambient_k,
+        begin_s=since,
+        duration_s=duration_s,
+        distance_m=summed(trip, way_m),
+        standing_s=summed(trip, np.where(way_m <= 0.0, drive.duration_s, 0.0)),
+        measured_j=summed(trip, measured_j),
+        simulated_j=summed(trip, drive.power_w * drive.duration_s),
+        dynamic_w=np.sqrt(summed(trip, drive.power_w**2 * drive.duration_s) / duration_s),
+        places={
+            name: summed(trip, values * drive.duration_s) / duration_s
+            for name, values in drive.channels.items()
+            if name not in ("heading_rad", "wind_from_rad")
+        }
+        | _headings(trip, duration_s)
+        | {"grade_frac": summed(trip, drive.grade_frac * drive.duration_s) / duration_s},
+        names=FREE + tuple(one.label for one in candidates),
+        columns_j=np.column_stack([summed(trip, column) for column in columns]),
+    )
+
+
+def with_column(trip: Trip, old: Windows, label: str, candidate: Candidate) -> Windows:
+    """Windows with one column worked out anew for another shape."""
+    columns = old.columns_j.copy()
+    columns[:, old.names.index(label)] = summed(trip, candidate.term.column_j(trip.drive, candidate.shape))
+    names = tuple(candidate.label if name == label else name for name in old.names)
+    return replace(old, names=names, columns_j=columns)
+
+
+def measured_size_j(trips: Sequence[Windows]) -> float:
+    """Energy that trips moved, their sizes added up, so that shares of it have a meaning where some gave back [J]."""
+    return sum(abs(float(trip.measured_j.sum())) for trip in trips)
+
+
+def summed(trip: Trip, values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Sum over the steps of each window, float64 (n,)."""
+    inside = trip.window >= 0
+    count = int(trip.window.max(initial=-1)) + 1
+    return np.asarray(np.bincount(trip.window[inside], weights=values[inside], minlength=count), np.float64)
+
+
+def _headings(trip: Trip, duration_s: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+    heading = trip.drive.channels.get("heading_rad")
+    if heading is None:
+        return {}
+    east, north = (
+        summed(trip, part * trip.drive.duration_s) / duration_s for part in (np.sin(heading), np.cos(heading))
+    )
+    return {"heading_rad": np.asarray(np.arctan2(east, north) % (2.0 * np.pi), np.float64)}

@@ -1,0 +1,1 @@
+"""Positions matched to roads."""

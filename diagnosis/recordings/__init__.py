@@ -1,0 +1,1 @@
+"""Recorded drives: read, checked and mended."""

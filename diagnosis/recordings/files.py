@@ -1,0 +1,105 @@
+"""Files of recordings: which are meant, and what is in them, within a limit of size."""
+
+from __future__ import annotations
+
+import codecs
+import glob
+import gzip
+import io
+import zlib
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from diagnosis.recordings.notes import RecordingError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+MOST_BYTES: Final = (
+    100_000_000  # ten samples a second of 48 columns for nine hours; takes up to 1.6 GB while it is read
+)
+ENDINGS: Final = (".csv", ".jsonl", ".parquet")
+GZIP_MAGIC: Final = b"\x1f\x8b"
+ZIP_MAGIC: Final = b"PK\x03\x04"
+UTF16_MARKS: Final = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+
+
+def recording_files(paths: Iterable[Path | str]) -> list[Path]:
+    """The files that paths name: files as they are, those of folders and of patterns such as "drives/*.csv".
+
+    Of a folder the .csv, .jsonl and .parquet files, each also with .gz, in order of their names; folders within it are
+    left aside. No file comes twice. A path that nothing is found for is returned as it is, to fail when it is opened.
+    """
+    found: dict[Path, None] = {}
+    for one in paths:
+        path = Path(one)
+        if path.is_dir():
+            inside = sorted(file for file in path.iterdir() if file.is_file() and is_recording_name(file.name))
+            found.update(dict.fromkeys(inside))
+        elif path.exists() or not glob.has_magic(str(path)):
+            found[path] = None
+        else:
+            matches = [Path(match) for match in sorted(glob.glob(str(path), recursive=True))]
+            found.update(dict.fromkeys([match for match in matches if match.is_file()] or [path]))
+    return list(found)
+
+
+def is_recording_name(name: str) -> bool:
+    """Whether a file's name has the ending of a recording."""
+    return name.lower().removesuffix(".gz").endswith(ENDINGS)
+
+
+def recording_id(path: Path) -> str:
+    """A recording's id, its file's name without .gz and without .csv, .jsonl or .parquet."""
+    name = path.name.removesuffix(".gz")
+    for ending in ENDINGS:
+        name = name.removesuffix(ending)
+    return name
+
+
+def file_content(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
+    """What is in a file, unpacked where it is gzip, of at most most_bytes packed and unpacked.
+
+    Raises RecordingError for a larger file before it is read whole, and for a broken one; OSError where it can't be
+    opened.
+    """
+    with path.open("rb") as file:
+        content = file.read(most_bytes + 1)
+    _check_size(path, len(content), most_bytes)
+    if content.startswith(GZIP_MAGIC):
+        try:
+            with gzip.open(io.BytesIO(content)) as packed:
+                content = packed.read(most_bytes + 1)
+        except (OSError, EOFError, zlib.error) as error:
+            raise RecordingError(str(path), 1, "the file", f"not gzip ({error})", "a whole gzip file") from error
+        _check_size(path, len(content), most_bytes)
+    return content
+
+
+def text_of(path: Path, content: bytes) -> str:
+    """The text of a file in UTF-8, UTF-16 with a byte order mark, or latin-1, in which each byte is a letter.
+
+    Raises RecordingError for what is no text.
+    """
+    if content.startswith(ZIP_MAGIC):
+        raise RecordingError(str(path), 1, "the file", "a zip or Excel file", "text (save it as CSV), or gzip of it")
+    try:
+        if content.startswith(UTF16_MARKS):
+            return content.decode("utf-16")
+    except UnicodeDecodeError as error:
+        raise RecordingError(str(path), 1, "the file", f"broken UTF-16 ({error.reason})", "UTF-8 text") from error
+    if b"\0" in content:
+        row = content.count(b"\n", 0, content.index(b"\0")) + 1
+        found = "binary (it has a byte of zero), or UTF-16 without a mark"
+        raise RecordingError(str(path), row, "the file", found, "text in UTF-8")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError:
+        return content.decode("latin-1")
+
+
+def _check_size(path: Path, size: int, most_bytes: int) -> None:
+    if size > most_bytes:
+        found = f"larger than {most_bytes / 1e6:g} MB unpacked"
+        allowed = f"at most {most_bytes / 1e6:g} MB; split it into drives, or leave out columns and samples"
+        raise RecordingError(str(path), 1, "the file", found, allowed)

@@ -1,0 +1,159 @@
+"""Formats with a fixed name for each column: the TUM BMW i3 files, joulepath's own, ABRP telemetry."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from diagnosis.recordings.formats.clocks import LEAST_STEP_S, recording_of_series, series_of
+from diagnosis.recordings.formats.tables import Column, Table
+from diagnosis.recordings.notes import Note, NoteKind, RecordingError
+from diagnosis.recordings.recording import REQUIRED, Recording
+from diagnosis.recordings.soundness.charging import without_charging
+from energy.conditions import ZERO_CELSIUS_K
+from energy.vehicle.vehicle import KMH_PER_MPS
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+MOST_KMH: Final = 200.0  # the fastest that energy.vehicle.vehicle knows
+MOST_W: Final = 1_000_000.0
+RADIAN_PER_DEGREE: Final = math.pi / 180.0
+
+
+def read_i3(table: Table) -> Recording:
+    """The TUM files as published (DOI 10.21227/6jr9-5235): current is negative while discharging."""
+    for name in I3_NEEDS:
+        table.cells(name)
+    return _recording(table, I3_COLUMNS)
+
+
+def read_plain(table: Table) -> Recording:
+    """joulepath's own columns; power itself, or voltage and current."""
+    names = set(table.names)
+    if "power_w" not in names and not {"voltage_v", "current_a"} <= names:
+        raise RecordingError(table.path, 1, "power_w", "missing", "power_w, or voltage_v and current_a")
+    return _recording(table, PLAIN_COLUMNS)
+
+
+def read_abrp(table: Table) -> Recording:
+    """Names of the Iternio telemetry API (tlm/send): power [kW] and current [A] positive while discharging.
+
+    A value may be missing in any row, as the API has it: each column is brought to the clock of the speed. What is
+    marked is_charging is cut out.
+    """
+    time_s, written = table.times(ABRP_TIME)
+    series = []
+    for column in ABRP_COLUMNS:
+        if column.name in table.names:
+            series.append(series_of(column, time_s, table.values(column)))
+    notes = [*_unused(table, {column.name for column in (ABRP_TIME, *ABRP_COLUMNS, ABRP_CHARGING)}), *_written(written)]
+    recording = recording_of_series(table.path, table.id, series, notes)
+    if ABRP_CHARGING.name not in table.names:
+        return recording
+    flag = series_of(ABRP_CHARGING, time_s, table.values(ABRP_CHARGING))
+    if flag.time_s.size == 0:
+        return recording
+    marked = flag.previous_at(recording.time_s) == 1.0
+    return without_charging(recording, marked, "marked is_charging", table.path)
+
+
+def _recording(table: Table, columns: Sequence[Column]) -> Recording:
+    """A recording of the columns that a table has; power is taken from voltage and current where it has no own."""
+    time_s, written = table.times(columns[0])
+    channels: dict[str, NDArray[np.float64]] = {"time_s": time_s}
+    has_power = any(column.channel == "power_w" and column.name in table.names for column in columns)
+    needed = REQUIRED if has_power else (*REQUIRED, "voltage_v", "current_a")
+    for column in columns[1:]:
+        if column.name in table.names:
+            channels[column.channel] = table.values(column, required=column.channel in needed)
+    if "power_w" not in channels:
+        channels["power_w"] = channels["voltage_v"] * channels["current_a"]
+    notes = [*_unused(table, {column.name for column in columns}), *_written(written)]
+    step_s = np.diff(time_s)
+    repeated = int(np.count_nonzero(step_s <= LEAST_STEP_S))
+    if repeated:
+        keep = np.concatenate(([True], step_s > LEAST_STEP_S))
+        channels = {name: values[keep] for name, values in channels.items()}
+        notes.append(
+            Note(NoteKind.REPAIRED, "time_s", f"rows dropped, whose time the row before has already: {repeated}")
+        )
+    if channels["time_s"].size < 2:
+        raise RecordingError(table.path, table.lines[-1], columns[0].name, "always the same", "rising")
+    return Recording(id=table.id, **channels, notes=tuple(notes), gaps=())
+
+
+def _unused(table: Table, known: set[str]) -> list[Note]:
+    """Notes on the columns that a format has no channel for."""
+    unused = [name for name in table.names if name and name not in known]
+    notes = []
+    for name in sorted({name for name in unused if unused.count(name) > 1}):
+        notes.append(Note(NoteKind.IGNORED, "", f"column {name!r} is there {unused.count(name)} times"))
+    if unused:
+        notes.append(Note(NoteKind.IGNORED, "", f"columns not used: {', '.join(dict.fromkeys(unused))}"))
+    return notes
+
+
+def _written(written: str) -> list[Note]:
+    return [Note(NoteKind.READ, "time_s", f"seconds, from {written}")] if written else []
+
+
+I3_NEEDS: Final = ("Time [s]", "Velocity [km/h]", "Battery Voltage [V]", "Battery Current [A]")
+I3_COLUMNS: Final = (
+    Column("Time [s]", "time_s", 0.0, 1e7),
+    Column("Velocity [km/h]", "speed_mps", 0.0, MOST_KMH, 1.0 / KMH_PER_MPS),
+    Column("Elevation [m]", "elevation_m", -500.0, 9000.0),
+    Column("Battery Voltage [V]", "voltage_v", 0.0, 1000.0),
+    Column("Battery Current [A]", "current_a", -1000.0, 1000.0, -1.0),
+    Column("Battery Temperature [°C]", "battery_k", -50.0, 100.0, offset=ZERO_CELSIUS_K),
+    Column("SoC [%]", "soc_frac", 0.0, 100.0, 0.01),
+    Column("Heating Power CAN [kW]", "heater_w", 0.0, 20.0, 1000.0),
+    Column("AirCon Power [kW]", "aircon_w", 0.0, 20.0, 1000.0),
+    Column("Ambient Temperature [°C]", "ambient_k", -50.0, 56.0, offset=ZERO_CELSIUS_K),
+)
+
+PLAIN_COLUMNS: Final = (
+    Column("time_s", "time_s", -1e12, 1e12),
+    Column("speed_kmh", "speed_mps", 0.0, MOST_KMH, 1.0 / KMH_PER_MPS),
+    Column("power_w", "power_w", -MOST_W, MOST_W),
+    Column("voltage_v", "voltage_v", 0.0, 2000.0),
+    Column("current_a", "current_a", -5000.0, 5000.0),
+    Column("elevation_m", "elevation_m", -500.0, 9000.0),
+    Column("lat", "latitude_deg", -90.0, 90.0),
+    Column("lon", "longitude_deg", -180.0, 180.0),
+    Column("heading_deg", "heading_rad", -360.0, 360.0, RADIAN_PER_DEGREE),
+    Column("soc_frac", "soc_frac", 0.0, 1.0),
+    Column("ambient_c", "ambient_k", -50.0, 56.0, offset=ZERO_CELSIUS_K),
+    Column("battery_c", "battery_k", -50.0, 100.0, offset=ZERO_CELSIUS_K),
+    Column("heater_w", "heater_w", 0.0, 100_000.0),
+    Column("aircon_w", "aircon_w", 0.0, 100_000.0),
+    Column("hvac_w", "hvac_w", 0.0, 100_000.0),
+    Column("wind_speed_mps", "wind_speed_mps", 0.0, 60.0),
+    Column("wind_from_deg", "wind_from_rad", -360.0, 360.0, RADIAN_PER_DEGREE),
+    Column("wet", "wet_frac", 0.0, 1.0),
+    Column("payload_kg", "payload_kg", 0.0, 100_000.0),
+)
+
+ABRP_TIME: Final = Column("utc", "time_s", 0.0, 1e11)
+ABRP_CHARGING: Final = Column("is_charging", "", 0.0, 1.0)
+ABRP_COLUMNS: Final = (
+    Column("speed", "speed_mps", 0.0, MOST_KMH, 1.0 / KMH_PER_MPS),
+    Column("power", "power_w", -MOST_W / 1000.0, MOST_W / 1000.0, 1000.0),
+    Column("voltage", "voltage_v", 0.0, 2000.0),
+    Column("current", "current_a", -5000.0, 5000.0),
+    Column("soc", "soc_frac", 0.0, 100.0, 0.01),
+    Column("lat", "latitude_deg", -90.0, 90.0),
+    Column("lon", "longitude_deg", -180.0, 180.0),
+    Column("elevation", "elevation_m", -500.0, 9000.0),
+    Column("heading", "heading_rad", -360.0, 360.0, RADIAN_PER_DEGREE),
+    Column("ext_temp", "ambient_k", -50.0, 56.0, offset=ZERO_CELSIUS_K),
+    Column("batt_temp", "battery_k", -50.0, 100.0, offset=ZERO_CELSIUS_K),
+    Column("hvac_power", "hvac_w", 0.0, 100.0, 1000.0),
+)
+FORMAT_NAMES: Final = frozenset(
+    column.name for column in (*I3_COLUMNS, *PLAIN_COLUMNS, *ABRP_COLUMNS, ABRP_TIME, ABRP_CHARGING)
+)

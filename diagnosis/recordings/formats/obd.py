@@ -1,0 +1,286 @@
+"""Logs of Car Scanner ELM OBD2, long and wide, whose columns are parameters by their names in plain words.
+
+Long: a reading a row, SECONDS of the day, PID, VALUE, UNITS and mostly LATITUDE and LONGTITUDE (so spelt).
+Wide: a "time" column and one for each parameter, "name (unit)", with a value where it was read.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from diagnosis.recordings.formats.clocks import Series, recording_of_series, series_of
+from diagnosis.recordings.formats.named_columns import MOST_KMH, MOST_W, RADIAN_PER_DEGREE
+from diagnosis.recordings.formats.tables import Column, Table, is_hidden, past_midnight
+from diagnosis.recordings.notes import Note, NoteKind, RecordingError, shown
+from diagnosis.recordings.soundness.signs import power_sign
+from energy.conditions import ZERO_CELSIUS_K
+from energy.vehicle.vehicle import KMH_PER_MPS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from numpy.typing import NDArray
+
+    from diagnosis.recordings.recording import Recording
+
+LONG: Final = ("SECONDS", "PID", "VALUE", "UNITS")
+POSITIONS: Final = ("LATITUDE", "LONGTITUDE", "LONGITUDE")
+OBD_NAMES: Final = frozenset((*LONG, *POSITIONS, "time"))
+SECONDS: Final = Column("SECONDS", "time_s", 0.0, 1e10)
+TIME: Final = Column("time", "time_s", 0.0, 1e10)
+MPS_PER_MPH: Final = 0.44704
+M_PER_FOOT: Final = 0.3048
+K_PER_FAHRENHEIT: Final = 5.0 / 9.0
+LEAST_PACK_V: Final = 48.0  # below it is the battery of the lights
+NAMED_MOST: Final = 12
+
+CELSIUS: Final = (1.0, ZERO_CELSIUS_K)
+FAHRENHEIT: Final = (K_PER_FAHRENHEIT, ZERO_CELSIUS_K - 32.0 * K_PER_FAHRENHEIT)
+UNITS: Final[dict[str, dict[str, tuple[float, float]]]] = {
+    "speed": {"km/h": (1.0 / KMH_PER_MPS, 0.0), "mph": (MPS_PER_MPH, 0.0), "m/s": (1.0, 0.0)},
+    "power": {"kw": (1000.0, 0.0), "w": (1.0, 0.0)},
+    "voltage": {"v": (1.0, 0.0)},
+    "current": {"a": (1.0, 0.0)},
+    "share": {"%": (0.01, 0.0)},
+    "temperature": {"°c": CELSIUS, "c": CELSIUS, "°f": FAHRENHEIT, "f": FAHRENHEIT},
+    "height": {"m": (1.0, 0.0), "ft": (M_PER_FOOT, 0.0)},
+    "angle": {"°": (RADIAN_PER_DEGREE, 0.0), "deg": (RADIAN_PER_DEGREE, 0.0)},
+    "position": {"": (1.0, 0.0), "°": (1.0, 0.0), "deg": (1.0, 0.0)},
+}
+PACK: Final = r"(?:(?:hv|h\.v\.|high[- ]voltage|traction|main|drive|ev) )?(?:battery|pack)(?: pack)?"
+
+
+@dataclass(frozen=True, slots=True)
+class Parameter:
+    """Which names a channel goes by, the surer ones first, its kind of unit, and its range in SI units."""
+
+    channel: str
+    patterns: tuple[str, ...]
+    units: str
+    low: float
+    high: float
+
+
+PARAMETERS: Final = (
+    Parameter(
+        "speed_mps",
+        (r"vehicle speed", r"(?:vehicle |car |real |actual |wheel )?speed(?: sensor)?", r"speed \(gps\)|gps speed"),
+        "speed",
+        0.0,
+        MOST_KMH / KMH_PER_MPS,
+    ),
+    Parameter("power_w", (rf"{PACK}(?: dc)? power(?: \(hv\))?",), "power", -MOST_W, MOST_W),
+    Parameter("voltage_v", (rf"{PACK}(?: dc)? voltage(?: \(hv\))?",), "voltage", 0.0, 2000.0),
+    Parameter("current_a", (rf"{PACK}(?: dc)? current(?: \(hv\))?",), "current", -5000.0, 5000.0),
+    Parameter(
+        "soc_frac",
+        (
+            rf"(?:{PACK} |hv )?(?:state of charge|soc)(?: \(?(?:bms|real)\)?)?",
+            rf"(?:{PACK} |hv )?(?:state of charge|soc) \(?(?:display|displayed|dash|user)\)?",
+        ),
+        "share",
+        0.0,
+        1.0,
+    ),
+    Parameter(
+        "ambient_k",
+        (r"(?:ambient|outside|outdoor|external|exterior)(?: air)? temp(?:erature|\.)?",),
+        "temperature",
+        ZERO_CELSIUS_K - 50.0,
+        ZERO_CELSIUS_K + 56.0,
+    ),
+    Parameter(
+        "battery_k",
+        (
+            rf"{PACK}(?: average| avg| mean)? temp(?:erature|\.)?",
+            rf"{PACK}(?: module)? temp(?:erature|\.)?(?: sensor)? \d+",
+            rf"{PACK} (?:max|min)(?:imum|\.)? temp(?:erature|\.)?",
+        ),
+        "temperature",
+        ZERO_CELSIUS_K - 50.0,
+        ZERO_CELSIUS_K + 100.0,
+    ),
+    Parameter("heater_w", (r"(?:ptc |cabin |coolant )?heater power", r"ptc power"), "power", 0.0, 100_000.0),
+    Parameter(
+        "aircon_w", (r"(?:a/?c|air ?con(?:ditioning|ditioner)?)(?: compressor)? power",), "power", 0.0, 100_000.0
+    ),
+    Parameter("elevation_m", (r"(?:altitude|elevation)(?: \(gps\))?|gps altitude",), "height", -500.0, 9000.0),
+    Parameter("heading_rad", (r"(?:heading|bearing|course)(?: \(gps\))?|gps bearing",), "angle", -7.0, 7.0),
+    Parameter("latitude_deg", (r"latitude",), "position", -90.0, 90.0),
+    Parameter("longitude_deg", (r"longt?itude",), "position", -180.0, 180.0),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class Readings:
+    """All readings of one parameter as the file has them: rows are those of the table."""
+
+    name: str
+    unit: str
+    time_s: NDArray[np.float64]
+    cells: Sequence[str | float]
+    rows: Sequence[int]
+
+
+def is_wide(names: Sequence[str]) -> bool:
+    """Whether a header is that of the wide form: a time, and a speed with its unit."""
+    return "time" in names and any(_is_speed(name) for name in names)
+
+
+def is_parameter(name: str) -> bool:
+    """Whether a column of the wide form is read as a channel, by its name and unit."""
+    plain, unit = _name_and_unit(name)
+    found = _parameter(plain)
+    return found is not None and _unit(unit) in UNITS[found[0].units]
+
+
+def read_long(table: Table, hidden: Sequence[str]) -> Recording:
+    """The long form; hidden are also patterns of the parameters' names."""
+    time_s = past_midnight(table.values(SECONDS, required=True))
+    back = np.diff(time_s) < 0.0
+    if bool(back.any()):
+        row = int(np.argmax(back)) + 1
+        before, time = (str(table.cells(SECONDS.name)[k]).strip() for k in (row - 1, row))
+        raise table.error(row, SECONDS.name, time, f"at least that of the row before, {before}")
+    cells = table.cells("VALUE")
+    rows_of: dict[tuple[str, str], list[int]] = {}
+    for row, (name, unit) in enumerate(zip(table.cells("PID"), table.cells("UNITS"), strict=True)):
+        rows_of.setdefault((str(name).strip(), str(unit).strip()), []).append(row)
+    readings = [
+        Readings(name, unit, time_s[rows], [cells[row] for row in rows], rows)
+        for (name, unit), rows in rows_of.items()
+        if not is_hidden(name, hidden)
+    ]
+    return _recording(table, [*readings, *_positions(table, time_s)])
+
+
+def read_wide(table: Table) -> Recording:
+    """The wide form; times are times of day, date-times or seconds."""
+    time_s, _ = table.times(TIME)
+    rows = range(time_s.size)
+    readings = []
+    for name in dict.fromkeys(table.names):
+        if name and name != TIME.name:
+            plain, unit = _name_and_unit(name)
+            readings.append(Readings(plain, unit, time_s, list(table.cells(name)), rows))
+    return _recording(table, readings)
+
+
+def _positions(table: Table, time_s: NDArray[np.float64]) -> Iterator[Readings]:
+    for name in POSITIONS:
+        if name in table.names:
+            yield Readings(name.lower(), "", time_s, list(table.cells(name)), range(time_s.size))
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """A parameter that was found in a log, with the rank of the name that it goes by."""
+
+    parameter: Parameter
+    rank: int
+    series: Series
+    unit: str
+
+
+def _recording(table: Table, readings: Sequence[Readings]) -> Recording:
+    """The recording of all readings that a channel is known for; power's sign is found from the drive."""
+    found: list[Found] = []
+    ignored: list[str] = []
+    for one in readings:
+        known = _found(table, one)
+        if isinstance(known, str):
+            ignored.append(f"{one.name} [{one.unit}]{known}")
+        elif known.series.values.size:
+            found.append(known)
+    found.sort(key=lambda known: (PARAMETERS.index(known.parameter), known.rank))
+    notes = [_read_note(known.series, known.unit) for known in found]
+    if ignored:
+        notes.append(Note(NoteKind.IGNORED, "", f"PIDs not used: {', '.join(ignored)}"))
+    try:
+        recording = recording_of_series(table.path, table.id, [known.series for known in found], notes)
+    except RecordingError as error:
+        if error.value != "missing":
+            raise
+        names = [one.name for one in readings]
+        more = f" and {len(names) - NAMED_MOST} more" if len(names) > NAMED_MOST else ""
+        value = f"missing among {', '.join(shown(name) for name in names[:NAMED_MOST])}{more}"
+        raise RecordingError(error.path, error.row, error.column, value, error.allowed) from error
+    return _discharge_positive(recording)
+
+
+def _found(table: Table, one: Readings) -> Found | str:
+    """A parameter that is known, or why it is left aside, "" where nothing goes by its name."""
+    known = _parameter(one.name)
+    if known is None:
+        return ""
+    parameter, rank = known
+    if _unit(one.unit) not in UNITS[parameter.units]:
+        return f" (unit not one of {', '.join(filter(None, UNITS[parameter.units]))})"
+    series = _series(table, one, parameter)
+    if parameter.channel == "voltage_v" and series.values.size and float(np.median(series.values)) < LEAST_PACK_V:
+        return " (not the drive's battery)"
+    return Found(parameter, rank, series, one.unit)
+
+
+def _discharge_positive(recording: Recording) -> Recording:
+    """The recording with the signs of current and power turned where the drive shows them upside down."""
+    if power_sign(recording) != -1:
+        return recording
+    current = None if recording.current_a is None else -recording.current_a
+    text = "sign turned, since the car gains speed while it is negative; positive is discharge now"
+    note = Note(NoteKind.REPAIRED, "power_w", text)
+    return replace(recording, power_w=-recording.power_w, current_a=current, notes=(*recording.notes, note))
+
+
+def _read_note(series: Series, unit: str) -> Note:
+    rate_s = float(np.median(np.diff(series.time_s))) if series.time_s.size > 1 else 0.0
+    text = f"from {series.source!r} [{unit}], {series.values.size} values {rate_s:.2g} s apart"
+    return Note(NoteKind.READ, series.channel, text)
+
+
+def _name_and_unit(name: str) -> tuple[str, str]:
+    """A wide column's name in two: what stands in the last brackets is its unit."""
+    match = re.fullmatch(r"(.*\S)\s*[(\[]([^()\[\]]*)[)\]]", name)
+    return (match[1], match[2]) if match else (name, "")
+
+
+def _plain(name: str) -> str:
+    """A name as patterns have it: in small letters, without the mark of its control unit such as [BMS]."""
+    return " ".join(re.sub(r"^\s*\[[^\]]*\]", "", name.lower()).split())
+
+
+def _unit(unit: str) -> str:
+    return unit.strip().lower().replace("℃", "°c").replace("℉", "°f").replace("kmh", "km/h").replace("km/hr", "km/h")
+
+
+def _is_speed(name: str) -> bool:
+    plain, unit = _name_and_unit(name)
+    found = _parameter(plain)
+    return found is not None and found[0].channel == "speed_mps" and _unit(unit) in UNITS["speed"]
+
+
+def _parameter(name: str) -> tuple[Parameter, int] | None:
+    """The parameter that goes by a name, with the rank of the pattern that fits."""
+    for parameter in PARAMETERS:
+        for rank, pattern in enumerate(parameter.patterns):
+            if re.fullmatch(pattern, _plain(name)):
+                return parameter, rank
+    return None
+
+
+def _series(table: Table, one: Readings, parameter: Parameter) -> Series:
+    """Values of a parameter in SI units; empty ones are left out, and so are positions of exactly 0."""
+    to_si, offset = UNITS[parameter.units][_unit(one.unit)]
+    low, high = ((limit - offset) / to_si for limit in (parameter.low, parameter.high))
+    column = Column(one.name, parameter.channel, round(low, 3), round(high, 3), to_si, offset)
+    cells = one.cells if isinstance(one.cells, list) else list(one.cells)
+    texts = [cell if isinstance(cell, str) else f"{cell!r}" for cell in cells]
+    part = Table(table.path, table.id, (one.name,), (texts,), [table.lines[row] for row in one.rows])
+    values = part.values(column)
+    if parameter.units == "position":
+        values = np.where(values == 0.0, np.nan, values)
+    return series_of(column, one.time_s, values, one.name)

@@ -1,0 +1,94 @@
+"""Drives made ready for a rule that is compared with the tool: windows, columns, noise and equations."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from diagnosis.causes.driven import driven
+from diagnosis.causes.library import LIBRARY, candidates
+from diagnosis.comparison.trips import J_PER_KWH
+from diagnosis.fit.fitting import left_w, priors
+from diagnosis.fit.jackknife import equations, solve
+from diagnosis.fit.noise import estimated
+from diagnosis.fit.windows import FREE, WINDOW_S, trip_of, windows
+
+if TYPE_CHECKING:
+    from collections.abc import Collection, Sequence
+
+    from numpy.typing import NDArray
+
+    from diagnosis.causes.library import Candidate, Term
+    from diagnosis.fit.jackknife import Equations, Solution
+    from diagnosis.fit.windows import Trip, Windows
+    from diagnosis.recordings.reading import Recording
+    from energy.vehicle.vehicle import Vehicle
+
+
+@dataclass(frozen=True, slots=True)
+class Prepared:
+    """Fitted and held-out trips with the columns of `tried`, and the equations of the fitted ones."""
+
+    tried: tuple[Candidate, ...]
+    fitted: tuple[Windows, ...]
+    kept: tuple[Windows, ...]
+    system: Equations
+
+
+def prepared(
+    recordings: Sequence[Recording],
+    vehicle: Vehicle,
+    held_out: Collection[str],
+    library: Sequence[Term] = LIBRARY,
+) -> Prepared:
+    """Recordings made ready about the vehicle as its file has it; the noise is what its own parameters leave."""
+    trips = [trip_of(one, driven(one, vehicle)) for one in recordings]
+    return cut_and_weighed(trips, held_out, vehicle, vehicle, library)
+
+
+def cut_and_weighed(
+    trips: Sequence[Trip],
+    held_out: Collection[str],
+    vehicle: Vehicle,
+    nameplate: Vehicle,
+    library: Sequence[Term],
+) -> Prepared:
+    """Trips driven by a vehicle made ready; the prior is about the nameplate."""
+    fitted = [trip for trip in trips if trip.recording.id not in held_out]
+    tried = candidates([trip.drive for trip in fitted], library)
+    cut = tuple(windows(trip, tried) for trip in fitted)
+    precision, prior = priors(cut[0].names, vehicle, nameplate)
+    left = [trip.residual_j() / trip.duration_s for trip in cut]
+    system = weighed(cut, left, precision, prior)
+    base = solve(system, FREE)
+    system = weighed(cut, [left_w(trip, base, base.without[k]) for k, trip in enumerate(cut)], precision, prior)
+    kept = tuple(windows(trip, tried) for trip in trips if trip.recording.id in held_out)
+    return Prepared(tried, cut, kept, system)
+
+
+def weighed(
+    cut: Sequence[Windows],
+    left: Sequence[NDArray[np.float64]],
+    precision: NDArray[np.float64],
+    prior: NDArray[np.float64],
+) -> Equations:
+    """The equations of trips, whitened by the noise that residual powers [W] tell."""
+    noise = estimated(cut, left, WINDOW_S)
+    return equations(cut, [noise.root(trip) for trip in cut], precision, prior)
+
+
+def without_noise(ready: Prepared) -> Equations:
+    """The equations with every window as good as any other, and no prior."""
+    none = np.zeros_like(ready.system.precision)
+    return equations(ready.fitted, [np.eye(trip.begin_s.size) for trip in ready.fitted], none, none)
+
+
+def predicted_kwh(trips: Sequence[Windows], solution: Solution) -> tuple[float, ...]:
+    """Energy of trips by coefficients that were fitted to others [kWh]."""
+    found = []
+    for trip in trips:
+        columns = trip.columns_j[:, [trip.names.index(name) for name in solution.names]]
+        found.append(float((trip.simulated_j + columns @ solution.coefficients).sum()) / J_PER_KWH)
+    return tuple(found)

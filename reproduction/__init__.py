@@ -1,0 +1,1 @@
+"""The source's published tables, computed again."""
