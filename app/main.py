@@ -15,16 +15,16 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import GZipMiddleware
 
 from app import VERSION
-from app.body_limit import BodyLimit
-from app.deadline import DeadlinePool
 from app.diagnosing.use_cases import Diagnoses
-from app.errors import PROBLEM_TYPE, install_error_handlers
-from app.routes import diagnoses, graphs, health, matrix, range, route, simulate, tiles, vehicles
+from app.errors.table import PROBLEM_TYPE, install_error_handlers
+from app.http.body_limit import BodyLimit
+from app.http.deadline import DeadlinePool
+from app.http.routes import diagnoses, graphs, health, matrix, range, route, simulate, tiles, vehicles
+from app.http.web import install_web
 from app.schemas.diagnosis import DiagnosisRequest
 from app.schemas.route import RouteFeatureCollection
-from app.service import Service
+from app.service.service import Service
 from app.settings import Settings
-from app.web import install_web
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator

@@ -9,7 +9,6 @@ import numpy as np
 
 from app.conversions.graph import terrain_note
 from app.conversions.route import JOULE_PER_KWH, parts_kwh, parts_wh
-from app.driving import stops_of
 from app.schemas.simulation import (
     ChainLinkSent,
     CrossName,
@@ -21,6 +20,7 @@ from app.schemas.simulation import (
     SimulateResponse,
     SpeedProfileAnswer,
 )
+from app.service.driving import stops_of
 from energy.battery import JOULE_PER_WH, soc_along
 from energy.chain.chain import Chain
 from energy.errors import LinkError
@@ -31,8 +31,8 @@ from routing.queries import LinkSpan
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from app.driving import Course, Driven
     from app.schemas.vehicle import VehicleChoice
+    from app.service.driving import Course, Driven
     from energy.chain.profile import SpeedProfile
     from routing.graph.road_graph import RoadGraph
 

@@ -10,7 +10,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final
 
 from app.conversions.learned_effects import learned_effects
-from app.diagnosing.errors import storable
+from app.errors.diagnosing import storable
 from diagnosis.answer.results import as_json
 
 if TYPE_CHECKING:

@@ -18,9 +18,9 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.diagnosing.errors import DiagnosisInterruptedError
 from app.diagnosing.worker import Advanced, Failed, Finished, Message, portable, work
-from app.errors import problem_of
+from app.errors.diagnosing import DiagnosisInterruptedError
+from app.errors.table import problem_of
 from app.store.diagnoses import UNFINISHED
 from app.store.errors import DatabaseUnavailableError
 

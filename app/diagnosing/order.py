@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from app.diagnosing.errors import RefusedFile, UnusableRecordingsError, storable
+from app.errors.diagnosing import RefusedFile, UnusableRecordingsError, storable
 from diagnosis.errors import DiagnosisCancelled
 from diagnosis.holdout import drawn_trips, named_trips
 from diagnosis.recordings.reading import read_recordings

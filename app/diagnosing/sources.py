@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import TYPE_CHECKING, Final
 
-from app.diagnosing.errors import SourceError
+from app.errors.diagnosing import SourceError
 from diagnosis.recordings.files import is_recording_name, recording_id
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from urllib.parse import quote
 
 import numpy as np
 
-from app.diagnosing.errors import storable
 from app.diagnosing.residuals import window_edges_s
 from app.diagnosing.tracks import places_at
+from app.errors.diagnosing import storable
 from app.schemas.diagnosis import TripLinks, TripOutline, TripTimelineAnswer
 from app.store.diagnoses import TripDocument
 from energy.vehicle.vehicle import KMH_PER_MPS

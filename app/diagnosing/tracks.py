@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from app.diagnosing.errors import storable
 from app.diagnosing.residuals import window_residuals
+from app.errors.diagnosing import storable
 from diagnosis.answer.places import FULL_SCALE_QUANTILE, M_PER_KM, colour
 from diagnosis.matching.tracks import NoPositionsError, odometer_m, positions_deg, thinned
 from energy.battery import JOULE_PER_WH

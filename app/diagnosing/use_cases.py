@@ -13,13 +13,12 @@ from typing import TYPE_CHECKING, Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from app.diagnosing.errors import DiagnosisNotDoneError, SourceError, TooManyDiagnosesError, storable
 from app.diagnosing.jobs import DiagnosisJobs, Job
 from app.diagnosing.order import DiagnosisOrder
 from app.diagnosing.sources import files_below, uploaded_name
 from app.diagnosing.worker import Task
-from app.errors import BodyTooLargeError, validation_detail
-from app.learned import DIAGNOSIS_ID_PATTERN
+from app.errors.diagnosing import DiagnosisNotDoneError, SourceError, TooManyDiagnosesError, storable
+from app.errors.table import BodyTooLargeError, validation_detail
 from app.schemas.diagnosis import (
     DiagnosisAnswer,
     DiagnosisLinks,
@@ -32,6 +31,7 @@ from app.schemas.diagnosis import (
     TripOutline,
 )
 from app.schemas.problem import Problem
+from app.service.learned import DIAGNOSIS_ID_PATTERN
 from app.store.diagnoses import UNFINISHED, DiagnosisState, DiagnosisStore, NewDiagnosis
 from app.store.errors import DiagnosisDamagedError, DiagnosisNotFoundError, TripNotFoundError
 from diagnosis.answer.results import Verdict
@@ -45,7 +45,7 @@ if TYPE_CHECKING:
 
     from app.schemas.diagnosis import DiagnosisOptions
     from app.schemas.learned_effects import LearnedEffects
-    from app.service import Service
+    from app.service.service import Service
     from app.store.diagnoses import StoredDiagnosis
 
 _REFUSED = TypeAdapter(list[RefusedRecording])

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from app.diagnosing.documents import documents_of
-from app.diagnosing.errors import RefusedFile, UnusableRecordingsError, storable
 from app.diagnosing.order import carry_out
-from app.errors import problem_of
+from app.errors.diagnosing import RefusedFile, UnusableRecordingsError, storable
+from app.errors.table import problem_of
 from app.store.diagnoses import DiagnosisDocuments
 
 if TYPE_CHECKING:

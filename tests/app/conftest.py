@@ -10,7 +10,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from app.main import create_app
-from app.service import Service
+from app.service.service import Service
 from app.settings import Settings
 from energy.stops import Cross, FunctionalClass
 from routing.graph.files import save_graph

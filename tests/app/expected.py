@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from app.examples import VEHICLE_BODIES
+from app.http.examples.answers import VEHICLE_BODIES
 
 if TYPE_CHECKING:
     from pathlib import Path

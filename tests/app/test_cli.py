@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from typer.testing import CliRunner
 
-from app.cli import cli
+from app.cli.main import cli
 from tests.app.expected import VEHICLE
 
 if TYPE_CHECKING:
@@ -289,7 +289,7 @@ def test_lone_surrogate_in_a_vehicle_ends_in_one_line(tmp_path: Path, body: dict
 def test_simulate_with_a_plot_of_another_format_is_refused_before_driving(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
 ) -> None:
-    monkeypatch.setattr("app.service.Service.simulate", lambda *_: pytest.fail("driven"))
+    monkeypatch.setattr("app.service.service.Service.simulate", lambda *_: pytest.fail("driven"))
     result = run("simulate", "-", "--plot", str(tmp_path / name), text=json.dumps(CHAIN))
     assert result.exit_code == 2, result.output
     assert f"plot is '{tmp_path / name}', allowed: a file name that ends in .png" in result.stderr

@@ -16,8 +16,8 @@ import shapely
 from pyarrow import parquet
 from typer.testing import CliRunner
 
-from app.batch.scheduling import workers
-from app.cli import cli
+from app.cli.batch.scheduling import workers
+from app.cli.main import cli
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -314,7 +314,7 @@ def test_embedded_scheduler_can_not_be_reached_from_other_hosts() -> None:
 def test_without_dask_it_is_named(requests: Path, tmp_path: Path) -> None:
     """In a process of its own, from which the package is kept away."""
     run_it = f"cli(['batch', {str(requests)!r}, '--out', {str(tmp_path / 'out.jsonl')!r}])"
-    code = f"import sys; sys.modules['distributed'] = None; from app.cli import cli; {run_it}"
+    code = f"import sys; sys.modules['distributed'] = None; from app.cli.main import cli; {run_it}"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert "distributed is not installed: install `dask[distributed]`" in " ".join(done.stderr.split())

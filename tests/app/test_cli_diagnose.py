@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from app.cli import cli
+from app.cli.main import cli
 from energy.replay.replay import DrivenProfile, replay
 from energy.vehicle.vehicle import KMH_PER_MPS, Vehicle
 from tests.app.conftest import SOUTH, SPACING_DEG, VEHICLES, WEST
@@ -21,7 +21,7 @@ from tests.app.test_http_diagnoses import BAD, CAR
 if TYPE_CHECKING:
     from typer.testing import Result
 
-    from app.service import Service
+    from app.service.service import Service
     from app.settings import Settings
 
 FILES = {"diagnosis.json", "effects.json", "report.html"}

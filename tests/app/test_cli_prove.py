@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 import pytest
 from typer.testing import CliRunner
 
-from app.cli import cli
+from app.cli.main import cli
 from proof.plans import places, small_plan
 from proof.runs import plan_digest
 from proof.sealed import SEALED_FILE
@@ -59,7 +59,7 @@ def test_without_dask_the_extra_is_named(tmp_path: Path) -> None:
     """In a process of its own, from which the package is kept away."""
     out = str(tmp_path / "out")
     run_it = f"cli(['prove', '--worlds', 'small', '--out', {out!r}])"
-    code = f"import sys; sys.modules['dask'] = None; from app.cli import cli; {run_it}"
+    code = f"import sys; sys.modules['dask'] = None; from app.cli.main import cli; {run_it}"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert "dask is not installed: install joulepath with the extra `proof`" in " ".join(done.stderr.split())

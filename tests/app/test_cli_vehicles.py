@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from typer.testing import CliRunner
 
-from app.cli import cli
-from app.service import Service
+from app.cli.main import cli
+from app.service.service import Service
 from tests.app.expected import TABLE, VEHICLE, database_in
 
 if TYPE_CHECKING:

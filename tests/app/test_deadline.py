@@ -9,8 +9,8 @@ from dataclasses import dataclass
 
 import pytest
 
-from app.deadline import DeadlinePool
-from app.errors import TimeLimitError
+from app.errors.table import TimeLimitError
+from app.http.deadline import DeadlinePool
 
 THREADS = 2
 

@@ -20,7 +20,7 @@ from tests.app.test_http_diagnoses import started
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from app.service import Service
+    from app.service.service import Service
     from app.settings import Settings
 
 NOW = "2026-02-01 10:00:00.000000"

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from app.diagnosing.errors import SourceError
 from app.diagnosing.sources import uploaded_name
+from app.errors.diagnosing import SourceError
 
 pytestmark = pytest.mark.nojit
 

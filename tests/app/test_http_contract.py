@@ -11,7 +11,7 @@ from hypothesis import settings as hypothesis_settings
 from schemathesis.specs.openapi.checks import negative_data_rejection, positive_data_acceptance
 
 from app.main import create_app
-from app.service import Service
+from app.service.service import Service
 from app.settings import Settings
 from tests.app.expected import database_in
 

@@ -14,7 +14,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from app.main import create_app
-from app.service import Service
+from app.service.service import Service
 from app.settings import Settings
 from energy.vehicle.vehicle import Vehicle
 from tests.app.expected import TABLE, VEHICLE, check_problem, database_in

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from starlette.testclient import TestClient
 
-    from app.service import Service
+    from app.service.service import Service
     from app.settings import Settings
 
 ODD_NAME = "fährt 50%#1? a+b"

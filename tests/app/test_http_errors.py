@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from starlette.testclient import TestClient
 
-from app.deadline import DeadlinePool
-from app.errors import HTTP_CODES, KINDS, TABLE, TimeLimitError, problem_response
+from app.errors.table import HTTP_CODES, KINDS, TABLE, TimeLimitError, problem_response
+from app.http.deadline import DeadlinePool
 from app.main import create_app
 from app.schemas.problem import ErrorCode
 from energy.errors import LinkError

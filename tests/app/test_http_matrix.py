@@ -9,10 +9,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from starlette.testclient import TestClient
 
-from app.examples import MATRIX_REQUESTS
+from app.http.examples.answers import MATRIX_REQUESTS
 from app.main import create_app
 from app.schemas.matrix import MatrixRequest
-from app.service import Service
+from app.service.service import Service
 from tests.app.expected import TABLE, VEHICLE, check_problem
 
 if TYPE_CHECKING:

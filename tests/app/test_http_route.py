@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from shapely.geometry import shape
 
-from app.routes.access import prefers_geojson
+from app.http.routes.access import prefers_geojson
 from app.schemas.route import RouteFeatureCollection, RouteResponse
 
 if TYPE_CHECKING:

@@ -10,10 +10,10 @@ import pytest
 from starlette.testclient import TestClient
 
 from app.conversions.effects import effects_answer, effects_from_sent, schema_name
-from app.examples import VEHICLE_BODIES
+from app.http.examples.answers import VEHICLE_BODIES
 from app.main import create_app
 from app.schemas.effects import EffectsSent
-from app.service import Service
+from app.service.service import Service
 from energy.conditions import EffectCoefficients
 from tests.app.expected import TABLE, VEHICLE, check_problem, database_in
 

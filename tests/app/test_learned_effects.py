@@ -24,7 +24,7 @@ from tests.app.recorded import HEATER_W_PER_K, write_winter
 if TYPE_CHECKING:
     from starlette.testclient import TestClient
 
-    from app.service import Service
+    from app.service.service import Service
 
 CAR = "hyundai-kona-64"
 SHARED = Path(__file__).resolve().parents[3] / "shared/data/recordings/bmw-i3"

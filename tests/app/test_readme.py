@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 import pytest
 from typer.main import get_command
 
-from app.cli import cli
+from app.cli.main import cli
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from app.cli.speed_plot import COLOURS, DOTS_PER_INCH, SIZE_INCH, draw_speeds
 from app.schemas.simulation import SimulateRequest, SimulationModel
-from app.speed_plot import COLOURS, DOTS_PER_INCH, SIZE_INCH, draw_speeds
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from app.service import Service
+    from app.service.service import Service
 
 CHAIN = [
     {"length_m": 800, "speed_limit_kmh": 80},

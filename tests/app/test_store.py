@@ -20,7 +20,7 @@ from sqlalchemy.orm import Session
 from starlette.testclient import TestClient
 
 from app.main import create_app
-from app.service import Service
+from app.service.service import Service
 from app.settings import Settings, default_database_url
 from app.store import database as database_module
 from app.store.database import Database, driver_url

@@ -10,13 +10,13 @@ from pydantic import ValidationError
 from starlette.testclient import TestClient
 
 from app import VERSION
+from app.http.web import WEB_FOLDER, library_folder, map_origins, page_policy
 from app.main import create_app
 from app.settings import Settings
-from app.web import WEB_FOLDER, library_folder, map_origins, page_policy
 from tests.app.expected import check_problem
 
 if TYPE_CHECKING:
-    from app.service import Service
+    from app.service.service import Service
 
 STYLE = "https://tiles.example:8443/styles/plain.json"
 

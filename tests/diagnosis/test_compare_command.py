@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import pytest
 from typer.testing import CliRunner
 
-from app.cli import cli
+from app.cli.main import cli
 from diagnosis.comparison.comparison import compare
 from diagnosis.comparison.report import comparison_figures
 from diagnosis.comparison.trips import read_trips

@@ -21,9 +21,9 @@ import shapely
 import uvicorn
 from typer.testing import CliRunner
 
-from app.cli import cli
+from app.cli.main import cli
 from app.main import create_app
-from app.service import Service
+from app.service.service import Service
 from app.settings import Settings
 from energy.battery import JOULE_PER_WH
 from energy.chain.chain import LinkModel, StopRule

@@ -6,7 +6,7 @@ from collections import Counter
 
 import pytest
 
-from app.commands.prove import DEFAULT_SEED
+from app.cli.commands.prove import DEFAULT_SEED
 from docs.proof_table import PAGE, with_results
 from proof.carriers import HIDDEN
 from proof.plans import FASTSIM_EACH, full_plan

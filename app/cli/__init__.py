@@ -1,0 +1,1 @@
+"""The command line; each command asks the same use cases as HTTP."""

@@ -1,0 +1,111 @@
+"""Commands that make, list and export graphs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+from rich.console import Console
+
+from app.cli import tables
+from app.cli.commands.output import CommandError, JsonOption, service_for, show
+from app.cli.commands.progress import reporter, stage_bars
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+graphs = typer.Typer(no_args_is_help=True, help="The road networks that requests can name.")
+making = typer.Typer()
+
+NameOption = Annotated[str | None, typer.Option("--name", help="name of the graph, by default that of its folder")]
+OutOption = Annotated[Path, typer.Option("--out", help="folder that the graph is written to", metavar="DIR")]
+
+
+@making.command("import")
+def import_map(
+    map_path: Annotated[Path, typer.Argument(metavar="MAP", help="OpenStreetMap PBF, or GraphML as OSMnx writes it")],
+    more_dem: Annotated[list[Path] | None, typer.Argument(metavar="[TILE]...", help="further elevation files")] = None,
+    *,
+    out: OutOption,
+    dem: Annotated[
+        list[Path] | None, typer.Option(help="elevation file: GeoTIFF, .hgt or .hgt.zip", metavar="TILE…")
+    ] = None,
+    name: NameOption = None,
+    smoothing_m: Annotated[float | None, typer.Option(help="smoothing of heights along the road [m]")] = None,
+) -> None:
+    """Import a region: map and elevation files in, a graph folder out. Nothing is written when it fails."""
+    from routing.graph.files import save_graph
+    from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
+
+    tiles = [*(dem or []), *(more_dem or [])]
+    length_m = DEFAULT_SMOOTHING_M if smoothing_m is None else smoothing_m
+    with stage_bars() as progress:
+        graph = import_region(map_path, tiles, name or out.name, smoothing_m=length_m, progress=reporter(progress))
+    save_graph(graph, out)
+    _say_written(out, graph.node_count, graph.link_count, graph.meta.dropped)
+
+
+@making.command()
+def synth(
+    *,
+    out: OutOption,
+    name: NameOption = None,
+    seed: Annotated[int, typer.Option(help="the same seed makes the same graph")] = 1,
+    links: Annotated[int, typer.Option(help="directed links, about")] = 45_000,
+    width_km: Annotated[
+        float | None, typer.Option("--width-km", help="from west to east [km]; by default as large as the links need")
+    ] = None,
+    height_km: Annotated[float | None, typer.Option("--height-km", help="from south to north [km]")] = None,
+) -> None:
+    """Make a synthetic region with towns, motorways and passes."""
+    from routing.graph.files import save_graph
+    from routing.synth import synthesize
+
+    with stage_bars() as progress:
+        try:
+            graph = synthesize(
+                name or out.name,
+                seed=seed,
+                width_km=width_km,
+                height_km=height_km,
+                links_target=links,
+                progress=reporter(progress),
+            )
+        except ValueError as error:
+            raise CommandError(str(error)) from error
+    save_graph(graph, out)
+    _say_written(out, graph.node_count, graph.link_count, graph.meta.dropped)
+
+
+@graphs.command("list")
+def list_graphs(as_json: JsonOption = False) -> None:
+    """All graphs."""
+    show(service_for(None).list_graphs(), tables.graphs_table, as_json)
+
+
+@graphs.command("show")
+def show_graph(name: Annotated[str, typer.Argument(metavar="NAME|DIR")], as_json: JsonOption = False) -> None:
+    """One graph with its extent."""
+    service = service_for(name)
+    show(service.show_graph(service.settings.default_graph), tables.graph_table, as_json)
+
+
+@graphs.command("export")
+def export_graph(
+    name: Annotated[str, typer.Argument(metavar="NAME|DIR")],
+    out: Annotated[Path, typer.Argument(metavar="OUT.graphml")],
+) -> None:
+    """Write a graph as GraphML that OSMnx and `joulepath import` read."""
+    from routing.graph.networkx_graph import write_graphml
+
+    service = service_for(name)
+    write_graphml(service.atlas.planner(service.settings.default_graph).graph, out)
+    Console(stderr=True).print(f"{out} written", highlight=False)
+
+
+def _say_written(out: Path, nodes: int, links: int, dropped: Mapping[str, int]) -> None:
+    console = Console(stderr=True)
+    console.print(f"{out}: {nodes} nodes, {links} directed links", highlight=False)
+    for reason, count in dropped.items():
+        console.print(f"  left out, {reason}: {count}", style="dim", highlight=False)

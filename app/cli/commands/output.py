@@ -1,0 +1,70 @@
+"""What commands share: the service they ask, their options, and how they print."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, TypeVar
+
+import typer
+from pydantic import BaseModel
+from rich.console import Console
+
+from app.cli import tables
+from app.settings import Settings
+from routing.errors import GraphNotFoundError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from rich.table import Table
+
+    from app.schemas.graph import TerrainNote
+    from app.service.service import Service
+
+Shown = TypeVar("Shown", bound=BaseModel)
+GraphOption = Annotated[str | None, typer.Option("--graph", help="name of a graph, or its folder", metavar="NAME|DIR")]
+JsonOption = Annotated[bool, typer.Option("--json", help="print what HTTP would answer")]
+
+
+class CommandError(Exception):
+    """A command that can't be carried out, with the reason as its message."""
+
+
+def service_for(graph: str | None) -> Service:
+    """The service on the stored graphs, or on the one graph of a folder, which then is the default."""
+    from app.service.service import Service
+    from routing.graph.files import load_meta
+
+    settings = Settings()
+    if graph is None:
+        return Service(settings)
+    folder = Path(graph)
+    if (folder / "meta.json").is_file() or (folder.is_dir() and len(folder.parts) > 1):
+        name = load_meta(folder).name
+        return Service(settings.model_copy(update={"default_graph": name}), {name: folder})
+    service = Service(settings.model_copy(update={"default_graph": graph}))
+    if graph not in service.atlas.names:
+        raise GraphNotFoundError(graph, service.atlas.names)
+    return service
+
+
+def print_json(answer: BaseModel) -> None:
+    """Print what HTTP would answer."""
+    typer.echo(answer.model_dump_json())
+
+
+def show(answer: Shown, table: Callable[[Shown], Table], as_json: bool) -> None:
+    """Print an answer as JSON or as a table."""
+    if as_json:
+        print_json(answer)
+    else:
+        Console().print(table(answer))
+
+
+def print_notes(console: Console, terrain: TerrainNote | None, warnings: list[str]) -> None:
+    """Print the data that an answer rests on; warnings go to stderr."""
+    if terrain is not None:
+        console.print(tables.terrain_line(terrain), style="dim", markup=False, highlight=False)
+    errors = Console(stderr=True)
+    for warning in warnings:
+        errors.print(f"warning: {warning}", style="yellow", markup=False, highlight=False)

@@ -1,0 +1,251 @@
+"""Commands that ask for routes, areas and energies.
+
+What takes long to import is imported by the command that needs it.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Annotated
+
+import typer
+from rich.console import Console
+
+from app.cli import tables
+from app.cli.commands.effects import EffectsOption, effects_choice
+from app.cli.commands.json_files import json_in
+from app.cli.commands.output import GraphOption, JsonOption, print_json, print_notes, service_for
+from routing.errors import QueryError
+
+queries = typer.Typer()
+
+VehicleOption = Annotated[str | None, typer.Option("--vehicle", help="id of a vehicle", metavar="ID")]
+SocOption = Annotated[float, typer.Option("--soc", help="state of charge at departure, 0..1")]
+ReserveOption = Annotated[float, typer.Option("--reserve-soc", help="charge that must be kept, 0..1")]
+LinkModelOption = Annotated[str, typer.Option("--link-model", metavar="integrated|printed")]
+StopsOption = Annotated[str, typer.Option("--stops", metavar="expected|counted|none|crossings")]
+UncertaintyOption = Annotated[bool, typer.Option("--uncertainty", help="with quantiles of what may come out")]
+ConditionOption = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--condition", metavar="NAME=VALUE", help="such as ambient_c=-5, payload_kg=200, road=wet; repeatable"
+    ),
+]
+
+
+@queries.command()
+def route(
+    *,
+    start: Annotated[str, typer.Option(metavar="LAT,LON")],
+    goal: Annotated[str, typer.Option(metavar="LAT,LON")],
+    soc: SocOption,
+    via: Annotated[
+        list[str] | None, typer.Option(metavar="LAT,LON", help="place to go over; repeatable, in order")
+    ] = None,
+    graph: GraphOption = None,
+    vehicle: VehicleOption = None,
+    weights: Annotated[str | None, typer.Option(metavar="E,T,D", help="worth of a kWh, an hour, a kilometre")] = None,
+    alternatives: Annotated[str | None, typer.Option(metavar="eco,fastest,balanced")] = None,
+    pareto: Annotated[
+        str | None,
+        typer.Option(metavar="E[,N]", help="Pareto set of time and energy within E, such as 0.02, of at most N routes"),
+    ] = None,
+    reserve_soc: ReserveOption = 0.0,
+    link_model: LinkModelOption = "integrated",
+    stops: StopsOption = "expected",
+    condition: ConditionOption = None,
+    effects: EffectsOption = None,
+    uncertainty: UncertaintyOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """Routes from one place to another."""
+    from app.schemas.route import RouteRequest
+
+    service = service_for(graph)
+    sent = RouteRequest.model_validate(
+        {
+            "start": _lat_lon("start", start),
+            "goal": _lat_lon("goal", goal),
+            "via": [_lat_lon(f"via[{k}]", place) for k, place in enumerate(via or [])],
+            "soc": soc,
+            "vehicle": vehicle,
+            "graph": service.settings.default_graph,
+            "weights": None if weights is None else weights_from_text(weights),
+            "alternatives": None if alternatives is None else alternatives.split(","),
+            "pareto": None if pareto is None else _pareto(pareto),
+            "reserve_soc": reserve_soc,
+            "link_model": link_model,
+            "stops": stops,
+            "conditions": conditions_from_pairs(condition),
+            "effects": effects_choice(effects),
+            "uncertainty": uncertainty,
+        }
+    )
+    answer = service.route(sent)
+    if as_json:
+        print_json(answer)
+        return
+    console = Console()
+    console.print(tables.routes_table(answer))
+    console.print(tables.parts_table([(found.name, found.energy_parts_kwh) for found in answer.routes]))
+    console.print(tables.hot_table(answer.routes))
+    if uncertainty:
+        console.print(tables.spread_table(answer.routes))
+    claim = answer.pareto
+    if claim is not None and claim.epsilon_frac is not None and claim.energy_slack_kwh is not None:
+        console.print(
+            f"proven: for any way that keeps the reserve one of these takes at most {1.0 + claim.epsilon_frac:.4f} "
+            f"times its time and {claim.energy_slack_kwh:.3f} kWh more"
+        )
+    print_notes(console, answer.terrain, answer.warnings)
+
+
+@queries.command("range")
+def reachable(
+    *,
+    origin: Annotated[str, typer.Option("--origin", "--start", metavar="LAT,LON")],
+    soc: SocOption,
+    graph: GraphOption = None,
+    vehicle: VehicleOption = None,
+    bands: Annotated[str, typer.Option(help="number of bands, or charges left", metavar="N|F,F…")] = "1",
+    reverse: Annotated[bool, typer.Option("--reverse", help="the area from which the origin is reached")] = False,
+    round_trip: Annotated[bool, typer.Option("--round-trip", help="what can be driven to and back")] = False,
+    reserve_soc: ReserveOption = 0.0,
+    link_model: LinkModelOption = "integrated",
+    stops: StopsOption = "expected",
+    condition: ConditionOption = None,
+    effects: EffectsOption = None,
+    uncertainty: UncertaintyOption = False,
+    as_json: JsonOption = False,
+) -> None:
+    """The area that can be reached."""
+    from app.schemas.range import RangeRequest
+
+    service = service_for(graph)
+    sent = RangeRequest.model_validate(
+        {
+            "origin": _lat_lon("origin", origin),
+            "soc": soc,
+            "vehicle": vehicle,
+            "graph": service.settings.default_graph,
+            "reserve_soc": reserve_soc,
+            "bands": _bands(bands),
+            "reverse": reverse,
+            "round_trip": round_trip,
+            "link_model": link_model,
+            "stops": stops,
+            "conditions": conditions_from_pairs(condition),
+            "effects": effects_choice(effects),
+            "uncertainty": uncertainty,
+        }
+    )
+    answer = service.range(sent)
+    if as_json:
+        print_json(answer)
+        return
+    console = Console()
+    console.print(tables.bands_table(answer))
+    print_notes(console, answer.terrain, answer.warnings)
+
+
+@queries.command()
+def simulate(
+    *,
+    source: Annotated[
+        Path, typer.Argument(metavar="FILE.json|-", help="body of POST /simulate; - reads it from input")
+    ],
+    model: Annotated[
+        str | None,
+        typer.Option(metavar="fast|timestep", help="instead of the body's: link by link, or in steps of 0.1 s"),
+    ] = None,
+    stops: Annotated[
+        str | None, typer.Option(metavar="expected|counted|none|crossings", help="instead of the body's")
+    ] = None,
+    profile: Annotated[bool, typer.Option("--profile", help="have the speed along the way in the answer")] = False,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE.png", help="draw the speed along the way by both models")
+    ] = None,
+    effects: EffectsOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Energy and time of driving given links."""
+    from app.schemas.simulation import SimulateRequest
+
+    if plot is not None and plot.suffix.lower() != ".png":
+        raise QueryError("plot", repr(str(plot)), "a file name that ends in .png")
+    body = json_in(source)
+    asked = {"model": model, "stops": stops, "profile": profile or None, "effects": effects_choice(effects)}
+    if isinstance(body, dict):
+        body |= {name: value for name, value in asked.items() if value is not None}
+    service = service_for(None)
+    sent = SimulateRequest.model_validate(body)
+    answer = service.simulate(sent)
+    if plot is not None:
+        from app.cli.speed_plot import draw_speeds
+
+        course, drawn = service.speed_drawing(sent)
+        draw_speeds(plot, drawn, course.chain.length_m, course.chain.speed_limit_mps, course.vehicle.name)
+    if as_json:
+        print_json(answer)
+        return
+    console = Console()
+    console.print(tables.simulation_table(answer))
+    console.print(tables.parts_table([("sum", answer.energy_parts_kwh)]))
+    if answer.profile is not None:
+        console.print(tables.profile_table(answer.profile))
+    print_notes(console, answer.terrain, answer.warnings)
+
+
+def _lat_lon(field: str, text: str) -> dict[str, float]:
+    try:
+        lat, lon = (float(part) for part in text.split(","))
+    except ValueError:
+        raise QueryError(field, repr(text), "LAT,LON in degrees, such as 46.5,8.0") from None
+    return {"lat": lat, "lon": lon}
+
+
+def weights_from_text(text: str) -> dict[str, float]:
+    """Weights of a request out of E,T,D; raises QueryError."""
+    try:
+        energy, time, distance = (float(part) for part in text.split(","))
+    except ValueError:
+        raise QueryError("weights", repr(text), "E,T,D: three numbers, such as 1,5,0") from None
+    return {"energy": energy, "time": time, "distance": distance}
+
+
+def _pareto(text: str) -> dict[str, float]:
+    try:
+        epsilon, *most = text.split(",")
+        asked: dict[str, float] = {"epsilon_frac": float(epsilon)}
+        return asked | ({"most": int(*most)} if most else {})
+    except (TypeError, ValueError):
+        raise QueryError("pareto", repr(text), "E or E,N: a number and a whole one, such as 0.02,10") from None
+
+
+def _bands(text: str) -> int | list[float]:
+    """Bands as in the address of GET /range."""
+    from pydantic_core import PydanticCustomError
+
+    from app.schemas.range import bands_from_text
+
+    try:
+        return bands_from_text(text)
+    except PydanticCustomError as error:
+        raise QueryError("bands", repr(text), error.message()) from error
+
+
+def conditions_from_pairs(given: list[str] | None) -> dict[str, object] | None:
+    """Conditions of a request out of NAME=VALUE pairs; numbers and true or false as in JSON, all else is text."""
+    if not given:
+        return None
+    found: dict[str, object] = {}
+    for pair in given:
+        name, separator, value = pair.partition("=")
+        if not separator:
+            raise QueryError("condition", pair, "NAME=VALUE, such as ambient_c=-5")
+        try:
+            found[name] = json.loads(value)
+        except (ValueError, RecursionError):
+            found[name] = value
+    return found

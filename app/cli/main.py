@@ -1,0 +1,111 @@
+"""The command line; each command asks the same use cases as HTTP."""
+
+from __future__ import annotations
+
+import gc
+import importlib
+import json
+from typing import Annotated, Any
+
+import typer
+from pydantic import ValidationError
+from rich.console import Console
+from typer.core import TyperGroup
+
+from app.cli.commands.batch import batches
+from app.cli.commands.compare import comparing
+from app.cli.commands.diagnose import diagnosing
+from app.cli.commands.graphs import graphs, making
+from app.cli.commands.output import CommandError, GraphOption, service_for
+from app.cli.commands.prove import proving
+from app.cli.commands.queries import queries
+from app.cli.commands.vehicles import vehicles
+from app.store.errors import StoreError
+from energy.errors import EnergyError
+from routing.errors import RoutingError
+
+
+def _validation_message(error: ValidationError) -> str:
+    from fastapi.exceptions import RequestValidationError
+
+    from app.errors.table import problem_of
+
+    return problem_of(RequestValidationError(error.errors()), "").detail
+
+
+class ReportingGroup(TyperGroup):
+    """Commands whose expected errors end in one red line and exit code 2."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Run a command."""
+        try:
+            return super().invoke(ctx)
+        except ValidationError as error:
+            message = _validation_message(error)
+        except (EnergyError, RoutingError, StoreError, CommandError) as error:
+            message = str(error)
+        except json.JSONDecodeError as error:
+            message = f"not valid JSON: {error}"
+        except OSError as error:
+            message = f"{error.strerror or error}{f': {error.filename}' if error.filename else ''}"
+        message = message.encode("utf-8", "replace").decode("utf-8")  # a lone surrogate can't be printed
+        Console(stderr=True, soft_wrap=True).print(message, style="red", markup=False, highlight=False)
+        raise typer.Exit(2)
+
+
+cli = typer.Typer(cls=ReportingGroup, no_args_is_help=True, add_completion=False, pretty_exceptions_enable=False)
+cli.add_typer(queries)
+cli.add_typer(batches)
+cli.add_typer(comparing)
+cli.add_typer(diagnosing)
+cli.add_typer(making)
+cli.add_typer(proving)
+cli.add_typer(vehicles, name="vehicles")
+cli.add_typer(graphs, name="graphs")
+
+
+def main() -> None:
+    """Entry point."""
+    cli()
+
+
+@cli.callback()
+def joulepath() -> None:
+    """Routes that take the least energy, and areas that can be reached, for electric vehicles, from physics."""
+
+
+@cli.command()
+def serve(
+    host: Annotated[str | None, typer.Option(help="address to listen on")] = None,
+    port: Annotated[int | None, typer.Option(help="port to listen on", min=0, max=65535)] = None,
+    graph: GraphOption = None,
+) -> None:
+    """Serve HTTP; settings come from JOULEPATH_… variables too."""
+    import uvicorn
+
+    from app.main import create_app
+
+    service = service_for(graph)
+    console = Console(stderr=True)
+    with console.status("loading graphs and compiling kernels"):
+        service.load_all()
+    settings = service.settings
+    graphs_line = f"graphs: {', '.join(service.atlas.names)}; {len(service.vehicles)} bundled vehicles"
+    console.print(f"{graphs_line}, others in {service.database.shown_url}", markup=False, highlight=False)
+    application = create_app(settings, service)
+    # what is loaded stays: full collections, which areas with their many points set off, need not look at it again
+    gc.collect()
+    gc.freeze()
+    uvicorn.run(application, host=host or settings.host, port=settings.port if port is None else port)
+
+
+@cli.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []})
+def bench(ctx: typer.Context) -> None:
+    """Measure speed and memory; arguments are passed on, --help lists them."""
+    try:
+        benchmarks = importlib.import_module("benchmarks.run")  # beside the packages in a checkout, not installed
+    except ModuleNotFoundError as error:
+        if not (error.name or "").startswith("benchmarks"):
+            raise
+        raise CommandError("benchmarks are not installed: run from a checkout of the project") from error
+    raise typer.Exit(benchmarks.main(ctx.args))

@@ -1,0 +1,73 @@
+"""What every endpoint shares: the running service, and answers in the media type asked for."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Final
+
+from fastapi import Depends, Request, Response
+from fastapi.responses import JSONResponse
+
+from app.errors.table import NotReadyError
+from app.http.deadline import DeadlinePool
+from app.service.service import Service
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+# what endpoints depend on is async, since plain functions would each be run on a thread of their own
+
+GEOJSON: Final = "application/geo+json"
+JSON: Final = "application/json"
+
+
+async def running_service(request: Request) -> Service:
+    """The service of this process; raises NotReadyError until its graphs are loaded."""
+    service = getattr(request.app.state, "service", None)
+    if not isinstance(service, Service):
+        raise NotReadyError
+    return service
+
+
+async def search_pool(request: Request) -> DeadlinePool:
+    """The threads that searches run on; raises NotReadyError as running_service does."""
+    pool = getattr(request.app.state, "pool", None)
+    if not isinstance(pool, DeadlinePool):
+        raise NotReadyError
+    return pool
+
+
+RunningService = Annotated[Service, Depends(running_service)]
+SearchPool = Annotated[DeadlinePool, Depends(search_pool)]
+
+
+class GeoJSONResponse(JSONResponse):
+    """An answer as GeoJSON."""
+
+    media_type = GEOJSON
+
+
+def answer(model: BaseModel, media_type: str = JSON) -> Response:
+    """A schema as a response, serialised once."""
+    return Response(model.model_dump_json(), media_type=media_type)
+
+
+def prefers_geojson(accept: str) -> bool:
+    """Whether an Accept header ranks application/geo+json above application/json (RFC 9110 section 12.5.1)."""
+    ranks = {GEOJSON: 0.0, JSON: 0.0}
+    for part in accept.split(","):
+        name, *parameters = (piece.strip().lower() for piece in part.split(";"))
+        if name in ranks:
+            ranks[name] = max(ranks[name], _quality(parameters))
+    return ranks[GEOJSON] > ranks[JSON] or (
+        ranks[GEOJSON] > 0.0 and ranks[GEOJSON] == ranks[JSON] and accept.find(GEOJSON) < accept.find(JSON)
+    )
+
+
+def _quality(parameters: list[str]) -> float:
+    for parameter in parameters:
+        if parameter.startswith("q="):
+            try:
+                return float(parameter[2:])
+            except ValueError:
+                return 0.0
+    return 1.0

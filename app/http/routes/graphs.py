@@ -1,0 +1,46 @@
+"""GET /graphs and /graphs/{name}."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Path, Response
+
+from app.http.examples.answers import GRAPH_DETAIL, GRAPH_LIST
+from app.http.examples.problems import problems
+from app.http.routes.access import RunningService, answer
+from app.schemas.graph import GraphDetail, GraphList
+from app.schemas.problem import ErrorCode
+
+router = APIRouter(tags=["graphs"])
+
+
+@router.get(
+    "/graphs",
+    summary="All loaded graphs",
+    response_model=GraphList,
+    responses={
+        200: {"content": {"application/json": {"example": GRAPH_LIST}}},
+        **problems("/graphs", ErrorCode.NOT_READY),
+    },
+)
+def list_graphs(service: RunningService) -> Response:
+    """The road networks that requests can name, with the source and licence of their data."""
+    return answer(service.list_graphs())
+
+
+@router.get(
+    "/graphs/{name}",
+    summary="One graph with its extent",
+    response_model=GraphDetail,
+    responses={
+        200: {"content": {"application/json": {"example": GRAPH_DETAIL}}},
+        **problems("/graphs/atlantis", ErrorCode.UNKNOWN_GRAPH, ErrorCode.INVALID_REQUEST, ErrorCode.NOT_READY),
+    },
+)
+def show_graph(
+    name: Annotated[str, Path(max_length=200, description="graph name", examples=["highlands"])],
+    service: RunningService,
+) -> Response:
+    """Heights, lengths by road class, and what the import left out."""
+    return answer(service.show_graph(name))

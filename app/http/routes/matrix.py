@@ -1,0 +1,37 @@
+"""POST /matrix."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Response
+
+from app.http.examples.answers import MATRIX_ANSWER, MATRIX_REQUESTS
+from app.http.examples.problems import BODY_CODES, SEARCH_CODES, problems
+from app.http.routes.access import RunningService, SearchPool, answer
+from app.schemas.matrix import MatrixRequest, MatrixResponse
+
+router = APIRouter(tags=["route"])
+
+
+@router.post(
+    "/matrix",
+    summary="Energy, time, distance and charge of the drives from many places to many",
+    response_model=MatrixResponse,
+    responses={
+        200: {"content": {"application/json": {"example": MATRIX_ANSWER}}},
+        **problems("/matrix", *SEARCH_CODES, *BODY_CODES),
+    },
+)
+def find_matrix(
+    sent: Annotated[MatrixRequest, Body(openapi_examples=MATRIX_REQUESTS)],
+    service: RunningService,
+    pool: SearchPool,
+) -> Response:
+    """Each entry is what `POST /route` answers for its source and target: by default the drive of least energy.
+
+    Each drive departs with `soc`. A pair that can't be driven is an answer too: its figures are null, `reason` says
+    why, and `deficit_kwh` how much charge is missing. A place that is not on the map is an error that names it, such
+    as `sources[3]`.
+    """
+    return answer(pool.run_parts(lambda: service.matrix_work(sent)))

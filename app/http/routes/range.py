@@ -1,0 +1,54 @@
+"""GET and POST /range."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Body, Query, Response
+from fastapi.exceptions import RequestValidationError
+from pydantic import ValidationError
+
+from app.conversions.range import request_from_parameters
+from app.http.examples.answers import RANGE_FEATURES, RANGE_REQUESTS
+from app.http.examples.problems import BODY_CODES, SEARCH_CODES, problems
+from app.http.routes.access import GEOJSON, GeoJSONResponse, RunningService, SearchPool, answer
+from app.schemas.range import RangeFeatureCollection, RangeParameters, RangeRequest
+from energy.errors import ConditionsError
+
+router = APIRouter(tags=["range"], default_response_class=GeoJSONResponse)
+
+FOUND: dict[int | str, dict[str, Any]] = {200: {"content": {GEOJSON: {"example": RANGE_FEATURES}}}}
+
+
+@router.get(
+    "/range",
+    summary="The area that can be reached, as GeoJSON",
+    response_model=RangeFeatureCollection,
+    responses={**FOUND, **problems("/range", *SEARCH_CODES)},
+)
+def find_range(sent: Annotated[RangeParameters, Query()], service: RunningService, pool: SearchPool) -> Response:
+    """One MultiPolygon for each band of charge left on arrival, the outermost first, and the origin on its road."""
+    try:
+        long_form = request_from_parameters(sent)
+    except ValidationError as error:
+        raise RequestValidationError(error.errors()) from error
+    try:
+        return answer(pool.run(lambda: service.range(long_form)), GEOJSON)
+    except ConditionsError as error:  # names a field of the long form
+        raise ConditionsError(error.field.removeprefix("conditions."), error.value, error.allowed) from error
+
+
+@router.post(
+    "/range",
+    summary="The area that can be reached, with the vehicle inline",
+    response_model=RangeFeatureCollection,
+    responses={
+        **FOUND,
+        **problems("/range", *SEARCH_CODES, *BODY_CODES),
+    },
+)
+def find_range_of_body(
+    sent: Annotated[RangeRequest, Body(openapi_examples=RANGE_REQUESTS)], service: RunningService, pool: SearchPool
+) -> Response:
+    """The same as GET /range, asked for with a body."""
+    return answer(pool.run(lambda: service.range(sent)), GEOJSON)

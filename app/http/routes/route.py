@@ -1,0 +1,50 @@
+"""POST /route."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from fastapi import APIRouter, Body, Header, Response
+
+from app.http.examples.answers import ROUTE_ANSWER, ROUTE_FEATURES, ROUTE_REQUESTS
+from app.http.examples.problems import BODY_CODES, SEARCH_CODES, problems
+from app.http.routes.access import GEOJSON, JSON, RunningService, SearchPool, prefers_geojson
+from app.schemas.problem import ErrorCode
+from app.schemas.route import RouteRequest, RouteResponse
+
+router = APIRouter(tags=["route"])
+
+
+@router.post(
+    "/route",
+    summary="Energy-optimal routes with the state of charge at every link",
+    response_model=RouteResponse,
+    responses={
+        200: {
+            "content": {
+                "application/json": {"example": ROUTE_ANSWER},
+                GEOJSON: {
+                    "schema": {"$ref": "#/components/schemas/RouteFeatureCollection"},
+                    "example": ROUTE_FEATURES,
+                },
+            }
+        },
+        **problems("/route", *SEARCH_CODES, *BODY_CODES, ErrorCode.NO_PATH),
+    },
+)
+def find_route(
+    sent: Annotated[RouteRequest, Body(openapi_examples=ROUTE_REQUESTS)],
+    service: RunningService,
+    pool: SearchPool,
+    accept: Annotated[
+        str, Header(description="application/geo+json for a FeatureCollection instead", examples=["application/json"])
+    ] = "application/json",
+) -> Response:
+    """One route for each weighting, by default the one that takes the least energy, or a Pareto set of time and energy.
+
+    A goal that can't be reached on this charge is an answer too: `feasible` is false, `deficit_kwh` says how much is
+    missing, `furthest` where, and `remedy` what would make it feasible.
+    """
+    if prefers_geojson(accept):
+        return Response(pool.run(lambda: service.route_geojson(sent)), media_type=GEOJSON)
+    return Response(pool.run(lambda: service.route_json(sent)), media_type=JSON)

@@ -1,0 +1,1 @@
+"""The use cases that HTTP, command line and batches share."""

@@ -1,0 +1,54 @@
+"""The effects that diagnoses have learned, as requests choose them."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Final
+
+from pydantic import ValidationError
+
+from app.conversions.vehicle import INLINE_ID
+from app.errors.table import validation_detail
+from app.schemas.learned_effects import LearnedEffects
+from app.store.errors import DiagnosisDamagedError, EffectsNotFoundError
+
+if TYPE_CHECKING:
+    from app.schemas.learned_effects import EffectsChoice
+    from app.store.diagnoses import LearnedEffectsStore
+
+DIAGNOSIS_ID_PATTERN: Final = r"^[a-z0-9-]{1,100}$"
+NAMED_IN_ERRORS: Final = 20  # ids of learned effects that an unknown one is told
+
+
+class LearnedEffectsShelf:
+    """Learned effects by the id of their diagnosis, read from the database at every use."""
+
+    def __init__(self, store: LearnedEffectsStore) -> None:
+        self.store = store
+
+    def chosen(self, choice: EffectsChoice | None) -> LearnedEffects | None:
+        """The effects of a choice: those sent, or the stored ones of an id.
+
+        Raises EffectsNotFoundError, DiagnosisDamagedError or DatabaseUnavailableError.
+        """
+        return self.find(choice) if isinstance(choice, str) else choice
+
+    def find(self, effects_id: str) -> LearnedEffects:
+        """Stored effects; raises as `chosen` does."""
+        document = self.store.find(effects_id) if re.fullmatch(DIAGNOSIS_ID_PATTERN, effects_id) else None
+        if document is None:
+            raise EffectsNotFoundError(effects_id, tuple(self.store.ids(NAMED_IN_ERRORS)))
+        try:
+            return LearnedEffects.model_validate_json(document)
+        except ValidationError as error:
+            raise DiagnosisDamagedError(effects_id, validation_detail(error)) from error
+
+
+def warnings_of(effects: LearnedEffects | None, vehicle_id: str) -> tuple[str, ...]:
+    """What is to be said where effects were learned on another vehicle than the one asked for."""
+    learned_from = None if effects is None else effects.learned_from
+    if learned_from is None or learned_from.vehicle in (None, vehicle_id):
+        return ()
+    asked = "an inline vehicle" if vehicle_id == INLINE_ID else f"vehicle {vehicle_id!r}"
+    learned = "an inline vehicle" if learned_from.vehicle == INLINE_ID else f"vehicle {learned_from.vehicle!r}"
+    return (f"the effects were learned on {learned}, this is {asked}",)

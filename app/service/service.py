@@ -1,0 +1,221 @@
+"""The use cases: requests answered on the loaded graphs and vehicles, for HTTP and command line alike."""
+
+from __future__ import annotations
+
+import logging
+from contextlib import contextmanager
+from dataclasses import replace
+from typing import TYPE_CHECKING, TypeVar
+
+from app.atlas import Atlas, graph_folders
+from app.conversions.conditions import vehicle_with_effects
+from app.conversions.graph import graph_detail, graph_summary
+from app.conversions.matrix import matrix_query
+from app.conversions.range import range_features, range_query
+from app.conversions.route import route_features_json, route_json, route_query, route_response
+from app.conversions.simulation import chain_from_numbers, chain_link_error, simulation_answer, spans_from_links
+from app.conversions.vehicle_check import vehicle_check
+from app.schemas.graph import GraphDetail, GraphList
+from app.schemas.matrix import MatrixRequest, MatrixResponse
+from app.schemas.range import RangeFeatureCollection, RangeRequest
+from app.schemas.route import RouteRequest, RouteResponse
+from app.schemas.simulation import SimulateRequest, SimulateResponse
+from app.schemas.vehicle_check import VehicleChecks
+from app.service.driving import course_of, drive, profiles, warm_up
+from app.service.fleet import Fleet
+from app.service.learned import LearnedEffectsShelf, warnings_of
+from app.service.matrices import MatrixWork, check_places
+from app.store.database import Database
+from app.store.diagnoses import LearnedEffectsStore
+from app.store.errors import DatabaseUnavailableError
+from app.store.vehicles import VehicleStore
+from app.tiles.shelf import TileShelf
+from energy.errors import LinkError
+from energy.stops import StopSettings
+from energy.vehicle.files import load_published, load_vehicles
+from routing.errors import GraphNotFoundError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping, Sequence
+    from pathlib import Path
+
+    from app.schemas.simulation import SimulationModel
+    from app.schemas.vehicle import SentVehicle, VehicleChoice
+    from app.schemas.vehicle_answer import AnyVehicleDetail, VehicleList
+    from app.service.driving import Course
+    from app.settings import Settings
+    from energy.chain.profile import SpeedProfile
+    from energy.vehicle.files import AnyVehicle
+    from routing.planner import Planner
+    from routing.queries import RouteAnswer
+
+LOG = logging.getLogger(__name__)
+
+Asked = TypeVar("Asked", RouteRequest, MatrixRequest, RangeRequest, SimulateRequest)
+
+
+class Service:
+    """Graphs, vehicles and defaults of one process; answers from any thread."""
+
+    def __init__(self, settings: Settings, folders: Mapping[str, Path] | None = None) -> None:
+        found = graph_folders(settings.graph_dirs) if folders is None else folders
+        self.settings = settings
+        self.atlas = Atlas(found, snap_limit_m=settings.snap_limit_m, label_limit=settings.label_limit)
+        self.tiles = TileShelf(self.atlas)
+        self.vehicles: Mapping[str, AnyVehicle] = load_vehicles(settings.vehicle_dir)  # the bundled ones
+        self.database = Database(settings.database_url)
+        self.fleet = Fleet(self.vehicles, VehicleStore(self.database), settings.default_vehicle)
+        self.learned = LearnedEffectsShelf(LearnedEffectsStore(self.database))
+
+    def load_all(self) -> None:
+        """Load every graph, compile the kernels and bring the database up to date.
+
+        Raises where the defaults name nothing that is there. Without its database the service starts all the same,
+        on the bundled vehicles, and looks for it again when one of the others is asked for.
+        """
+        if self.settings.default_graph not in self.atlas.names:
+            raise GraphNotFoundError(self.settings.default_graph, self.atlas.names)
+        try:
+            self.database.open()
+        except DatabaseUnavailableError as error:
+            LOG.warning("%s", error)
+        default = self.known_vehicle(self.settings.default_vehicle)
+        self.atlas.load_all(default)
+        warm_up(default)
+        self.tiles.warm_up(self.settings.default_graph)
+
+    def close(self) -> None:
+        """Close what is open of the database."""
+        self.database.close()
+
+    def known_vehicle(self, vehicle_id: str) -> AnyVehicle:
+        """A vehicle by its id; raises VehicleNotFoundError."""
+        return self.fleet.vehicle(vehicle_id)
+
+    def route(self, sent: RouteRequest) -> RouteResponse:
+        """Routes for a request."""
+        answer, understood, planner = self._answered_route(sent)
+        return route_response(answer, understood, planner.graph)
+
+    def route_json(self, sent: RouteRequest) -> bytes:
+        """Routes for a request, as the JSON of what `route` returns."""
+        answer, understood, planner = self._answered_route(sent)
+        return route_json(answer, understood, planner.graph)
+
+    def route_geojson(self, sent: RouteRequest) -> bytes:
+        """Routes for a request, as the JSON of a RouteFeatureCollection."""
+        answer, understood, planner = self._answered_route(sent)
+        return route_features_json(answer, understood, planner.graph)
+
+    def _answered_route(self, sent: RouteRequest) -> tuple[RouteAnswer, RouteRequest, Planner]:
+        planner, vehicle, understood, warnings = self._understood(sent)
+        answer = planner.route(route_query(understood, vehicle))
+        return replace(answer, warnings=(*warnings, *answer.warnings)), understood, planner
+
+    def matrix(self, sent: MatrixRequest) -> MatrixResponse:
+        """All drives from sources to targets, on this thread alone."""
+        work = self.matrix_work(sent)
+        return work.whole([work.part(idx) for idx in range(work.part_count)])
+
+    def matrix_work(self, sent: MatrixRequest) -> MatrixWork:
+        """All drives from sources to targets, ready to be searched row by row."""
+        check_places(sent, self.settings.matrix_limit_places)
+        planner, vehicle, understood, warnings = self._understood(sent)
+        return MatrixWork(planner.matrix(matrix_query(understood, vehicle)), understood, planner.graph, warnings)
+
+    def range(self, sent: RangeRequest) -> RangeFeatureCollection:
+        """The reachable area for a request."""
+        planner, vehicle, understood, warnings = self._understood(sent)
+        answer = planner.range(range_query(understood, vehicle))
+        return range_features(replace(answer, warnings=(*warnings, *answer.warnings)), understood, planner.graph)
+
+    def simulate(self, sent: SimulateRequest) -> SimulateResponse:
+        """What driving given links takes."""
+        course, understood = self._course(sent)
+        with _links_as_sent(sent):
+            driven = drive(course, understood)
+        return simulation_answer(driven, course, understood)
+
+    def speed_drawing(self, sent: SimulateRequest) -> tuple[Course, dict[SimulationModel, SpeedProfile]]:
+        """The course of a simulation, and the speed along it by both models as far as they can drive it."""
+        course, understood = self._course(sent)
+        with _links_as_sent(sent):
+            return course, profiles(course, understood)
+
+    def _course(self, sent: SimulateRequest) -> tuple[Course, SimulateRequest]:
+        """What is to be driven, and the request with its defaults filled in."""
+        if sent.chain is not None:
+            vehicle, choice, warnings = self._vehicle_with_effects(sent)
+            chain = chain_from_numbers(sent.chain, StopSettings())
+            return course_of(chain, vehicle, sent, warnings=warnings), sent.model_copy(update={"vehicle": choice})
+        planner, vehicle, understood, warnings = self._understood(sent)
+        spans = spans_from_links(understood.links or [], planner.graph)
+        chain = planner.chain(spans, StopSettings())
+        return course_of(chain, vehicle, sent, spans, planner.graph, warnings), understood
+
+    def list_vehicles(self) -> VehicleList:
+        """All vehicles."""
+        return self.fleet.list()
+
+    def show_vehicle(self, vehicle_id: str) -> AnyVehicleDetail:
+        """One vehicle with all its numbers."""
+        return self.fleet.detail(vehicle_id)
+
+    def put_vehicle(self, vehicle_id: str, sent: SentVehicle) -> tuple[AnyVehicleDetail, bool]:
+        """Store a vehicle; its numbers, and whether there was none of this id."""
+        return self.fleet.put(vehicle_id, sent)
+
+    def remove_vehicle(self, vehicle_id: str) -> None:
+        """Remove a stored vehicle."""
+        self.fleet.remove(vehicle_id)
+
+    def check_vehicles(self, vehicle_ids: Sequence[str]) -> VehicleChecks:
+        """Vehicles on driving cycles beside what their files say is published; without ids, all that can be read."""
+        chosen = vehicle_ids or [line.id for line in self.fleet.list().vehicles]
+        checks = []
+        for vehicle_id in chosen:
+            path = self.settings.vehicle_dir / f"{vehicle_id}.toml"
+            published = load_published(path) if vehicle_id in self.vehicles else None
+            checks.append(vehicle_check(self.known_vehicle(vehicle_id), published))
+        return VehicleChecks(vehicles=checks)
+
+    def list_graphs(self) -> GraphList:
+        """All graphs."""
+        default = self.settings.default_graph
+        graphs = [graph_summary(self.atlas.planner(name).graph, default) for name in self.atlas.names]
+        return GraphList(graphs=graphs, default=default)
+
+    def show_graph(self, name: str) -> GraphDetail:
+        """One graph with its extent."""
+        return graph_detail(self.atlas.planner(name).graph, self.settings.default_graph)
+
+    def _understood(self, sent: Asked) -> tuple[Planner, AnyVehicle, Asked, tuple[str, ...]]:
+        """Planner and vehicle of a request, the request with its defaults filled in, and warnings."""
+        vehicle, choice, warnings = self._vehicle_with_effects(sent)
+        graph = sent.graph if sent.graph is not None else self.settings.default_graph
+        understood = sent.model_copy(update={"vehicle": choice, "graph": graph})
+        return self.atlas.planner(graph), vehicle, understood, warnings
+
+    def _vehicle_with_effects(self, sent: Asked) -> tuple[AnyVehicle, VehicleChoice, tuple[str, ...]]:
+        """The vehicle of a request with the effects that it asks for, the choice of it, and warnings."""
+        vehicle, choice = self.chosen_vehicle(sent.vehicle)
+        effects = self.learned.chosen(sent.effects)
+        return vehicle_with_effects(vehicle, effects), choice, warnings_of(effects, vehicle.id)
+
+    def chosen_vehicle(self, choice: VehicleChoice | None) -> tuple[AnyVehicle, VehicleChoice]:
+        """The vehicle of a choice, the default one without; raises VehicleNotFoundError or VehicleError."""
+        if choice is not None and not isinstance(choice, str):
+            return self.fleet.from_sent(choice)
+        vehicle_id = choice if choice is not None else self.settings.default_vehicle
+        return self.known_vehicle(vehicle_id), vehicle_id
+
+
+@contextmanager
+def _links_as_sent(sent: SimulateRequest) -> Iterator[None]:
+    """Within it, an error of a link of a chain by numbers names what was sent."""
+    try:
+        yield
+    except LinkError as error:
+        if sent.chain is None:
+            raise
+        raise chain_link_error(error, sent.chain) from error
