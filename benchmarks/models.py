@@ -12,10 +12,11 @@ import numpy as np
 
 from benchmarks.searches import Spread, spread
 from energy.chain.chain import RULE_CODE, StopRule, simulate_chain
-from energy.chain.kernels_link import PART_COUNT, drive_chain
+from energy.chain.kernels_chain import drive_chain
 from energy.chain.kernels_timestep import drive_steps
 from energy.chain.timestep import STEP_LIMIT, STEP_S, simulate_timestep
 from energy.force.effects import LinkSetting, drive_of
+from energy.force.kernels_parts import PART_COUNT
 from routing.errors import RoutingError
 from routing.planner import Planner
 from routing.queries import FASTEST, LinkSpan, Point, RouteQuery

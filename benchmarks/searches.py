@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.battery import JOULE_PER_WH
 from energy.chain.chain import LinkModel, StopRule
 from energy.stops import StopSettings
+from energy.units import JOULE_PER_WH
 from routing.queries import ECO
 from routing.search.kernels_search import scalar_dijkstra
 from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path, reach

@@ -13,14 +13,13 @@ from diagnosis.answer.learned import NOTHING, applied, learned, replayed_j
 from diagnosis.answer.regimes import Axis, regimes
 from diagnosis.answer.results import Diagnosis, QualityNote, TripAccount, TripTimeline, Verdict
 from diagnosis.causes.driven import driven, with_vehicle
-from diagnosis.comparison.trips import J_PER_KWH
 from diagnosis.errors import DiagnosisCancelled, DiagnosisError
 from diagnosis.fit.fitting import BOX, fit, left_w
 from diagnosis.fit.scan import in_box
 from diagnosis.fit.selection import LEAST_TRIPS
 from diagnosis.fit.windows import WINDOW_S, trip_of, windows
-from energy.conditions import ZERO_CELSIUS_K
 from energy.errors import EnergyError
+from energy.units import JOULE_PER_KWH, ZERO_CELSIUS_K
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
@@ -291,7 +290,7 @@ def _routes_score(
     if not carried.parameters:
         return None
     car = applied(vehicle, carried)
-    replayed = {trip.recording.id: replayed_j(car, trip) / J_PER_KWH for trip in trips}
+    replayed = {trip.recording.id: replayed_j(car, trip) / JOULE_PER_KWH for trip in trips}
     return score([replace(one, after_kwh=replayed[one.id]) for one in asked], after=True, seed=seed)
 
 
@@ -319,7 +318,7 @@ def _too_few(
     for trip in (*fitted, *kept):
         cut = windows(trip, ())
         simulated_w = cut.simulated_j / cut.duration_s
-        energy_kwh = float(cut.simulated_j.sum()) / J_PER_KWH
+        energy_kwh = float(cut.simulated_j.sum()) / JOULE_PER_KWH
         accounts.append(
             TripAccount(
                 id=cut.trip_id,
@@ -327,7 +326,7 @@ def _too_few(
                 ambient_c=None if cut.ambient_k is None else cut.ambient_k - ZERO_CELSIUS_K,
                 distance_km=float(cut.distance_m.sum()) / 1000.0,
                 duration_s=float(cut.duration_s.sum()),
-                measured_kwh=float(cut.measured_j.sum()) / J_PER_KWH,
+                measured_kwh=float(cut.measured_j.sum()) / JOULE_PER_KWH,
                 nameplate_kwh=energy_kwh,
                 before_kwh=energy_kwh,
                 after_kwh=energy_kwh,

@@ -12,9 +12,10 @@ import numpy as np
 
 from diagnosis.comparison.comparison import NORMAL_QUANTILE, mean_interval
 from diagnosis.comparison.tables import clock, markdown_table
-from diagnosis.comparison.trips import J_PER_KWH, KMH_PER_MPS, M_PER_KM, TripRecord
+from diagnosis.comparison.trips import TripRecord
 from energy.chain.chain import Chain, LinkModel, StopRule, simulate_chain
 from energy.chain.timestep import simulate_timestep
+from energy.units import JOULE_PER_KWH, KMH_PER_MPS, METRE_PER_KM
 from energy.vehicle.files import load_vehicle
 from energy.vehicle.vehicle import Vehicle
 from reproduction.checks import source_checks
@@ -195,7 +196,7 @@ def _plain_urban(vehicle: Vehicle, link_model: LinkModel) -> Drive:
         vehicle, accel_speed_mps=np.array([0.0, 40.0]), accel_mps2=np.array([1.0]), decel_mps2=np.array([-1.0])
     )
     chain = Chain(
-        length_m=np.full(runs, M_PER_KM * row.distance_km / runs),
+        length_m=np.full(runs, METRE_PER_KM * row.distance_km / runs),
         grade_frac=np.zeros(runs),
         speed_limit_mps=np.full(runs, 50.0 / KMH_PER_MPS),
         stop_probability_frac=np.ones(runs),
@@ -266,11 +267,11 @@ def _table_viii() -> str:
     more_kwh = simulated_kwh / (1.0 + WITH_AC_MEAN_PERCENT / 100.0) - simulated_kwh / (
         1.0 + WITHOUT_AC_MEAN_PERCENT / 100.0
     )
-    battery_w = more_kwh * J_PER_KWH / urban.duration_s
+    battery_w = more_kwh * JOULE_PER_KWH / urban.duration_s
     rows = []
     for kind in RouteType:
         real = real_averages(kind)
-        extra_kwh = battery_w * real.duration_s / J_PER_KWH
+        extra_kwh = battery_w * real.duration_s / JOULE_PER_KWH
         text = "about 15 %" if kind is RouteType.URBAN else "not said" if kind is RouteType.MOUNTAIN else "3 to 8 %"
         cells = (f"{real.duration_s:.0f}", f"{battery_w * AUX_EFF:.0f}", f"{extra_kwh:.2f}")
         rows.append((kind.value, *cells, f"{100.0 * extra_kwh / real.energy_kwh:.1f} %", text))
@@ -325,7 +326,7 @@ def _complex_town(vehicle: Vehicle) -> str:
                     f"{drives[0].stop_count:.0f}",
                     _spread([drive.duration_s for drive in drives], _whole),
                     _spread([_kmh(drive) for drive in drives], _tenth),
-                    _spread([drive.energy_j / J_PER_KWH for drive in drives], lambda x: f"{x:.2f}"),
+                    _spread([drive.energy_j / JOULE_PER_KWH for drive in drives], lambda x: f"{x:.2f}"),
                 )
             )
     return markdown_table(["urban area", "stops", "duration [s]", "mean speed [km/h]", "energy [kWh]"], rows)

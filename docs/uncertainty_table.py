@@ -24,11 +24,11 @@ from diagnosis.comparison.coverage import (
     source_model,
 )
 from diagnosis.comparison.tables import markdown_table
-from diagnosis.comparison.trips import J_PER_KWH, M_PER_KM
+from diagnosis.recordings.notes import NoteKind
 from diagnosis.recordings.reading import Recording, read_recording
-from diagnosis.recordings.soundness.checks import NoteKind
-from energy.conditions import ZERO_CELSIUS_K, Conditions
+from energy.conditions import Conditions
 from energy.replay.replay import SMOOTHING_M, replay
+from energy.units import JOULE_PER_KWH, METRE_PER_KM, ZERO_CELSIUS_K
 from energy.vehicle.files import AnyVehicle, load_vehicle
 from energy.vehicle.vehicle import Vehicle
 
@@ -230,10 +230,10 @@ def _trips(plain: Predictions, warm: Predictions) -> str:
     rows = [
         (
             a.trip_id,
-            f"{a.distance_m / M_PER_KM:.1f}",
+            f"{a.distance_m / METRE_PER_KM:.1f}",
             f"{a.duration_s / 60.0:.0f}",
             "–" if a.ambient_k is None else f"{a.ambient_k - ZERO_CELSIUS_K:.1f}".replace("-", "−"),
-            f"{a.measured_j / J_PER_KWH:.2f}",
+            f"{a.measured_j / JOULE_PER_KWH:.2f}",
             *(
                 cell
                 for trip in (a, b)
@@ -261,7 +261,9 @@ def _high(trip: TripPrediction) -> bool:
 
 
 def _range(trip: TripPrediction) -> str:
-    return " ".join(f"{value / J_PER_KWH:.2f}" for value in (trip.energy_p10_j, trip.energy_p50_j, trip.energy_p90_j))
+    return " ".join(
+        f"{value / JOULE_PER_KWH:.2f}" for value in (trip.energy_p10_j, trip.energy_p50_j, trip.energy_p90_j)
+    )
 
 
 if __name__ == "__main__":

@@ -11,11 +11,12 @@ import csv
 from pathlib import Path
 from typing import Final
 
+from energy.units import KM_PER_MILE
+
 DOCS: Final = Path(__file__).resolve().parent
 JOINED: Final = DOCS / "data" / "vehicles.csv"
 VEHICLES: Final = DOCS.parent / "data" / "vehicles"
 
-KM_PER_MILE: Final = 1.609344
 KWH_PER_GALLON: Final = 33.7  # EPA's petrol equivalent
 
 EPA: Final = (

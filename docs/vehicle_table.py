@@ -8,10 +8,11 @@ from typing import Final
 
 import numpy as np
 
+from energy.units import JOULE_PER_M_PER_KWH_PER_100KM, KMH_PER_MPS
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
-from energy.vehicle.files import J_PER_M_PER_KWH_PER_100KM, AnyVehicle, load_published, load_vehicles
+from energy.vehicle.files import AnyVehicle, load_published, load_vehicles
 from energy.vehicle.self_check import BAND, CycleCheck, CycleName, SelfCheck, self_check
-from energy.vehicle.vehicle import KMH_PER_MPS, Powertrain
+from energy.vehicle.vehicle import Powertrain
 
 DOCS: Final = Path(__file__).resolve().parent
 VEHICLES: Final = DOCS.parent / "data" / "vehicles"
@@ -25,10 +26,10 @@ def steady_kwh_per_100km(vehicle: AnyVehicle, speed_kmh: float) -> float:
     v = speed_kmh / KMH_PER_MPS
     if isinstance(vehicle, ConsumptionTableVehicle):
         j_per_m = float(vehicle.consumption_at(np.array([v]))[0]) + vehicle.aux_power_w / v
-        return j_per_m / J_PER_M_PER_KWH_PER_100KM
+        return j_per_m / JOULE_PER_M_PER_KWH_PER_100KM
     force_n = vehicle.road_load_a_n + vehicle.road_load_b_n_per_mps * v + vehicle.road_load_c_n_per_mps2 * v * v
     power_w = force_n * v / vehicle.drive_eff + vehicle.aux_power_w / vehicle.aux_move_eff
-    return power_w / v / J_PER_M_PER_KWH_PER_100KM
+    return power_w / v / JOULE_PER_M_PER_KWH_PER_100KM
 
 
 def steady_table(vehicles: dict[str, AnyVehicle]) -> str:

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from energy.units import JOULE_PER_WH
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-JOULE_PER_WH = 3600.0
 
 
 def soc_along(

@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from diagnosis.recordings.reading import read_recordings
-from energy.conditions import ZERO_CELSIUS_K
+from energy.units import KMH_PER_MPS, ZERO_CELSIUS_K
 from energy.vehicle.files import load_vehicle
-from energy.vehicle.vehicle import KMH_PER_MPS, Vehicle
+from energy.vehicle.vehicle import Vehicle
 from proof.errors import ProofError
 from proof.worlds.carriers import Carrier, CarrierVehicle
 

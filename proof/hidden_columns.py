@@ -10,6 +10,7 @@ import numpy as np
 
 from diagnosis.engine import diagnose
 from diagnosis.recordings.reading import read_recordings
+from energy.units import JOULE_PER_KWH
 from energy.vehicle.files import load_vehicle
 from energy.vehicle.vehicle import Vehicle
 from proof.answers import answer_of, read_answer, write_answer
@@ -30,7 +31,6 @@ if TYPE_CHECKING:
 
 SPLITS: Final = 10  # so that each trip is held out about three times
 GROUP: Final = "real drives, climate columns hidden"
-J_PER_KWH: Final = 3.6e6
 
 
 @dataclass(frozen=True, slots=True)
@@ -123,8 +123,8 @@ def hidden_trips(answers: Sequence[Answer], hidden: Mapping[str, tuple[float | N
                 held_out=len(kept),
                 before_frac=_mean_of(abs(trip.before_kwh / trip.measured_kwh - 1.0) for trip in kept),
                 after_frac=_mean_of(abs(trip.after_kwh / trip.measured_kwh - 1.0) for trip in kept),
-                claimed_w=_mean_of(trip.thermal_kwh * J_PER_KWH / trip.duration_s for trip in own) or 0.0,
-                claimed_held_out_w=_mean_of(trip.thermal_kwh * J_PER_KWH / trip.duration_s for trip in kept),
+                claimed_w=_mean_of(trip.thermal_kwh * JOULE_PER_KWH / trip.duration_s for trip in own) or 0.0,
+                claimed_held_out_w=_mean_of(trip.thermal_kwh * JOULE_PER_KWH / trip.duration_s for trip in kept),
                 hidden_w=hidden_w,
                 why=why,
             )

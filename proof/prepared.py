@@ -9,11 +9,11 @@ import numpy as np
 
 from diagnosis.causes.driven import driven
 from diagnosis.causes.library import LIBRARY, candidates
-from diagnosis.comparison.trips import J_PER_KWH
 from diagnosis.fit.fitting import left_w, priors
 from diagnosis.fit.jackknife import equations, solve
 from diagnosis.fit.noise import estimated
 from diagnosis.fit.windows import FREE, WINDOW_S, trip_of, windows
+from energy.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -90,5 +90,5 @@ def predicted_kwh(trips: Sequence[Windows], solution: Solution) -> tuple[float, 
     found = []
     for trip in trips:
         columns = trip.columns_j[:, [trip.names.index(name) for name in solution.names]]
-        found.append(float((trip.simulated_j + columns @ solution.coefficients).sum()) / J_PER_KWH)
+        found.append(float((trip.simulated_j + columns @ solution.coefficients).sum()) / JOULE_PER_KWH)
     return tuple(found)

@@ -26,6 +26,7 @@ import numpy as np
 
 from energy.chain.chain import Chain
 from energy.stops import Cross
+from energy.units import KMH_PER_MPS
 from reproduction.published import COUNTRY_ROUTE_KM, COUNTRY_ROUTE_LINKS, TABLE_IV, TRIP_COUNT, TYPE_OF, SourceRoute
 
 if TYPE_CHECKING:
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-KMH_PER_MPS: Final = 3.6
 MEAN_LINK_M: Final = 1000.0 * COUNTRY_ROUTE_KM / COUNTRY_ROUTE_LINKS
 SHORTEST_LINK_M: Final = 15.0
 CORRELATION_M: Final = 300.0

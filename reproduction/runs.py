@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 from diagnosis.comparison.comparison import Averages, averages
-from diagnosis.comparison.trips import J_PER_KWH, J_PER_M_PER_KWH_PER_100KM, KMH_PER_MPS, M_PER_KM, TripRecord
+from diagnosis.comparison.trips import TripRecord
+from energy.units import JOULE_PER_KWH, JOULE_PER_M_PER_KWH_PER_100KM, KMH_PER_MPS, METRE_PER_KM
 from reproduction.published import TABLE_IV, TYPE_OF, RouteType, SourceRoute, TypeAverages
 from reproduction.routes import SOURCE_RUNS, source_route
 
@@ -89,13 +90,13 @@ def type_averages(records: Sequence[TripRecord]) -> dict[RouteType, TypeAverages
 def _column(mean: Averages, mass_kg: float) -> TypeAverages:
     return TypeAverages(
         mass_kg=mass_kg,
-        distance_km=mean.distance_m / M_PER_KM,
+        distance_km=mean.distance_m / METRE_PER_KM,
         duration_s=mean.duration_s,
         speed_kmh=mean.speed_mps * KMH_PER_MPS,
         stops=mean.stop_count,
         standstill_s=mean.standstill_s,
-        specific_kwh_per_100km=mean.specific_j_per_m / J_PER_M_PER_KWH_PER_100KM,
-        energy_kwh=mean.energy_j / J_PER_KWH,
+        specific_kwh_per_100km=mean.specific_j_per_m / JOULE_PER_M_PER_KWH_PER_100KM,
+        energy_kwh=mean.energy_j / JOULE_PER_KWH,
     )
 
 

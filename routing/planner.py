@@ -7,11 +7,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.battery import JOULE_PER_WH
 from energy.chain.chain import LinkModel, StopRule, simulate_chain
 from energy.chain.uncertainty import FACTOR_RANGE, SEED, dissipation_sd_frac, pessimistic
 from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
+from energy.units import JOULE_PER_KWH, JOULE_PER_WH
 from energy.vehicle.vehicle import Powertrain
 from routing.errors import QueryError
 from routing.graph.practice import practice_graph
@@ -39,7 +39,7 @@ from routing.route.answer import no_route, route_of
 from routing.route.best_path import RouteSearch, charge_limits, method_name
 from routing.route.matrix import MatrixSearch
 from routing.route.via import WayFinder
-from routing.search.search import JOULE_PER_KWH, Limits, LinkPosition, SearchCounts, find_path, reach
+from routing.search.search import Limits, LinkPosition, SearchCounts, find_path, reach
 from routing.search.space import LOAD_NOISE_N
 
 if TYPE_CHECKING:

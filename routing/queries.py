@@ -16,8 +16,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from shapely import MultiPolygon
 
-    from energy.chain.chain import EnergyParts, LinkResult, LinkResults
+    from energy.chain.chain import LinkResult, LinkResults
     from energy.chain.uncertainty import EnergyDistribution
+    from energy.force.parts import EnergyParts
     from energy.vehicle.files import AnyVehicle
     from routing.route.hot_links import HotStretch
 

@@ -9,7 +9,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from app.schemas.simulation import SimulationModel
-from energy.vehicle.vehicle import KMH_PER_MPS
+from energy.units import KMH_PER_MPS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

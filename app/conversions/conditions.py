@@ -10,10 +10,11 @@ from app.conversions.effects import misordered
 from app.schemas.conditions import DIGITS, ConditionsSent
 from app.schemas.effects import CELSIUS_FIELDS, EffectsSent
 from app.schemas.learned_effects import LearnedEffects
-from energy.conditions import STILL, ZERO_CELSIUS_K, Conditions
+from energy.conditions import STILL, Conditions
 from energy.errors import ConditionsError, VehicleError
+from energy.units import KMH_PER_MPS, ZERO_CELSIUS_K
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
-from energy.vehicle.vehicle import KMH_PER_MPS, Vehicle
+from energy.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -6,20 +6,12 @@ from types import MappingProxyType
 
 import numpy as np
 
-from app.conversions.quantities import (
-    J_PER_M_OF_KWH_PER_100KM,
-    JOULE_PER_WH,
-    WH_PER_KWH,
-    inside_names,
-    inside_sd,
-    shown_names,
-    shown_sd,
-)
+from app.conversions.quantities import WH_PER_KWH, inside_names, inside_sd, shown_names, shown_sd
 from app.schemas.vehicle import Consumption, InlineTableVehicle, Kinetic
 from app.schemas.vehicle_answer import TableVehicleDetail
 from energy.errors import VehicleError
+from energy.units import JOULE_PER_M_PER_KWH_PER_100KM, JOULE_PER_WH, KMH_PER_MPS
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
-from energy.vehicle.vehicle import KMH_PER_MPS
 
 SPEED_DIGITS = 9  # of km/h, so that 50 km/h inside is shown as 50
 
@@ -36,7 +28,7 @@ def table_vehicle_from_sent(sent: InlineTableVehicle, vehicle_id: str) -> Consum
             id=vehicle_id,
             name=sent.name,
             speed_mps=np.array(sent.consumption.speed_kmh, np.float64) / KMH_PER_MPS,
-            consumption_j_per_m=np.array(sent.consumption.kwh_per_100km, np.float64) * J_PER_M_OF_KWH_PER_100KM,
+            consumption_j_per_m=np.array(sent.consumption.kwh_per_100km, np.float64) * JOULE_PER_M_PER_KWH_PER_100KM,
             ascent_j_per_m=sent.ascent_wh_per_m * JOULE_PER_WH,
             descent_j_per_m=sent.descent_wh_per_m * JOULE_PER_WH,
             aux_power_w=sent.aux_power_w,
@@ -73,7 +65,7 @@ def table_vehicle_answer(vehicle: ConsumptionTableVehicle) -> TableVehicleDetail
         powertrain=vehicle.powertrain,
         consumption=Consumption(
             speed_kmh=(vehicle.speed_mps * KMH_PER_MPS).round(SPEED_DIGITS).tolist(),
-            kwh_per_100km=(vehicle.consumption_j_per_m / J_PER_M_OF_KWH_PER_100KM).tolist(),
+            kwh_per_100km=(vehicle.consumption_j_per_m / JOULE_PER_M_PER_KWH_PER_100KM).tolist(),
         ),
         ascent_wh_per_m=vehicle.ascent_j_per_m / JOULE_PER_WH,
         descent_wh_per_m=vehicle.descent_j_per_m / JOULE_PER_WH,

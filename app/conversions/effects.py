@@ -6,8 +6,9 @@ from dataclasses import fields
 from typing import TYPE_CHECKING, Any, Final
 
 from app.schemas.effects import CELSIUS_FIELDS, TEMPERATURE_DIGITS, EffectsSent
-from energy.conditions import ZERO_CELSIUS_K, EffectCoefficients
 from energy.errors import ConditionsError, VehicleError
+from energy.units import ZERO_CELSIUS_K
+from energy.vehicle.coefficients import EffectCoefficients
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -10,7 +10,8 @@ from pydantic import TypeAdapter, ValidationError
 from app.conversions.effects import schema_name
 from app.schemas.effects import CELSIUS_FIELDS, TEMPERATURE_DIGITS, EffectsSent
 from app.schemas.learned_effects import LearnedEffects, LearnedFrom, LearnedParameters
-from energy.conditions import COEFFICIENT_FLAGS, ZERO_CELSIUS_K
+from energy.units import ZERO_CELSIUS_K
+from energy.vehicle.coefficients import COEFFICIENT_FLAGS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, TypeVar
 from app.conversions.conditions import conditions_from
 from app.conversions.graph import terrain_note
 from app.conversions.place import point_from_place, snapped
-from app.conversions.route import JOULE_PER_KWH
 from app.schemas.matrix import MatrixResponse, MatrixStats
+from energy.units import JOULE_PER_KWH
 from routing.queries import ECO, Weights
 from routing.route.matrix import MatrixQuery, NotDriven
 

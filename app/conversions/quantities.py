@@ -6,16 +6,12 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from app.schemas.effects import CELSIUS_FIELDS
-from energy.vehicle.vehicle import KMH_PER_MPS
+from energy.units import JOULE_PER_M_PER_KWH_PER_100KM, JOULE_PER_WH, KMH_PER_MPS, MPS_PER_MPH, NEWTON_PER_LBF
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-NEWTON_PER_LBF: Final = 4.4482216152605  # exact: 0.45359237 kg · 9.80665 m/s²
-MPS_PER_MPH: Final = 0.44704  # exact: 1609.344 m / 3600 s
 WH_PER_KWH: Final = 1000.0
-JOULE_PER_WH: Final = 3600.0
-J_PER_M_OF_KWH_PER_100KM: Final = 36.0  # exact: 3.6e6 J / 1e5 m
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,7 +37,7 @@ RENAMED: Final = (
     Renamed("acceleration.decel_mps2", "decel_mps2", 1.0),
     *(Renamed(f"effects.{shown}", f"effects.{inside}", 1.0) for inside, shown in CELSIUS_FIELDS.items()),
     Renamed("consumption.speed_kmh", "speed_mps", 1.0 / KMH_PER_MPS),
-    Renamed("consumption.kwh_per_100km", "consumption_j_per_m", J_PER_M_OF_KWH_PER_100KM),
+    Renamed("consumption.kwh_per_100km", "consumption_j_per_m", JOULE_PER_M_PER_KWH_PER_100KM),
     Renamed("ascent_wh_per_m", "ascent_j_per_m", JOULE_PER_WH),
     Renamed("descent_wh_per_m", "descent_j_per_m", JOULE_PER_WH),
     Renamed("kinetic.acceleration_eff", "kinetic_up_kg", 1.0),

@@ -24,22 +24,19 @@ from app.schemas.route import (
     UncertaintyAnswer,
     WeightsSent,
 )
-from energy.battery import JOULE_PER_WH
-from energy.force.effects import PART_NAMES
-from energy.vehicle.vehicle import KMH_PER_MPS
+from energy.force.parts import PART_NAMES
+from energy.units import JOULE_PER_KWH, JOULE_PER_M_PER_KWH_PER_100KM, JOULE_PER_WH, KMH_PER_MPS
 from routing.queries import NAMED_WEIGHTS, ParetoSettings, RouteQuery, Weights
 
 if TYPE_CHECKING:
     from app.schemas.route import RouteRequest
-    from energy.chain.chain import EnergyParts
     from energy.chain.uncertainty import EnergyDistribution
+    from energy.force.parts import EnergyParts
     from energy.vehicle.files import AnyVehicle
     from routing.graph.road_graph import RoadGraph
     from routing.queries import DrivenLinks, ParetoClaim, Route, RouteAnswer, RouteLeg, SearchStats
     from routing.route.hot_links import HotStretch
 
-JOULE_PER_KWH: Final = JOULE_PER_WH * 1000.0
-J_PER_M_PER_KWH_PER_100KM: Final = JOULE_PER_KWH / 100_000.0
 CUSTOM: Final = "custom"
 
 
@@ -220,7 +217,7 @@ def _hot_links(stretch: HotStretch) -> HotLinks:
         to_m=stretch.to_m,
         energy_kwh=stretch.energy_j / JOULE_PER_KWH,
         energy_share=stretch.energy_share_frac,
-        kwh_per_100km=stretch.energy_per_m / J_PER_M_PER_KWH_PER_100KM,
+        kwh_per_100km=stretch.energy_per_m / JOULE_PER_M_PER_KWH_PER_100KM,
         times_mean=stretch.times_mean,
         reason=stretch.reason,
         rise_m=stretch.rise_m,

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from app.conversions.graph import terrain_note
-from app.conversions.route import JOULE_PER_KWH, parts_kwh, parts_wh
+from app.conversions.route import parts_kwh, parts_wh
 from app.schemas.simulation import (
     ChainLinkSent,
     CrossName,
@@ -21,11 +21,11 @@ from app.schemas.simulation import (
     SpeedProfileAnswer,
 )
 from app.service.driving import stops_of
-from energy.battery import JOULE_PER_WH, soc_along
+from energy.battery import soc_along
 from energy.chain.chain import Chain
 from energy.errors import LinkError
 from energy.stops import Cross, StopSettings
-from energy.vehicle.vehicle import KMH_PER_MPS
+from energy.units import JOULE_PER_KWH, JOULE_PER_WH, KMH_PER_MPS
 from routing.queries import LinkSpan
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from app.diagnosing.tracks import places_at
 from app.errors.diagnosing import storable
 from app.schemas.diagnosis import TripLinks, TripOutline, TripTimelineAnswer
 from app.store.diagnoses import TripDocument
-from energy.vehicle.vehicle import KMH_PER_MPS
+from energy.units import KMH_PER_MPS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -8,9 +8,9 @@ import numpy as np
 
 from app.diagnosing.residuals import window_residuals
 from app.errors.diagnosing import storable
-from diagnosis.answer.places import FULL_SCALE_QUANTILE, M_PER_KM, colour
+from diagnosis.answer.places import FULL_SCALE_QUANTILE, colour
 from diagnosis.matching.tracks import NoPositionsError, odometer_m, positions_deg, thinned
-from energy.battery import JOULE_PER_WH
+from energy.units import JOULE_PER_WH, METRE_PER_KM
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -84,7 +84,7 @@ def _stretches(trip: TripAccount, recording: Recording, least_m: float) -> Itera
         here = slice(first, last + 1)
         duration_s = float(trip.timeline.duration_s[here].sum())
         energy_j, way_m = float(windows.energy_j[here].sum()), float(end_m[last] - begin_m[first])
-        per_km = round(energy_j / JOULE_PER_WH / (way_m / M_PER_KM), 2) if way_m > 0.0 else None
+        per_km = round(energy_j / JOULE_PER_WH / (way_m / METRE_PER_KM), 2) if way_m > 0.0 else None
         properties = {
             "trip": storable(trip.id),
             "t_s": round(float(windows.begin_s[first] - recording.time_s[0]), 1),

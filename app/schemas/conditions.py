@@ -7,8 +7,8 @@ from typing import Any, Final
 from pydantic import Field, model_validator
 
 from app.schemas.base import Flag, Number, Sent, refusal
-from energy.conditions import CONDITION_RANGES, ZERO_CELSIUS_K, RoadSurface
-from energy.vehicle.vehicle import KMH_PER_MPS
+from energy.conditions import CONDITION_RANGES, RoadSurface
+from energy.units import KMH_PER_MPS, ZERO_CELSIUS_K
 
 DIGITS: Final = 9  # of °C and km/h, so that the ends of the ranges are those inside
 

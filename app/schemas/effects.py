@@ -7,7 +7,8 @@ from typing import Any, Final
 from pydantic import Field
 
 from app.schemas.base import Flag, Number, Sent
-from energy.conditions import COEFFICIENT_RANGES, ZERO_CELSIUS_K
+from energy.units import ZERO_CELSIUS_K
+from energy.vehicle.coefficients import COEFFICIENT_RANGES
 
 # fields of EffectCoefficients that are temperatures [K], and their names here [°C]
 CELSIUS_FIELDS: Final = {

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.vehicle.vehicle import KMH_PER_MPS
+from energy.units import KMH_PER_MPS
 from routing.graph.road_graph import E7
 
 if TYPE_CHECKING:

@@ -9,11 +9,10 @@ import numpy as np
 from diagnosis.answer.results import Family, FitScore, TripAccount, TripTimeline
 from diagnosis.causes.library import LIBRARY
 from diagnosis.causes.nuisance import PARAMETERS
-from diagnosis.comparison.trips import J_PER_KWH
 from diagnosis.fit.windows import summed
-from energy.conditions import ZERO_CELSIUS_K
-from energy.force.effects import PART_NAMES
+from energy.force.parts import PART_NAMES
 from energy.replay.replay import replay
+from energy.units import JOULE_PER_KWH, ZERO_CELSIUS_K
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -91,12 +90,12 @@ def account(
         ambient_c=None if cut.ambient_k is None else cut.ambient_k - ZERO_CELSIUS_K,
         distance_km=float(cut.distance_m.sum()) / 1000.0,
         duration_s=float(cut.duration_s.sum()),
-        measured_kwh=float(cut.measured_j.sum()) / J_PER_KWH,
-        nameplate_kwh=nameplate_j / J_PER_KWH,
-        before_kwh=float(before_w @ cut.duration_s) / J_PER_KWH,
-        after_kwh=float(after_w @ cut.duration_s) / J_PER_KWH,
-        explained_kwh=sum(by_family.values()) / J_PER_KWH,
-        by_family_kwh={family.value: value / J_PER_KWH for family, value in by_family.items() if value != 0.0},
+        measured_kwh=float(cut.measured_j.sum()) / JOULE_PER_KWH,
+        nameplate_kwh=nameplate_j / JOULE_PER_KWH,
+        before_kwh=float(before_w @ cut.duration_s) / JOULE_PER_KWH,
+        after_kwh=float(after_w @ cut.duration_s) / JOULE_PER_KWH,
+        explained_kwh=sum(by_family.values()) / JOULE_PER_KWH,
+        by_family_kwh={family.value: value / JOULE_PER_KWH for family, value in by_family.items() if value != 0.0},
         timeline=TripTimeline(
             begin_s=cut.begin_s,
             duration_s=cut.duration_s,

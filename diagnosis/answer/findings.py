@@ -11,13 +11,13 @@ from diagnosis.answer.regimes import Axis, regimes
 from diagnosis.answer.results import Coefficient, Family, Finding, ParameterError, Rival, Unexplained
 from diagnosis.answer.separation import sentence, separating
 from diagnosis.causes.nuisance import PARAMETERS
-from diagnosis.comparison.trips import J_PER_KWH
 from diagnosis.fit.fitting import BOX
 from diagnosis.fit.jackknife import FORM_SD_FRAC, additions, equations, solve
 from diagnosis.fit.levels import levels, trip_wind
 from diagnosis.fit.scan import CELL_M, DRAWS, cell_centre_deg
 from diagnosis.fit.selection import LEAST_TRIPS, NULL_DRAWS
 from diagnosis.fit.windows import SENSORS, measured_size_j
+from energy.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -98,7 +98,7 @@ def parameter_errors(model: Model) -> tuple[ParameterError, ...]:
                 nameplate=nameplate,
                 fitted=nameplate + shift,
                 ci95=(nameplate + shift - half, nameplate + shift + half),
-                energy_kwh=energy_j / J_PER_KWH,
+                energy_kwh=energy_j / JOULE_PER_KWH,
                 energy_share_frac=energy_j / measured_j,
                 aliases=(*one.aliases, *others),
                 text=f"{one.name} is {nameplate:.4g} {one.unit} in the vehicle's file; the drives ask for"
@@ -140,7 +140,7 @@ def odd_trips(model: Model) -> dict[str, Unexplained]:
             " vehicle or load, or a faulty recording. It was left out of the fit."
         )
         told[names[k]] = Unexplained(
-            "trip", "", float(k), float(k), mean_w, None, left_j[k] / J_PER_KWH, 1.0 / NULL_DRAWS, (names[k],), text
+            "trip", "", float(k), float(k), mean_w, None, left_j[k] / JOULE_PER_KWH, 1.0 / NULL_DRAWS, (names[k],), text
         )
     return told
 
@@ -175,7 +175,7 @@ def _finding(model: Model, effect: str, terms: Sequence[Candidate], beside: Sequ
     first = next(iter(rivals.values()), None)
     share = moved_j / measured_j
     text = (
-        f"{sentence(effect)} took {energy_j / J_PER_KWH:.2f} kWh in {len(model.windows)} drives,"
+        f"{sentence(effect)} took {energy_j / JOULE_PER_KWH:.2f} kWh in {len(model.windows)} drives,"
         f" {energy_j / measured_j:.1%} of all."
     )
     if rivals:
@@ -185,8 +185,8 @@ def _finding(model: Model, effect: str, terms: Sequence[Candidate], beside: Sequ
         family=family,
         text=text,
         coefficients=tuple(_coefficients(model, [*terms, *beside])),
-        energy_kwh=energy_j / J_PER_KWH,
-        energy_kwh_ci95=((energy_j - half_j) / J_PER_KWH, (energy_j + half_j) / J_PER_KWH),
+        energy_kwh=energy_j / JOULE_PER_KWH,
+        energy_kwh_ci95=((energy_j - half_j) / JOULE_PER_KWH, (energy_j + half_j) / JOULE_PER_KWH),
         energy_share_frac=share,
         t=max((model.z[one.label] for one in terms), key=abs),
         located=_located(model, labels),
@@ -231,9 +231,8 @@ def _located(model: Model, labels: set[str]) -> tuple[Regime, ...]:
 def _level_finding(level: Level) -> Finding:
     mean, half = level.rise_frac, level.half_frac
     half_j = abs(half / mean * level.energy_j)
-    text = (
-        f"{sentence(level.kind.effect)}: {mean:+.0%} on {len(level.trips)} trips, {level.energy_j / J_PER_KWH:.2f} kWh."
-    )
+    energy_kwh = level.energy_j / JOULE_PER_KWH
+    text = f"{sentence(level.kind.effect)}: {mean:+.0%} on {len(level.trips)} trips, {energy_kwh:.2f} kWh."
     rivals = tuple(Rival(one.effect, one.family) for one in level.rivals)
     recording = None
     if rivals:
@@ -244,8 +243,8 @@ def _level_finding(level: Level) -> Finding:
         family=level.kind.family,
         text=text,
         coefficients=(Coefficient("mean_rise_frac", "1", mean, (mean - half, mean + half)),),
-        energy_kwh=level.energy_j / J_PER_KWH,
-        energy_kwh_ci95=((level.energy_j - half_j) / J_PER_KWH, (level.energy_j + half_j) / J_PER_KWH),
+        energy_kwh=level.energy_j / JOULE_PER_KWH,
+        energy_kwh_ci95=((level.energy_j - half_j) / JOULE_PER_KWH, (level.energy_j + half_j) / JOULE_PER_KWH),
         energy_share_frac=level.share_frac,
         t=level.z,
         trips=level.trips,
@@ -255,9 +254,9 @@ def _level_finding(level: Level) -> Finding:
 
 
 def _wind_finding(model: Model, wind: TripWind) -> Finding:
-    energy_kwh = wind.energy_j / J_PER_KWH
+    energy_kwh = wind.energy_j / JOULE_PER_KWH
     spread = 1.96 * FORM_SD_FRAC * wind.mean_mps
-    half_kwh = 1.96 * FORM_SD_FRAC * wind.share_frac * measured_size_j(model.windows) / J_PER_KWH
+    half_kwh = 1.96 * FORM_SD_FRAC * wind.share_frac * measured_size_j(model.windows) / JOULE_PER_KWH
     return Finding(
         effect="steady_wind",
         family=Family.WIND,
@@ -278,7 +277,7 @@ def _told(model: Model, structure: Structure, mean_w: float, k: int) -> Unexplai
     weights = np.array([float(name == f"{BOX}{k}") for name in model.solution.names])
     half_w = model.solution.half_width(weights)
     hours = sum(float((one * trip.duration_s).sum()) for one, trip in zip(structure.inside, model.windows, strict=True))
-    energy_kwh = mean_w * hours / J_PER_KWH
+    energy_kwh = mean_w * hours / JOULE_PER_KWH
     box = structure.box
     where = f"at {box.axis.replace('_', ' ')} {box.low:.4g} to {box.high:.4g} {box.unit}"
     if box.axis == "place":

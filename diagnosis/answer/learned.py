@@ -17,9 +17,11 @@ from diagnosis.causes.nuisance import PARAMETERS
 from diagnosis.fit.fitting import companion_precision, moved, priors, with_wholes
 from diagnosis.fit.jackknife import additions, equations, solve
 from diagnosis.fit.windows import TANGENTS, windows
-from energy.conditions import COEFFICIENT_FLAGS, COEFFICIENT_RANGES, ZERO_CELSIUS_K, Conditions
+from energy.conditions import Conditions
 from energy.errors import EnergyError
 from energy.replay.replay import replay
+from energy.units import ZERO_CELSIUS_K
+from energy.vehicle.coefficients import COEFFICIENT_FLAGS, COEFFICIENT_RANGES
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

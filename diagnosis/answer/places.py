@@ -12,7 +12,7 @@ from scipy import stats
 from diagnosis.answer.regimes import CONFIDENCE_FRAC
 from diagnosis.errors import DiagnosisError
 from diagnosis.matching.tracks import odometer_m, positions_deg
-from energy.battery import JOULE_PER_WH
+from energy.units import JOULE_PER_WH, METRE_PER_KM
 from routing.graph.snap import METRE_PER_DEGREE
 
 if TYPE_CHECKING:
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from routing.graph.road_graph import RoadGraph
 
 CELL_M: Final = 250.0
-M_PER_KM: Final = 1000.0
 # nine classes from less than simulated to more: ColorBrewer's RdBu, safe for colour-blind readers
 COLOURS: Final = ("#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f7f7f7", "#fddbc7", "#f4a582", "#d6604d", "#b2182b")
 FULL_SCALE_QUANTILE: Final = 0.95  # of the places' |mean_w|, beyond which colours don't change
@@ -248,7 +247,7 @@ def _summed(trips: Sequence[TripResidual], passes: Sequence[_Passes]) -> tuple[P
 
 def _place(place: int, by_trip: NDArray[np.float64]) -> PlaceResidual:
     """One place from each trip's energy, time, way and number of passes there, float64 (trips, 4)."""
-    energy, time, way = by_trip[:, 0], by_trip[:, 1], by_trip[:, 2] / M_PER_KM * JOULE_PER_WH
+    energy, time, way = by_trip[:, 0], by_trip[:, 1], by_trip[:, 2] / METRE_PER_KM * JOULE_PER_WH
     mean_w, wh_per_km = _ratio(energy, time), _ratio(energy, way)
     return PlaceResidual(
         place=place,

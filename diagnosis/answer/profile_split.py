@@ -18,6 +18,7 @@ from diagnosis.errors import DiagnosisError
 from energy.chain.chain import StopRule, simulate_chain
 from energy.conditions import STILL, Conditions
 from energy.replay.replay import DrivenProfile, replay
+from energy.units import JOULE_PER_KWH
 from energy.vehicle.vehicle import CHECKED_SPEED_MPS
 from routing.queries import LinkSpan
 
@@ -33,7 +34,6 @@ if TYPE_CHECKING:
     from energy.vehicle.files import AnyVehicle
     from routing.planner import Planner
 
-J_PER_KWH: Final = 3.6e6
 STEP_S: Final = 1.0  # as Recording.profile
 STOPPED_MPS: Final = 0.5  # assumed: slower than that is a stop, as it is for most loggers
 ROLLING_MPS: Final = 2.0  # assumed: a stop ends above it, so that creeping in a queue is one stop
@@ -85,9 +85,9 @@ def profile_split(
         measured_j += float(np.trapezoid(recording.power_w[here], recording.time_s[here]))
     return ProfileSplit(
         trip_id=recording.id,
-        planned_kwh=planned_j / J_PER_KWH,
-        driven_kwh=driven_j / J_PER_KWH,
-        measured_kwh=measured_j / J_PER_KWH,
+        planned_kwh=planned_j / JOULE_PER_KWH,
+        driven_kwh=driven_j / JOULE_PER_KWH,
+        measured_kwh=measured_j / JOULE_PER_KWH,
         planned_s=planned_s,
         driven_s=driven_s,
         planned_stops=planned_stops,

@@ -10,10 +10,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from scipy import stats
 
-from diagnosis.comparison.trips import J_PER_KWH
 from diagnosis.errors import DiagnosisError
-from energy.conditions import ZERO_CELSIUS_K
-from energy.vehicle.vehicle import KMH_PER_MPS
+from energy.units import JOULE_PER_KWH, KMH_PER_MPS, ZERO_CELSIUS_K
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -121,7 +119,7 @@ def _regime(
         sd = math.sqrt((n - 1) / n * float(np.square(without - without.mean()).sum()))
         half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE_FRAC, n - 1)) * sd
         low_w, high_w = mean_w - half, mean_w + half
-    return Regime(axis, low, high, mean_w, low_w, high_w, energy_j / J_PER_KWH, time_s, n)
+    return Regime(axis, low, high, mean_w, low_w, high_w, energy_j / JOULE_PER_KWH, time_s, n)
 
 
 def _ambient(trip: Windows) -> NDArray[np.float64] | None:

@@ -219,9 +219,9 @@ class Diagnosis:
     A trip left out one at a time has had no part in the coefficients, but in what was selected. routes: what routes
     carry, replayed at the recorded speed and temperature.
 
-    effects: the model that was learned, as energy.conditions.EffectCoefficients has it (fields that the drives say
-    something about only). parameters: fields of the vehicle that replace its own. not_carried: findings that routes and
-    ranges cannot use, and why.
+    effects: the model that was learned, as energy.vehicle.coefficients.EffectCoefficients has it (fields that the
+    drives say something about only). parameters: fields of the vehicle that replace its own. not_carried: findings
+    that routes and ranges cannot use, and why.
     """
 
     vehicle_id: str

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.replay.replay import SMOOTHING_M, graded, replay
-from energy.vehicle.vehicle import GRAVITY_MPS2
+from energy.units import GRAVITY_MPS2
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

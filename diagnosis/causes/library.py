@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from diagnosis.answer.results import Family
-from energy.conditions import ZERO_CELSIUS_K, Conditions
+from energy.conditions import Conditions
 from energy.force.effects import REFERENCE_K, RESISTANCE_REFERENCE_K, air_density_factor
-from energy.vehicle.vehicle import GRAVITY_MPS2, KMH_PER_MPS
+from energy.units import GRAVITY_MPS2, KMH_PER_MPS, ZERO_CELSIUS_K
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -14,7 +14,8 @@ import numpy as np
 
 from diagnosis.answer.results import Family
 from energy.replay.replay import replay
-from energy.vehicle.vehicle import CHECKED_SPEED_MPS, GRAVITY_MPS2
+from energy.units import GRAVITY_MPS2
+from energy.vehicle.vehicle import CHECKED_SPEED_MPS
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -12,10 +12,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
 from diagnosis.comparison.comparison import NORMAL_QUANTILE
-from diagnosis.comparison.trips import J_PER_KWH
 from energy.chain.uncertainty import QUANTILES, RESIDUAL_SD_FRAC, SAMPLES, SEED, residual_fracs, sampled_vehicles
 from energy.conditions import STILL, Conditions
 from energy.replay.replay import SMOOTHING_M, graded, replay
+from energy.units import JOULE_PER_KWH
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 
 if TYPE_CHECKING:
@@ -204,7 +204,7 @@ def coverage_png(
     figure = Figure(figsize=(width_px / DPI, height_px / DPI), dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
     panels = figure.subplots(1, len(models), sharex=True, sharey=True, squeeze=False)[0]
-    most = max(max(trip.measured_j, trip.energy_p90_j) for _, trips in models for trip in trips) / J_PER_KWH
+    most = max(max(trip.measured_j, trip.energy_p90_j) for _, trips in models for trip in trips) / JOULE_PER_KWH
     for axes, (title, trips) in zip(panels, models, strict=True):
         axes.plot([0.0, 1.06 * most], [0.0, 1.06 * most], color=GREY, linewidth=1.0, zorder=1)
         for winter, colour, label in ((False, SUMMER, "summer"), (True, WINTER, "winter")):
@@ -212,7 +212,7 @@ def coverage_png(
             if not group:
                 continue
             middle, measured, low, high = (
-                np.array([getattr(trip, name) for trip in group]) / J_PER_KWH
+                np.array([getattr(trip, name) for trip in group]) / JOULE_PER_KWH
                 for name in ("energy_p50_j", "measured_j", "energy_p10_j", "energy_p90_j")
             )
             inside = sum(trip.covered for trip in group)

@@ -11,7 +11,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from diagnosis.comparison.trips import J_PER_KWH
+from energy.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -109,11 +109,11 @@ def energy_boxes_png(comparison: Comparison) -> bytes:
     for series in comparison.series:
         ids = tuple(pair.measured.trip_id for pair in series.pairs)
         if ids != shown:
-            measured = [pair.measured.energy_j / J_PER_KWH for pair in series.pairs]
-            rows.append((comparison.measured, measured, series.measured_energy_j, 1.0 / J_PER_KWH))
+            measured = [pair.measured.energy_j / JOULE_PER_KWH for pair in series.pairs]
+            rows.append((comparison.measured, measured, series.measured_energy_j, 1.0 / JOULE_PER_KWH))
             shown = ids
-        simulated = [pair.simulated.energy_j / J_PER_KWH for pair in series.pairs]
-        rows.append((series.series, simulated, series.simulated_energy_j, 1.0 / J_PER_KWH))
+        simulated = [pair.simulated.energy_j / JOULE_PER_KWH for pair in series.pairs]
+        rows.append((series.series, simulated, series.simulated_energy_j, 1.0 / JOULE_PER_KWH))
     return _boxes_png(rows, "energy of a trip [kWh]", "Energies of the trips", zero=False)
 
 

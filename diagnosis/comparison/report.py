@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Final
 from diagnosis.comparison.comparison import relative_error
 from diagnosis.comparison.plots import energy_boxes_png, error_boxes_png, error_histogram_png, type_boxes_png
 from diagnosis.comparison.tables import METHOD, markdown_page
-from diagnosis.comparison.trips import J_PER_KWH, J_PER_M_PER_KWH_PER_100KM, KMH_PER_MPS, M_PER_KM, write_trips
+from diagnosis.comparison.trips import write_trips
 from diagnosis.errors import ComparisonError
+from energy.units import JOULE_PER_KWH, JOULE_PER_M_PER_KWH_PER_100KM, KMH_PER_MPS, METRE_PER_KM
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -99,8 +100,8 @@ def _series(series: SeriesComparison) -> dict[str, object]:
         "trips_without_relative_error": list(series.undefined),
         "types": [_type(kind) for kind in series.types],
         "energy_error_percent": _percents(series.energy_error),
-        "measured_energy_kwh": _spread(series.measured_energy_j, 1.0 / J_PER_KWH),
-        "simulated_energy_kwh": _spread(series.simulated_energy_j, 1.0 / J_PER_KWH),
+        "measured_energy_kwh": _spread(series.measured_energy_j, 1.0 / JOULE_PER_KWH),
+        "simulated_energy_kwh": _spread(series.simulated_energy_j, 1.0 / JOULE_PER_KWH),
         "paired_t_test": _test(series.paired_test),
         "trips": [_pair(pair) for pair in series.pairs],
     }
@@ -129,15 +130,15 @@ def _averages(mean: Averages) -> dict[str, object]:
     return {
         "trip_count": mean.trip_count,
         "mass_kg": mean.mass_kg,
-        "distance_km": mean.distance_m / M_PER_KM,
+        "distance_km": mean.distance_m / METRE_PER_KM,
         "duration_s": mean.duration_s,
         "speed_kmh": mean.speed_mps * KMH_PER_MPS,
         "stops": mean.stop_count,
         "standstill_s": mean.standstill_s,
-        "energy_kwh_per_100km": mean.specific_j_per_m / J_PER_M_PER_KWH_PER_100KM,
-        "energy_kwh": mean.energy_j / J_PER_KWH,
+        "energy_kwh_per_100km": mean.specific_j_per_m / JOULE_PER_M_PER_KWH_PER_100KM,
+        "energy_kwh": mean.energy_j / JOULE_PER_KWH,
         "pooled_speed_kmh": mean.pooled_speed_mps * KMH_PER_MPS,
-        "pooled_energy_kwh_per_100km": mean.pooled_specific_j_per_m / J_PER_M_PER_KWH_PER_100KM,
+        "pooled_energy_kwh_per_100km": mean.pooled_specific_j_per_m / JOULE_PER_M_PER_KWH_PER_100KM,
     }
 
 
@@ -171,7 +172,7 @@ def _test(test: PairedTest | None) -> dict[str, object] | None:
     if test is None:
         return None
     return {
-        "mean_difference_kwh": test.difference_j / J_PER_KWH,
+        "mean_difference_kwh": test.difference_j / JOULE_PER_KWH,
         "t": test.statistic,
         "degrees_of_freedom": test.degrees_of_freedom,
         "p": test.p_value,
@@ -182,8 +183,8 @@ def _pair(pair: Pair) -> dict[str, object]:
     return {
         "trip": pair.measured.trip_id,
         "type": pair.measured.route_type,
-        "measured_kwh": pair.measured.energy_j / J_PER_KWH,
-        "simulated_kwh": pair.simulated.energy_j / J_PER_KWH,
+        "measured_kwh": pair.measured.energy_j / JOULE_PER_KWH,
+        "simulated_kwh": pair.simulated.energy_j / JOULE_PER_KWH,
         "energy_error_percent": _times(relative_error(pair.simulated.energy_j, pair.measured.energy_j), 100.0),
     }
 

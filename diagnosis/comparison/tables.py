@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from diagnosis.comparison.trips import J_PER_KWH, J_PER_M_PER_KWH_PER_100KM, KMH_PER_MPS, M_PER_KM
+from energy.units import JOULE_PER_KWH, JOULE_PER_M_PER_KWH_PER_100KM, KMH_PER_MPS, METRE_PER_KM
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -33,18 +33,18 @@ METHOD: Final = (
 
 _AVERAGES: Final[tuple[tuple[str, Callable[[Averages], str]], ...]] = (
     ("total mass [kg]", lambda mean: NONE if mean.mass_kg is None else f"{mean.mass_kg:.0f}"),
-    ("distance [km]", lambda mean: f"{mean.distance_m / M_PER_KM:.1f}"),
+    ("distance [km]", lambda mean: f"{mean.distance_m / METRE_PER_KM:.1f}"),
     ("travel time [h:mm:ss]", lambda mean: clock(mean.duration_s)),
     ("mean speed [km/h]", lambda mean: f"{mean.speed_mps * KMH_PER_MPS:.1f}"),
     ("mean speed, pooled [km/h]", lambda mean: f"{mean.pooled_speed_mps * KMH_PER_MPS:.1f}"),
     ("stops", lambda mean: f"{mean.stop_count:.1f}"),
     ("standstill [s]", lambda mean: f"{mean.standstill_s:.0f}"),
-    ("consumption [kWh/100 km]", lambda mean: f"{mean.specific_j_per_m / J_PER_M_PER_KWH_PER_100KM:.1f}"),
+    ("consumption [kWh/100 km]", lambda mean: f"{mean.specific_j_per_m / JOULE_PER_M_PER_KWH_PER_100KM:.1f}"),
     (
         "consumption, pooled [kWh/100 km]",
-        lambda mean: f"{mean.pooled_specific_j_per_m / J_PER_M_PER_KWH_PER_100KM:.1f}",
+        lambda mean: f"{mean.pooled_specific_j_per_m / JOULE_PER_M_PER_KWH_PER_100KM:.1f}",
     ),
-    ("energy [kWh]", lambda mean: f"{mean.energy_j / J_PER_KWH:.2f}"),
+    ("energy [kWh]", lambda mean: f"{mean.energy_j / JOULE_PER_KWH:.2f}"),
 )
 _ERRORS: Final[tuple[tuple[str, Callable[[QuantityErrors], MeanError]], ...]] = (
     ("distance", lambda errors: errors.distance),
@@ -116,7 +116,7 @@ def paired_test_sentence(test: PairedTest | None) -> str:
     """What the paired t-test says, in one line."""
     if test is None:
         return "Paired t-test of the energies: needs at least two trips."
-    difference = f"mean difference {test.difference_j / J_PER_KWH:+.2f} kWh"
+    difference = f"mean difference {test.difference_j / JOULE_PER_KWH:+.2f} kWh"
     if test.statistic is None or test.p_value is None:
         return f"Paired t-test of the energies: {difference}; all differences are equal, so there is no t."
     return (

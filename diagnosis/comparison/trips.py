@@ -13,15 +13,11 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from diagnosis.errors import TripTableError
+from energy.units import JOULE_PER_KWH, METRE_PER_KM
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
     from pathlib import Path
-
-KMH_PER_MPS: Final = 3.6
-J_PER_KWH: Final = 3.6e6
-M_PER_KM: Final = 1000.0
-J_PER_M_PER_KWH_PER_100KM: Final = J_PER_KWH / (100.0 * M_PER_KM)
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,11 +72,11 @@ class _Column:
 SMALLEST: Final = 1e-6  # magnitude in a table's unit, assumed: below anything measured, and no ratio of two overflows
 _UNPRINTABLE: Final = ("Cc", "Cs", "Zl", "Zp")  # Unicode: control, surrogate, line and paragraph separator
 _TEXTS: Final = ("trip", "type", "series")
-_DISTANCE: Final = _Column("distance_km", M_PER_KM, 0.0, 1e5, above_low=True)
+_DISTANCE: Final = _Column("distance_km", METRE_PER_KM, 0.0, 1e5, above_low=True)
 _DURATION: Final = _Column("duration_s", 1.0, 0.0, 1e8, above_low=True)
 _STOPS: Final = _Column("stops", 1.0, 0.0, 1e6)
 _STANDSTILL: Final = _Column("standstill_s", 1.0, 0.0, 1e8)
-_ENERGY: Final = _Column("energy_kwh", J_PER_KWH, -1e5, 1e5)
+_ENERGY: Final = _Column("energy_kwh", JOULE_PER_KWH, -1e5, 1e5)
 _MASS: Final = _Column("mass_kg", 1.0, 0.0, 1e5, above_low=True)
 _NUMBERS: Final = (_DISTANCE, _DURATION, _STOPS, _STANDSTILL, _ENERGY)
 REQUIRED_COLUMNS: Final = (*_TEXTS, *(column.name for column in _NUMBERS))
@@ -133,11 +129,11 @@ def write_trips(path: Path, records: Iterable[TripRecord]) -> None:
                         record.trip_id,
                         record.route_type,
                         record.series,
-                        record.distance_m / M_PER_KM,
+                        record.distance_m / METRE_PER_KM,
                         record.duration_s,
                         record.stop_count,
                         record.standstill_s,
-                        record.energy_j / J_PER_KWH,
+                        record.energy_j / JOULE_PER_KWH,
                         "" if record.mass_kg is None else record.mass_kg,
                     )
                 )

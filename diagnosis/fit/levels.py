@@ -16,7 +16,7 @@ from diagnosis.answer.results import Family
 from diagnosis.fit.jackknife import equations, solve
 from diagnosis.fit.noise import KERNELS, whitened
 from diagnosis.fit.windows import measured_size_j, summed
-from energy.vehicle.vehicle import GRAVITY_MPS2
+from energy.units import GRAVITY_MPS2
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

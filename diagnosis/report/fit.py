@@ -33,6 +33,7 @@ from diagnosis.report.plots import (
     trip_panel,
 )
 from diagnosis.report.text import AXIS_NAMES, NONE, count, fit_sentence, fixed, percents, regime_range
+from energy.units import SECOND_PER_HOUR
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -42,7 +43,6 @@ if TYPE_CHECKING:
 
 SHOWN_AXES: Final = tuple(Axis(name) for name in AXIS_NAMES)
 KWH_PLACES: Final = 2
-SECONDS_PER_HOUR: Final = 3600.0
 NO_TRIPS: Final = "There is no drive to show."
 
 
@@ -223,7 +223,7 @@ def _regime_rows(axis: Axis, before: Sequence[Regime], after: Sequence[Regime]) 
             [
                 f"{AXIS_NAMES[axis][0]}: {regime_range(axis, *reach)}",
                 data(known.trips, str(known.trips)),
-                cell(known.duration_s / SECONDS_PER_HOUR),
+                cell(known.duration_s / SECOND_PER_HOUR),
                 *_residual_cells(was.get(reach)),
                 *_residual_cells(now.get(reach)),
                 NONE if energy is None else cell(energy, signed=True),

@@ -27,7 +27,7 @@ from diagnosis.report.axes import (
 )
 from diagnosis.report.markup import Html, element
 from diagnosis.report.text import AXIS_NAMES, FAMILY_NAMES, SPACE, fixed, number, quantity, regime_range, spoken
-from energy.vehicle.vehicle import KMH_PER_MPS
+from energy.units import KMH_PER_MPS
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Final, overload
 
 import numpy as np
 
-from energy.battery import JOULE_PER_WH
-from energy.chain import kernels_link
-from energy.chain.kernels_link import PART_COUNT
+from energy.chain import kernels_chain
 from energy.conditions import STILL, Conditions
 from energy.errors import LinkError
-from energy.force.effects import PART_NAMES, LinkSetting, drive_of
+from energy.force.effects import LinkSetting, drive_of
+from energy.force.kernels_parts import PART_COUNT
+from energy.force.parts import EnergyParts, energy_parts
+from energy.units import JOULE_PER_WH
 from energy.vehicle.vehicle import CHECKED_SPEED_MPS
 
 if TYPE_CHECKING:
@@ -52,7 +53,8 @@ class Chain:
     length_m: float64 (n,) > 0. grade_frac: float64 (n,) sin θ, -1..1. speed_limit_mps: float64 (n,) > 0.
     stop_probability_frac: float64 (n,) 0..1, stop_time_s: float64 (n,) ≥ 0, at the end of the link.
     stop_class: int8 (n,) counter that the link's end belongs to, for the rule `counted`: 4·urban + cross; or
-    energy.chain.kernels_link.REST where the vehicle comes to rest at the link's end for stop_time_s, whatever the rule.
+    energy.chain.kernels_chain.REST where the vehicle comes to rest at the link's end for stop_time_s, whatever the
+    rule.
     altitude_m: float64 (n,) mean height, for the density of the air. heading: float64 (n, 2) east and north part of the
     way over its length, for wind. Both may be absent; conditions that need them then raise ConditionsError.
     """
@@ -73,7 +75,7 @@ class LinkResult:
 
     energy_j: from the battery [J], negative where more is recuperated. duration_s includes standing still.
     speed_end_mps: speed carried into the next link, given no stop. stop_probability_frac: of having stopped at its end.
-    parts_j: float64 (20,), in the order of `energy.force.effects.PART_NAMES`; they add up to energy_j.
+    parts_j: float64 (20,), in the order of `energy.force.parts.PART_NAMES`; they add up to energy_j.
     """
 
     energy_j: float
@@ -121,41 +123,6 @@ class LinkResults(Sequence[LinkResult]):
 
 
 @dataclass(frozen=True, slots=True)
-class EnergyParts:
-    """Battery energy by cause [J], fields in the order of PART_NAMES; the parts add up to the whole.
-
-    The first eight are the source's model: work against road load, grade and inertia at the wheels, losses of
-    drivetrain and recuperation, auxiliaries. The rest is what conditions add, each 0 while its effect is off;
-    consumption_table_j is all that a vehicle given as a table takes on the flat.
-    """
-
-    rolling_j: float = 0.0
-    linear_j: float = 0.0
-    aero_j: float = 0.0
-    grade_j: float = 0.0
-    inertia_j: float = 0.0
-    drivetrain_loss_j: float = 0.0
-    recuperation_loss_j: float = 0.0
-    auxiliary_j: float = 0.0
-    tyre_temperature_j: float = 0.0
-    road_surface_j: float = 0.0
-    payload_j: float = 0.0
-    air_density_j: float = 0.0
-    drag_j: float = 0.0
-    wind_j: float = 0.0
-    regen_limit_j: float = 0.0
-    load_loss_j: float = 0.0
-    battery_resistance_j: float = 0.0
-    cabin_j: float = 0.0
-    tyre_warm_up_j: float = 0.0
-    consumption_table_j: float = 0.0
-
-    def total_j(self) -> float:
-        """Sum of all parts [J]."""
-        return sum(float(getattr(self, field.name)) for field in fields(self))
-
-
-@dataclass(frozen=True, slots=True)
 class ChainResult:
     """What driving a whole chain takes; links in order, sums over them."""
 
@@ -193,7 +160,7 @@ def simulate_chain(
     setting = LinkSetting(chain.grade_frac, driven_mps, chain.altitude_m, chain.heading)
     energy, time, standstill, v_end, p_end = (np.empty(n) for _ in range(5))
     terms = np.zeros((n, PART_COUNT))
-    kernels_link.drive_chain(
+    kernels_chain.drive_chain(
         drive.physics,
         drive.roads(setting, chain.stop_time_s),
         chain.length_m,
@@ -225,16 +192,11 @@ def simulate_chain(
 
 
 RULE_CODE: Final = {
-    StopRule.EXPECTED: kernels_link.EXPECTED,
-    StopRule.COUNTED: kernels_link.COUNTED,
-    StopRule.NONE: kernels_link.NO_STOPS,
-    StopRule.CROSSINGS: kernels_link.CROSSINGS,
+    StopRule.EXPECTED: kernels_chain.EXPECTED,
+    StopRule.COUNTED: kernels_chain.COUNTED,
+    StopRule.NONE: kernels_chain.NO_STOPS,
+    StopRule.CROSSINGS: kernels_chain.CROSSINGS,
 }
-
-
-def energy_parts(parts_j: NDArray[np.float64]) -> EnergyParts:
-    """Energy by cause from an array (20,) in the order of PART_NAMES [J]."""
-    return EnergyParts(**{f"{name}_j": float(value) for name, value in zip(PART_NAMES, parts_j, strict=True)})
 
 
 def filling_energy_j(soc_frac: float | None, capacity_wh: float) -> float:
@@ -270,7 +232,7 @@ def _check_chain(chain: Chain) -> None:
             "0..1",
         ),
         ("stop_time_s", chain.stop_time_s, chain.stop_time_s >= 0.0, "a non-negative finite number"),
-        ("stop_class", chain.stop_class, (chain.stop_class >= 0) & (chain.stop_class <= kernels_link.REST), "0..8"),
+        ("stop_class", chain.stop_class, (chain.stop_class >= 0) & (chain.stop_class <= kernels_chain.REST), "0..8"),
     )
     for name, values, good, allowed in checks:
         if values.shape != (n,):

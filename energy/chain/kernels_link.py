@@ -13,29 +13,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.force.kernels_force import (
-    AUXILIARY,
-    CABIN,
-    GRADE,
-    INERTIA,
-    PART_COUNT,
-    REGEN_LIMIT,
-    RESISTANCE_LOSS,
-    ROAD_WAIT,
-    ROLLING,
-    TABLE,
-    LinkPhysics,
-    Road,
-    accepted_j,
-    book_warm_up,
-    cabin_energy_j,
-    cruise_energy,
-    cruise_terms,
-    idle_energy,
-    ramp_energy,
-    ramp_terms,
-    road_in_time,
-)
+from energy.force.kernels_force import cruise_energy, cruise_terms, idle_energy, ramp_energy, ramp_terms
+from energy.force.kernels_parts import AUXILIARY, GRADE, INERTIA, RESISTANCE_LOSS, TABLE
+from energy.force.kernels_physics import LinkPhysics, Road
 
 TOUCH_MPS = 1e-9  # a speed this near to an interval boundary touches only the interval on its own side
 
@@ -269,104 +249,3 @@ def add_link_parts(
         if weight > 0.0:
             begin = 0.0 if branch & 1 else v_start
             add_drive_parts(p, r, length, begin, v_max, 0.0 if branch & 2 else target, weight, parts)
-
-
-EXPECTED, COUNTED, NO_STOPS, CROSSINGS = range(4)
-MEDIUM = 2  # Cross.MEDIUM: a minor road meeting a major one, an entry to a roundabout
-REST = 8  # stop class of a link at whose end the vehicle comes to rest for certain, whatever the rule
-
-
-@njit(nogil=True, cache=True)
-def stop_at(
-    rule: int,
-    probability: float,
-    stop_class: int,
-    requests: NDArray[np.float64],
-    stops: NDArray[np.float64],
-) -> float:
-    """Probability of stopping at a link's end under a rule; counters (8,) are carried from link to link."""
-    if stop_class == REST:
-        return 1.0
-    if rule == NO_STOPS:
-        return 0.0
-    if rule == CROSSINGS:
-        return 1.0 if probability > 0.0 and (stop_class & 3) >= MEDIUM else 0.0
-    if rule == COUNTED and probability > 0.0:
-        requests[stop_class] += 1.0  # counted before the comparison, so that there is no 0/0
-        if stops[stop_class] / requests[stop_class] < probability:  # (29)-(31)
-            stops[stop_class] += 1.0
-            return 1.0
-        return 0.0
-    return probability
-
-
-@njit(nogil=True, cache=True)
-def drive_chain(
-    p: LinkPhysics,
-    roads: NDArray[np.float64],
-    length: NDArray[np.float64],
-    v_max: NDArray[np.float64],
-    stop_probability: NDArray[np.float64],
-    stop_class: NDArray[np.int8],
-    rule: int,
-    v_start: float,
-    arrive_stopped: bool,
-    full_j: float,
-    energy: NDArray[np.float64],
-    time: NDArray[np.float64],
-    standstill: NDArray[np.float64],
-    v_end: NDArray[np.float64],
-    p_end: NDArray[np.float64],
-    parts: NDArray[np.float64],
-) -> None:
-    """Drive a chain of links and fill energy, time, standstill, v_end, p_end (n,) and parts (n, 15).
-
-    roads: (n, 8), columns of energy.force.kernels_force. full_j: battery energy that would fill the battery at
-    departure, negative, −inf where the charge is not known.
-    """
-    requests = np.zeros(8)
-    stops = np.zeros(8)
-    v = v_start
-    p_entry = 0.0
-    used = 0.0
-    clock = 0.0
-    n = length.size
-    for k in range(n):
-        wait = roads[k, ROAD_WAIT]
-        p_stop = stop_at(rule, stop_probability[k], stop_class[k], requests, stops)
-        v_next = v_max[k + 1] if k + 1 < n else v_max[k]  # (10), or (9) where the next link is unknown
-        if k + 1 == n and arrive_stopped:
-            p_stop = 1.0
-            wait = 0.0
-        r = road_in_time(p, roads, k, clock, length[k] / v_max[k])
-        e, time[k], v_end[k] = link_energy(p, r, length[k], v, p_entry, v_max[k], v_next, p_stop, wait)
-        add_link_parts(p, r, length[k], v, p_entry, v_max[k], v_next, p_stop, wait, parts[k])
-        book_warm_up(p, r, roads, k, parts[k, ROLLING], parts[k])
-        heat = cabin_energy_j(p, clock, clock + time[k])
-        energy[k] = accepted_j(p, used, e + heat, full_j)
-        parts[k, CABIN] += heat
-        parts[k, REGEN_LIMIT] += energy[k] - (e + heat)
-        standstill[k] = p_stop * wait
-        p_end[k] = p_stop
-        v = v_end[k]
-        p_entry = p_stop
-        used = max(used + energy[k], full_j)
-        clock += time[k]
-
-
-__all__ = [
-    "COUNTED",
-    "CROSSINGS",
-    "EXPECTED",
-    "NO_STOPS",
-    "PART_COUNT",
-    "REST",
-    "LinkPhysics",
-    "Road",
-    "add_link_parts",
-    "drive_chain",
-    "drive_energy",
-    "link_energy",
-    "mean_over_intervals",
-    "plan_link",
-]

@@ -17,24 +17,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.chain.kernels_link import TOUCH_MPS, stop_at
-from energy.force.kernels_force import (
-    AUXILIARY,
-    CABIN,
-    REGEN_LIMIT,
-    RESISTANCE_LOSS,
-    ROAD_WAIT,
-    ROLLING,
-    LinkPhysics,
-    accepted_j,
-    book_warm_up,
-    cabin_energy_j,
-    cruise_terms,
-    idle_energy,
-    ramp_terms,
-    road_in_time,
-    total_j,
-)
+from energy.chain.kernels_chain import stop_at
+from energy.chain.kernels_link import TOUCH_MPS
+from energy.force.kernels_force import cruise_terms, idle_energy, ramp_terms, total_j
+from energy.force.kernels_parts import AUXILIARY, CABIN, REGEN_LIMIT, RESISTANCE_LOSS, ROLLING
+from energy.force.kernels_physics import ROAD_WAIT, LinkPhysics, accepted_j, book_warm_up, cabin_energy_j, road_in_time
 
 SLACK = 1e-6  # a step that ends this share of itself before the link's end ends there: no step of rounding errors
 STEP_LIMIT_REACHED = -1
@@ -176,7 +163,7 @@ def drive_steps(
 ) -> int:
     """Drive a chain in time steps and fill energy, time, standstill, v_end, stopped (n,) and parts (n, 15).
 
-    roads, full_j: as for energy.chain.kernels_link.drive_chain. rule: one whose stops are certain. v_end: 0 where it
+    roads, full_j: as for energy.chain.kernels_chain.drive_chain. rule: one whose stops are certain. v_end: 0 where it
     stops.
     track: (m, 3) way, time and speed at the start and after each step and wait, as many as fit; m = 0 for none.
     Returns the number of steps, or STEP_LIMIT_REACHED.

@@ -8,17 +8,18 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.chain import kernels_link
+from energy.chain import kernels_chain, kernels_link
 from energy.chain.chain import RULE_CODE, LinkModel, StopRule, check_chain
 from energy.conditions import STILL, Conditions
 from energy.force.effects import LinkSetting, drive_of
-from energy.force.kernels_force import ROAD_WAIT, ramp_energy, road_at
+from energy.force.kernels_force import ramp_energy
+from energy.force.kernels_physics import ROAD_WAIT, road_at
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from energy.chain.chain import Chain
-    from energy.force.kernels_force import LinkPhysics, Road
+    from energy.force.kernels_physics import LinkPhysics, Road
     from energy.vehicle.consumption_table import ConsumptionTableVehicle
     from energy.vehicle.vehicle import Vehicle
 
@@ -67,7 +68,7 @@ def chain_profile(
     n = chain.length_m.size
     v = start_speed_mps
     for k in range(n):
-        p_stop = kernels_link.stop_at(
+        p_stop = kernels_chain.stop_at(
             RULE_CODE[rule], chain.stop_probability_frac[k], chain.stop_class[k], requests, stops
         )
         last = k + 1 == n

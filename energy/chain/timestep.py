@@ -7,17 +7,19 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.chain.chain import RULE_CODE, LinkResult, StopRule, check_chain, energy_parts, filling_energy_j
-from energy.chain.kernels_link import PART_COUNT
+from energy.chain.chain import RULE_CODE, LinkResult, StopRule, check_chain, filling_energy_j
 from energy.chain.kernels_timestep import STEP_LIMIT_REACHED, drive_steps
 from energy.chain.profile import SpeedProfile, thinned
 from energy.conditions import STILL, Conditions
 from energy.errors import ConditionsError, LinkError
 from energy.force.effects import LinkSetting, drive_of
+from energy.force.kernels_parts import PART_COUNT
+from energy.force.parts import energy_parts
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 
 if TYPE_CHECKING:
-    from energy.chain.chain import Chain, EnergyParts
+    from energy.chain.chain import Chain
+    from energy.force.parts import EnergyParts
     from energy.vehicle.vehicle import Vehicle
 
 STEP_S: Final = 0.1  # the source's

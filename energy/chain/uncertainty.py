@@ -15,12 +15,13 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from energy.battery import JOULE_PER_WH
 from energy.chain.chain import RULE_CODE, LinkModel, StopRule, check_chain, filling_energy_j
-from energy.conditions import COEFFICIENT_RANGES, STILL, Conditions
+from energy.chain.kernels_chain import drive_energies
+from energy.conditions import STILL, Conditions
 from energy.errors import ConditionsError, VehicleError
 from energy.force.effects import LinkSetting, drive_of
-from energy.kernels_samples import drive_energies
+from energy.units import JOULE_PER_WH
+from energy.vehicle.coefficients import COEFFICIENT_RANGES
 from energy.vehicle.consumption_table import MOST_J_PER_M, ConsumptionTableVehicle
 from energy.vehicle.vehicle import Vehicle
 

@@ -10,14 +10,12 @@ from __future__ import annotations
 from typing import Any, TypeVar
 
 import numpy as np
-from numba import njit, types
+from numba import types
 from numba.core import cgutils
 from numba.core.errors import TypingError
 from numba.extending import intrinsic, overload
 from numba.np.numpy_support import carray
 from numpy.typing import NDArray
-
-from energy.force.kernels_force import LinkPhysics
 
 Number = TypeVar("Number", bound=np.generic)
 
@@ -46,35 +44,3 @@ def _compile_borrowed(array: Any) -> Any:
         return carray(_pointer(array), array.shape, array.dtype)  # type: ignore[call-arg]
 
     return borrow
-
-
-@njit(nogil=True, cache=True)
-def borrowed_physics(p: LinkPhysics) -> LinkPhysics:
-    """The same vehicle and conditions with borrowed arrays."""
-    return LinkPhysics(
-        p.weight_n,
-        p.inertia_kg,
-        p.drive_factor,
-        p.recuperation_factor,
-        p.aux_move_w,
-        p.aux_idle_w,
-        borrowed(p.speed_bound_mps),
-        borrowed(p.accel_sum),
-        borrowed(p.decel_sum),
-        p.printed,
-        p.regen_cap_w,
-        p.fade_width_j,
-        p.loss_per_n2,
-        p.loss_per_w,
-        p.regen_min_mps,
-        p.lossy,
-        p.cabin_w,
-        p.cabin_start_w,
-        p.cabin_time_s,
-        p.tyre_time_s,
-        p.table,
-        p.climb_up_j_per_m,
-        p.climb_down_j_per_m,
-        p.kinetic_up_kg,
-        p.kinetic_down_kg,
-    )

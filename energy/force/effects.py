@@ -12,13 +12,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.battery import JOULE_PER_WH
-from energy.conditions import STILL, Conditions, EffectCoefficients, RoadSurface
+from energy.conditions import STILL, Conditions, RoadSurface
 from energy.errors import ConditionsError
-from energy.force import kernels_force as force
-from energy.force.kernels_force import LinkPhysics
+from energy.force import kernels_parts, kernels_physics
+from energy.force.kernels_physics import LinkPhysics
+from energy.force.parts import PART_NAMES
+from energy.units import GRAVITY_MPS2, JOULE_PER_WH
+from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
-from energy.vehicle.vehicle import CHECKED_SPEED_MPS, GRAVITY_MPS2, Vehicle
+from energy.vehicle.vehicle import CHECKED_SPEED_MPS, Vehicle
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -33,30 +35,7 @@ RESISTANCE_REFERENCE_K: Final = 296.15  # middle of the source's 13 to 32 °C, i
 FAN_FULL_W: Final = 1000.0  # thermal power from which the fan runs at full speed (assumed)
 YAW_SPEED_MPS: Final = 1.0  # air slower than this has no direction that matters
 
-ROAD_LOAD_COLUMNS: Final = (force.ROAD_ROLLING, force.ROAD_LINEAR, force.ROAD_AERO)
-
-PART_NAMES: Final = (
-    "rolling",
-    "linear",
-    "aero",
-    "grade",
-    "inertia",
-    "drivetrain_loss",
-    "recuperation_loss",
-    "auxiliary",
-    "tyre_temperature",
-    "road_surface",
-    "payload",
-    "air_density",
-    "drag",
-    "wind",
-    "regen_limit",
-    "load_loss",
-    "battery_resistance",
-    "cabin",
-    "tyre_warm_up",
-    "consumption_table",
-)
+ROAD_LOAD_COLUMNS: Final = (kernels_physics.ROAD_ROLLING, kernels_physics.ROAD_LINEAR, kernels_physics.ROAD_AERO)
 
 
 @dataclass(frozen=True, slots=True)
@@ -93,52 +72,52 @@ class Drive:
 
     def roads(self, links: LinkSetting, wait_s: NDArray[np.float64]) -> NDArray[np.float64]:
         """The table of roads that the kernels read, float64 (n, 8); wait_s: stop time at the end of each link."""
-        table = np.zeros((links.grade_frac.size, force.ROAD_COLUMNS))
-        table[:, force.ROAD_GRADE] = links.grade_frac
-        table[:, force.ROAD_WAIT] = wait_s
+        table = np.zeros((links.grade_frac.size, kernels_physics.ROAD_COLUMNS))
+        table[:, kernels_physics.ROAD_GRADE] = links.grade_frac
+        table[:, kernels_physics.ROAD_WAIT] = wait_s
         if isinstance(self.vehicle, ConsumptionTableVehicle):
-            table[:, force.ROAD_ROLLING] = self.vehicle.consumption_at(links.driven_mps)
+            table[:, kernels_physics.ROAD_ROLLING] = self.vehicle.consumption_at(links.driven_mps)
             return table
         flat = np.sqrt(np.maximum(1.0 - links.grade_frac * links.grade_frac, 0.0))
-        table[:, force.ROAD_ROLLING] = sum(_rolling_n(self.vehicle, self.conditions)) * flat
-        table[:, force.ROAD_WARM_UP] = _warm_up_n(self.vehicle, self.conditions) * flat
-        table[:, force.ROAD_LINEAR] = sum(_linear_n_per_mps(self.vehicle, self.conditions))
+        table[:, kernels_physics.ROAD_ROLLING] = sum(_rolling_n(self.vehicle, self.conditions)) * flat
+        table[:, kernels_physics.ROAD_WARM_UP] = _warm_up_n(self.vehicle, self.conditions) * flat
+        table[:, kernels_physics.ROAD_LINEAR] = sum(_linear_n_per_mps(self.vehicle, self.conditions))
         base, density, drag = _aero_n_per_mps2(self.vehicle, self.conditions, links)
         aero = base + density + drag
-        table[:, force.ROAD_AERO] = aero
+        table[:, kernels_physics.ROAD_AERO] = aero
         if self.conditions != STILL:
             lift = -np.minimum(_least_load_n(*(table[:, k] for k in ROAD_LOAD_COLUMNS)), 0.0)
-            table[:, force.ROAD_ROLLING] += lift
+            table[:, kernels_physics.ROAD_ROLLING] += lift
         if self.conditions.wind_speed_mps > 0.0:
-            table[:, force.ROAD_WIND] = _wind_mps(self.conditions, links)[0]
+            table[:, kernels_physics.ROAD_WIND] = _wind_mps(self.conditions, links)[0]
         return table
 
     def parts(self, links: LinkSetting, terms: NDArray[np.float64]) -> NDArray[np.float64]:
         """Energy by cause, float64 (n, 20) in the order of PART_NAMES, from the kernels' terms (n, 15) [J]."""
         parts = np.zeros((terms.shape[0], len(PART_NAMES)))
         parts[:, :8] = terms[:, :8]
-        parts[:, 13] = terms[:, force.WIND]
-        parts[:, 14] = terms[:, force.REGEN_LIMIT]
-        parts[:, 15] = terms[:, force.LOAD_LOSS]
-        parts[:, 16] = terms[:, force.RESISTANCE_LOSS]
-        parts[:, 17] = terms[:, force.CABIN]
-        parts[:, 18] = terms[:, force.WARM_UP]
-        parts[:, 19] = terms[:, force.TABLE]
+        parts[:, 13] = terms[:, kernels_parts.WIND]
+        parts[:, 14] = terms[:, kernels_parts.REGEN_LIMIT]
+        parts[:, 15] = terms[:, kernels_parts.LOAD_LOSS]
+        parts[:, 16] = terms[:, kernels_parts.RESISTANCE_LOSS]
+        parts[:, 17] = terms[:, kernels_parts.CABIN]
+        parts[:, 18] = terms[:, kernels_parts.WARM_UP]
+        parts[:, 19] = terms[:, kernels_parts.TABLE]
         if isinstance(self.vehicle, ConsumptionTableVehicle) or self.conditions == STILL:
             return parts
         rolling = _rolling_n(self.vehicle, self.conditions)
         for column, value in zip((0, 8, 9, 10), rolling, strict=True):
-            parts[:, column] = _share(value, sum(rolling)) * terms[:, force.ROLLING]
+            parts[:, column] = _share(value, sum(rolling)) * terms[:, kernels_parts.ROLLING]
         linear = _linear_n_per_mps(self.vehicle, self.conditions)
-        parts[:, 1] = _share(linear[0], sum(linear)) * terms[:, force.LINEAR]
-        parts[:, 9] += _share(linear[1], sum(linear)) * terms[:, force.LINEAR]
+        parts[:, 1] = _share(linear[0], sum(linear)) * terms[:, kernels_parts.LINEAR]
+        parts[:, 9] += _share(linear[1], sum(linear)) * terms[:, kernels_parts.LINEAR]
         base, density, drag = _aero_n_per_mps2(self.vehicle, self.conditions, links)
         whole = base + density + drag
         for column, coefficient in zip((2, 11, 12), (base, density, drag), strict=True):
             share = np.divide(coefficient, whole, out=np.zeros_like(whole), where=whole != 0.0)
-            parts[:, column] = share * terms[:, force.AERO]
+            parts[:, column] = share * terms[:, kernels_parts.AERO]
         moved = self.conditions.payload_kg / (self.vehicle.mass_kg + self.conditions.payload_kg)
-        for column in (force.GRADE, force.INERTIA):
+        for column in (kernels_parts.GRADE, kernels_parts.INERTIA):
             parts[:, column] = (1.0 - moved) * terms[:, column]
             parts[:, 10] += moved * terms[:, column]
         return parts

@@ -10,25 +10,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.force.kernels_force import (
-    AUXILIARY,
-    CABIN,
-    GRADE,
-    INERTIA,
-    REGEN_LIMIT,
-    RESISTANCE_LOSS,
-    ROLLING,
-    TABLE,
-    LinkPhysics,
-    accepted_j,
-    book_warm_up,
-    cabin_energy_j,
-    cruise_terms,
-    idle_energy,
-    ramp_terms,
-    road_in_time,
-    total_j,
-)
+from energy.force.kernels_force import cruise_terms, idle_energy, ramp_terms, total_j
+from energy.force.kernels_parts import AUXILIARY, CABIN, GRADE, INERTIA, REGEN_LIMIT, RESISTANCE_LOSS, ROLLING, TABLE
+from energy.force.kernels_physics import LinkPhysics, accepted_j, book_warm_up, cabin_energy_j, road_in_time
 
 
 @njit(nogil=True, cache=True)

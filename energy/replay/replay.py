@@ -7,11 +7,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.chain.chain import energy_parts, filling_energy_j
+from energy.chain.chain import filling_energy_j
 from energy.conditions import STILL, Conditions
 from energy.errors import ConditionsError, EnergyError
-from energy.force.effects import PART_NAMES, LinkSetting, drive_of
-from energy.force.kernels_force import PART_COUNT, ROAD_COLUMNS
+from energy.force.effects import LinkSetting, drive_of
+from energy.force.kernels_parts import PART_COUNT
+from energy.force.kernels_physics import ROAD_COLUMNS
+from energy.force.parts import PART_NAMES, energy_parts
 from energy.replay.kernels_replay import drive_profile
 from energy.vehicle.vehicle import CHECKED_SPEED_MPS
 
@@ -20,7 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from energy.chain.chain import EnergyParts
+    from energy.force.parts import EnergyParts
     from energy.vehicle.consumption_table import ConsumptionTableVehicle
     from energy.vehicle.vehicle import Vehicle
 

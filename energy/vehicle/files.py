@@ -12,24 +12,27 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from energy.conditions import ZERO_CELSIUS_K, EffectCoefficients
 from energy.errors import ConditionsError, VehicleError
+from energy.units import (
+    JOULE_PER_M_PER_KWH_PER_100KM,
+    JOULE_PER_M_PER_WH_PER_KM,
+    JOULE_PER_WH,
+    KG_PER_LB,
+    KMH_PER_MPS,
+    MPS_PER_MPH,
+    NEWTON_PER_LBF,
+    ZERO_CELSIUS_K,
+)
+from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from energy.vehicle.published import Published, published_from_section
-from energy.vehicle.vehicle import KMH_PER_MPS, Powertrain, Vehicle
+from energy.vehicle.vehicle import Powertrain, Vehicle
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from numpy.typing import NDArray
 
-NEWTON_PER_LBF: Final = 4.4482216152605  # exact: 0.45359237 kg · 9.80665 m/s²
-MPS_PER_MPH: Final = 0.44704  # exact: 1609.344 m / 3600 s
-KG_PER_LB: Final = 0.45359237  # exact
-J_PER_WH: Final = 3600.0  # exact
-KM_PER_MILE: Final = 1.609344  # exact
-J_PER_M_PER_KWH_PER_100KM: Final = 36.0  # exact
-J_PER_M_PER_WH_PER_KM: Final = 3.6  # exact
 
 AnyVehicle = Vehicle | ConsumptionTableVehicle
 
@@ -134,14 +137,14 @@ _CONSUMPTION: Final = _Quantity(
     "consumption",
     "consumption_j_per_m",
     {
-        "kwh_per_100km": J_PER_M_PER_KWH_PER_100KM,
-        "wh_per_km": J_PER_M_PER_WH_PER_KM,
-        "wh_per_m": J_PER_WH,
+        "kwh_per_100km": JOULE_PER_M_PER_KWH_PER_100KM,
+        "wh_per_km": JOULE_PER_M_PER_WH_PER_KM,
+        "wh_per_m": JOULE_PER_WH,
     },
 )
 _TABLE_NUMBERS: Final = (
-    _Quantity("ascent", "ascent_j_per_m", {"wh_per_m": J_PER_WH}),
-    _Quantity("descent", "descent_j_per_m", {"wh_per_m": J_PER_WH}),
+    _Quantity("ascent", "ascent_j_per_m", {"wh_per_m": JOULE_PER_WH}),
+    _Quantity("descent", "descent_j_per_m", {"wh_per_m": JOULE_PER_WH}),
     _Quantity("aux_power", "aux_power_w", {"w": 1.0}),
     _Quantity("usable_capacity", "usable_capacity_wh", {"kwh": 1000.0}),
 )

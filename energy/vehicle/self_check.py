@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final, Literal
 import numpy as np
 
 from energy.errors import EnergyError
-from energy.vehicle.files import J_PER_M_PER_KWH_PER_100KM, MPS_PER_MPH
+from energy.units import JOULE_PER_M_PER_KWH_PER_100KM, MPS_PER_MPH
 from energy.vehicle.vehicle import Powertrain, Vehicle
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ def cycle_consumption(vehicle: AnyVehicle, cycle: DrivingCycle) -> float:
         half_gain = 0.5 * (after * after - before * before)
         kinetic_w = half_gain * np.where(half_gain > 0.0, vehicle.kinetic_up_kg, vehicle.kinetic_down_kg)
         power_w = vehicle.consumption_at(v) * v + kinetic_w + vehicle.aux_power_w
-    return float(np.sum(power_w)) / cycle.distance_m / J_PER_M_PER_KWH_PER_100KM
+    return float(np.sum(power_w)) / cycle.distance_m / JOULE_PER_M_PER_KWH_PER_100KM
 
 
 def self_check(vehicle: AnyVehicle, published: Published | None) -> SelfCheck:

@@ -13,9 +13,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.errors import VehicleError
+from energy.units import (
+    GRAVITY_MPS2,
+    JOULE_PER_M_PER_KWH_PER_100KM,
+    JOULE_PER_M_PER_WH_PER_KM,
+    JOULE_PER_WH,
+    KMH_PER_MPS,
+)
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
-from energy.vehicle.files import J_PER_M_PER_KWH_PER_100KM, J_PER_M_PER_WH_PER_KM, J_PER_WH
-from energy.vehicle.vehicle import GRAVITY_MPS2, KMH_PER_MPS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -88,7 +93,7 @@ def vehicle_from_tomtom(
         vehicle_id,
         name,
         speed_kmh / KMH_PER_MPS,
-        consumption * J_PER_M_PER_KWH_PER_100KM,
+        consumption * JOULE_PER_M_PER_KWH_PER_100KM,
         ascent_j_per_m=potential_n * up,
         descent_j_per_m=potential_n * down,
         kinetic_up_kg=vehicle_weight_kg * gain,
@@ -129,10 +134,10 @@ def vehicle_from_here(
         vehicle_id,
         name,
         np.array(numbers[::2], np.float64) / KMH_PER_MPS,
-        np.array(numbers[1::2], np.float64) * J_PER_WH,
-        ascent_j_per_m=ascent_wh_per_m * J_PER_WH,
-        descent_j_per_m=descent_wh_per_m * J_PER_WH,
-        aux_power_w=auxiliary_consumption_wh_per_s * J_PER_WH,
+        np.array(numbers[1::2], np.float64) * JOULE_PER_WH,
+        ascent_j_per_m=ascent_wh_per_m * JOULE_PER_WH,
+        descent_j_per_m=descent_wh_per_m * JOULE_PER_WH,
+        aux_power_w=auxiliary_consumption_wh_per_s * JOULE_PER_WH,
         usable_capacity_wh=max_charge_kwh * 1000.0,
         source=source,
     )
@@ -171,9 +176,9 @@ def vehicle_from_mapbox(
         vehicle_id,
         name,
         speed_kmh / KMH_PER_MPS,
-        consumption * J_PER_M_PER_WH_PER_KM,
-        ascent_j_per_m=ascent * J_PER_WH,
-        descent_j_per_m=descent * J_PER_WH,
+        consumption * JOULE_PER_M_PER_WH_PER_KM,
+        ascent_j_per_m=ascent * JOULE_PER_WH,
+        descent_j_per_m=descent * JOULE_PER_WH,
         aux_power_w=auxiliary_consumption_w,
         usable_capacity_wh=ev_max_charge_wh,
         source=source,

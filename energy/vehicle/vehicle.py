@@ -9,16 +9,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.conditions import EffectCoefficients
 from energy.errors import VehicleError
+from energy.units import KMH_PER_MPS
+from energy.vehicle.coefficients import EffectCoefficients
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
 
-GRAVITY_MPS2: Final = 9.81  # the source's value
-KMH_PER_MPS: Final = 3.6
 CHECKED_SPEED_MPS: Final = 200.0 / KMH_PER_MPS
 STEEP_COS: Final = 0.95  # cos θ of a 31 % grade, which takes that much of A (equation 4)
 

@@ -7,29 +7,31 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.force import kernels_force as force
+from energy.force import kernels_physics
 from routing.dominance import kernels_gap
 from routing.dominance.kernels_gap import GapRules
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from energy.force.kernels_force import LinkPhysics
+    from energy.force.kernels_physics import LinkPhysics
 
 SLOW_MPS: Final = 3.0  # below it a difference of drag is too small to matter to losses
 
 
 def gap_rules(physics: LinkPhysics, roads: NDArray[np.float64], driven_mps: NDArray[np.float64]) -> GapRules:
     """The vehicle as dominance sees it: bounds on what a difference of states can cost that hold on every link."""
-    linear, aero = roads[:, force.ROAD_LINEAR], roads[:, force.ROAD_AERO]
-    wind = roads[:, force.ROAD_WIND]
+    linear, aero = roads[:, kernels_physics.ROAD_LINEAR], roads[:, kernels_physics.ROAD_AERO]
+    wind = roads[:, kernels_physics.ROAD_WIND]
     sag = _sag_n(linear, aero, wind, driven_mps)
-    cold = roads[:, force.ROAD_WARM_UP]
+    cold = roads[:, kernels_physics.ROAD_WARM_UP]
     drive, loss_w = physics.drive_factor, 0.0
     if physics.loss_per_n2 > 0.0 or physics.loss_per_w > 0.0:
         accel = np.diff(physics.accel_sum)
-        load = np.maximum(roads[:, force.ROAD_ROLLING] + cold + linear * driven_mps, 0.0)
-        load += aero * (driven_mps + np.abs(wind)) ** 2 + physics.weight_n * np.abs(roads[:, force.ROAD_GRADE])
+        load = np.maximum(roads[:, kernels_physics.ROAD_ROLLING] + cold + linear * driven_mps, 0.0)
+        load += aero * (driven_mps + np.abs(wind)) ** 2 + physics.weight_n * np.abs(
+            roads[:, kernels_physics.ROAD_GRADE]
+        )
         gaining = (accel * np.minimum(physics.speed_bound_mps[1:], driven_mps[:, None])).max(axis=1)
         power_w = float((load * driven_mps + physics.inertia_kg * gaining).max()) * drive + physics.aux_move_w
         force_n = float(load.max()) + physics.inertia_kg * float(accel.max())
@@ -63,12 +65,12 @@ def least_load_n(physics: LinkPhysics, roads: NDArray[np.float64], driven_mps: N
     """
     if physics.table:
         return 0.0
-    aero, wind = roads[:, force.ROAD_AERO], roads[:, force.ROAD_WIND]
+    aero, wind = roads[:, kernels_physics.ROAD_AERO], roads[:, kernels_physics.ROAD_WIND]
     ahead = np.maximum(wind, 0.0)
-    b = roads[:, force.ROAD_LINEAR] + 2.0 * aero * ahead
+    b = roads[:, kernels_physics.ROAD_LINEAR] + 2.0 * aero * ahead
     vertex = np.divide(-b, 2.0 * aero, out=np.zeros_like(aero), where=aero > 0.0)
     at_mps = np.stack((np.zeros_like(aero), driven_mps, np.clip(vertex, 0.0, driven_mps)))
-    load = roads[:, force.ROAD_ROLLING] + aero * ahead**2 + (b + aero * at_mps) * at_mps
+    load = roads[:, kernels_physics.ROAD_ROLLING] + aero * ahead**2 + (b + aero * at_mps) * at_mps
     return float(np.where(wind < 0.0, 0.0, load).min())
 
 
@@ -93,14 +95,14 @@ def warm_up_w(
     physics: LinkPhysics, gap: GapRules, roads: NDArray[np.float64], driven_mps: NDArray[np.float64]
 ) -> tuple[float, float]:
     """Most that tyres cold as at departure take, and most that warm ones can cost instead [W] (lemma 8)."""
-    cold_w = float(roads[:, force.ROAD_WARM_UP].max()) * float(driven_mps.max())
+    cold_w = float(roads[:, kernels_physics.ROAD_WARM_UP].max()) * float(driven_mps.max())
     return gap.drive_factor * cold_w, (gap.drive_factor - physics.drive_factor) * cold_w
 
 
 def _cut_j(physics: LinkPhysics, roads: NDArray[np.float64]) -> float:
     """Most that braking could give back at speeds at which it doesn't: downhill while gaining the speed, and of it."""
     v2 = physics.regen_min_mps**2
-    steepest_n = physics.weight_n * float(np.abs(roads[:, force.ROAD_GRADE]).max())
+    steepest_n = physics.weight_n * float(np.abs(roads[:, kernels_physics.ROAD_GRADE]).max())
     gaining_m = v2 / (2.0 * float(np.diff(physics.accel_sum).min()))
     return physics.recuperation_factor * (steepest_n * gaining_m + 0.5 * physics.inertia_kg * v2)
 
@@ -114,7 +116,7 @@ def gap_bounds(
 ) -> NDArray[np.float64]:
     """Bounds on differences between drives that have not met yet, for each speed interval (docs/search.md, lemma 6)."""
     fastest_mps = float(driven_mps.max())
-    steepest_frac = float(np.abs(roads[:, force.ROAD_GRADE]).max())
+    steepest_frac = float(np.abs(roads[:, kernels_physics.ROAD_GRADE]).max())
     bound, running = physics.speed_bound_mps, physics.accel_sum
     n = bound.size - 1
     mean = np.array(

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from energy.chain.kernels_link import link_energy, mean_over_intervals, speed_change_j
 from energy.compiled.kernels_borrow import borrowed
-from energy.force.kernels_force import LinkPhysics, road_in_time
+from energy.force.kernels_physics import LinkPhysics, road_in_time
 
 # columns of the label table
 KEY, COST, ENERGY, TIME, DISTANCE, SPEED, STOPPED, OFFSET = range(8)

@@ -7,8 +7,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from energy.chain.kernels_link import link_energy
-from energy.compiled.kernels_borrow import borrowed, borrowed_physics
-from energy.force.kernels_force import ROAD_WAIT, LinkPhysics, road_at
+from energy.compiled.kernels_borrow import borrowed
+from energy.force.kernels_physics import ROAD_WAIT, LinkPhysics, borrowed_physics, road_at
 from routing.dominance.kernels_gap import CRUISE_J, CRUISE_S, LENGTH, LIMIT, REST_J, REST_S, STOP
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.chain.chain import Chain
-from energy.chain.kernels_link import REST
+from energy.chain.kernels_chain import REST
 from energy.errors import LinkError
 from energy.stops import StopSettings
 from routing.links.stops import link_stops

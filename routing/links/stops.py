@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from energy.chain.chain import StopRule
-from energy.chain.kernels_link import MEDIUM
+from energy.chain.kernels_chain import MEDIUM
 from energy.stops import FunctionalClass
 from routing.graph.road_graph import ALL_LINKS
 

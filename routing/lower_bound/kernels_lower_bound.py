@@ -14,8 +14,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.compiled.kernels_borrow import borrowed, borrowed_physics
-from energy.force.kernels_force import LinkPhysics
+from energy.compiled.kernels_borrow import borrowed
+from energy.force.kernels_physics import LinkPhysics, borrowed_physics
 from routing.kernels_heap import heap_drop, heap_push
 from routing.lower_bound.kernels_least import least_towards_any
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from energy.force.kernels_force import LinkPhysics
+    from energy.force.kernels_physics import LinkPhysics
     from routing.dominance.kernels_gap import GapRules
     from routing.graph.road_graph import RoadGraph
     from routing.search.kernels_search import LinkArrays

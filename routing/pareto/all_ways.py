@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.force.kernels_force import cabin_energy_j
+from energy.force.kernels_physics import cabin_energy_j
 from routing.dominance.kernels_gap import LIMIT, STOP
 from routing.pareto import kernels_labels as kernels
 from routing.pareto.kernels_sums import least_sums, turned_round
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from energy.force.kernels_force import LinkPhysics
+    from energy.force.kernels_physics import LinkPhysics
     from routing.pareto.kernels_labels import Labels, StateGraph
     from routing.search.kernels_search import LinkArrays
     from routing.search.search import LinkPosition

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from routing.search.search import JOULE_PER_KWH, SECOND_PER_HOUR
+from energy.units import JOULE_PER_KWH, SECOND_PER_HOUR
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

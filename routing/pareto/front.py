@@ -7,15 +7,16 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
-from energy.battery import JOULE_PER_WH, soc_along
+from energy.battery import soc_along
 from energy.chain.chain import LinkModel, StopRule
+from energy.units import JOULE_PER_KWH, JOULE_PER_WH, SECOND_PER_HOUR
 from routing.errors import NoPathError
 from routing.pareto.all_ways import Cover, is_applicable, uncovered_ways
 from routing.pareto.bounds import ROUNDING_FRAC, LowerBounds, Trade, chosen, undominated
 from routing.queries import ECO, FASTEST, ParetoClaim, ParetoProof, SearchStats, Weights
 from routing.route.best_path import charge_limits, method_name
 from routing.route.via import CHARGE_SLACK_FRAC, WayFinder, same_place
-from routing.search.search import JOULE_PER_KWH, SECOND_PER_HOUR, Limits, find_path
+from routing.search.search import Limits, find_path
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

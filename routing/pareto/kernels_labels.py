@@ -15,7 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from energy.chain.kernels_link import link_energy
-from energy.force.kernels_force import ROAD_WAIT, LinkPhysics, Road, cabin_energy_j, road_at
+from energy.force.kernels_physics import ROAD_WAIT, LinkPhysics, Road, cabin_energy_j, road_at
 from routing.pareto.kernels_sums import drop, push
 from routing.search.kernels_search import LinkArrays
 

@@ -9,7 +9,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from energy.chain.kernels_link import link_energy
-from energy.force.kernels_force import ROAD_WAIT, LinkPhysics, accepted_j, cabin_energy_j, road_in_time
+from energy.force.kernels_physics import ROAD_WAIT, LinkPhysics, accepted_j, cabin_energy_j, road_in_time
 from routing.range.kernels_entries import Entries, nearest_entry
 from routing.range.kernels_way_back import (
     ARRIVED,

@@ -13,7 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from energy.chain.kernels_link import plan_link
-from energy.force.kernels_force import LinkPhysics
+from energy.force.kernels_physics import LinkPhysics
 from routing.search.kernels_search import LinkArrays
 
 ALIKE_MPS = 1.0  # drives that enter a link within it share a label; what they take is told apart all the same

@@ -15,7 +15,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from energy.chain.kernels_link import link_energy
-from energy.force.kernels_force import ROAD_WAIT, LinkPhysics, cabin_energy_j, road_at, road_in_time
+from energy.force.kernels_physics import ROAD_WAIT, LinkPhysics, cabin_energy_j, road_at, road_in_time
 from routing.dominance.kernels_gap import CRUISE_J, CRUISE_S, REST_J, REST_S
 from routing.kernels_heap import heap_drop, heap_push
 from routing.range.kernels_entries import Entries

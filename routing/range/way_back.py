@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from energy.force.kernels_force import LinkPhysics
+    from energy.force.kernels_physics import LinkPhysics
     from routing.graph.road_graph import RoadGraph
     from routing.search.kernels_search import LinkArrays
     from routing.search.search import LinkPosition

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from energy.battery import JOULE_PER_WH, soc_along
-from energy.chain.chain import EnergyParts, LinkResults, simulate_chain
+from energy.battery import soc_along
+from energy.chain.chain import LinkResults, simulate_chain
 from energy.chain.uncertainty import chain_distribution
-from energy.force.effects import PART_NAMES
+from energy.force.parts import PART_NAMES, EnergyParts
+from energy.units import JOULE_PER_WH
 from routing.graph.road_graph import E7
 from routing.graph.snap import part_of_line
 from routing.queries import DrivenLinks, Point, Remedy, Route, RouteLeg

@@ -8,23 +8,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.battery import JOULE_PER_WH, soc_along
+from energy.battery import soc_along
 from energy.chain.chain import LinkModel, StopRule, simulate_chain
 from energy.conditions import STILL, Conditions
 from energy.force.effects import drive_of
+from energy.units import JOULE_PER_WH, METRE_PER_KM, SECOND_PER_HOUR
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from routing.errors import NoPathError, SearchLimitError
 from routing.queries import ECO, LinkSpan
-from routing.search.search import (
-    METRE_PER_KM,
-    SECOND_PER_HOUR,
-    FoundPath,
-    Limits,
-    LinkPosition,
-    SearchCounts,
-    WorkspacePool,
-    find_path,
-)
+from routing.search.search import FoundPath, Limits, LinkPosition, SearchCounts, WorkspacePool, find_path
 from routing.search.space import SearchSpace, search_space
 
 if TYPE_CHECKING:

@@ -8,11 +8,13 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
-from energy.battery import JOULE_PER_WH, soc_along
-from energy.chain import kernels_link
+from energy.battery import soc_along
+from energy.chain import kernels_chain
 from energy.chain.chain import RULE_CODE, LinkModel, StopRule, filling_energy_j
 from energy.conditions import STILL, Conditions
+from energy.force import kernels_parts
 from energy.stops import StopSettings
+from energy.units import JOULE_PER_WH
 from routing.queries import ECO, RouteQuery, Weights
 from routing.route.best_path import Leg, charge_limits
 from routing.route.via import CHARGE_SLACK_FRAC, same_place
@@ -285,7 +287,7 @@ class PathDrives:
         length_m[-1] = path.goal.offset_m
         length_m[0] -= path.start.offset_m
         energy_j, time_s, standstill_s, end_mps, end_stop_frac = np.empty((5, idx.size))
-        kernels_link.drive_chain(
+        kernels_chain.drive_chain(
             self._space.physics,
             arrays.roads[idx],
             length_m,
@@ -301,7 +303,7 @@ class PathDrives:
             standstill_s,
             end_mps,
             end_stop_frac,
-            np.zeros((idx.size, kernels_link.PART_COUNT)),
+            np.zeros((idx.size, kernels_parts.PART_COUNT)),
         )
         return energy_j, float(time_s.sum()), float(length_m.sum())
 

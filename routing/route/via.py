@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
-from energy.battery import JOULE_PER_WH, soc_along
+from energy.battery import soc_along
+from energy.units import JOULE_PER_KWH, JOULE_PER_WH
 from routing.queries import ECO
 from routing.route.best_path import Leg, cost_of
-from routing.search.search import JOULE_PER_KWH
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -9,8 +9,8 @@ from numba import njit
 from numpy.typing import NDArray
 
 from energy.chain.kernels_link import link_energy
-from energy.compiled.kernels_borrow import borrowed, borrowed_physics
-from energy.force.kernels_force import LinkPhysics, accepted_j, cabin_energy_j, road_in_time
+from energy.compiled.kernels_borrow import borrowed
+from energy.force.kernels_physics import LinkPhysics, accepted_j, borrowed_physics, cabin_energy_j, road_in_time
 from routing.dominance.kernels_gap import ENERGY, LENGTH, LIMIT, OFFSET, SPEED, STOPPED, TIME, SearchRules
 from routing.links.kernels_drives import DRIVE_J, DRIVE_S, TURNS, DriveTable
 from routing.search.kernels_search import DEAD, LABELS, LINK, NEXT, STATE, LinkArrays, Workspace

@@ -14,12 +14,13 @@ from numba import njit
 from numpy.typing import NDArray
 
 from energy.chain.kernels_link import link_energy
-from energy.compiled.kernels_borrow import borrowed, borrowed_physics
-from energy.force.kernels_force import (
+from energy.compiled.kernels_borrow import borrowed
+from energy.force.kernels_physics import (
     ROAD_GRADE,
     ROAD_WAIT,
     LinkPhysics,
     accepted_j,
+    borrowed_physics,
     cabin_energy_j,
     road_at,
     road_in_time,

@@ -18,12 +18,13 @@ import numpy as np
 
 from energy.chain.kernels_link import link_energy
 from energy.force.effects import LinkSetting
-from energy.force.kernels_force import accepted_j, cabin_energy_j, road_in_time
+from energy.force.kernels_physics import accepted_j, cabin_energy_j, road_in_time
 from energy.stops import FunctionalClass, StopSettings
+from energy.units import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_HOUR
 from routing.dominance.bounds import gap_rules, warm_up_w
 from routing.errors import SearchLimitError
 from routing.graph.road_graph import EARTH_RADIUS_M
-from routing.search.search import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_HOUR, Limits
+from routing.search.search import Limits
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from energy.force.effects import Drive
-    from energy.force.kernels_force import LinkPhysics
+    from energy.force.kernels_physics import LinkPhysics
     from routing.queries import Weights
 
     NetworkxGraph = nx.MultiDiGraph[Any]

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
+from energy.units import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_HOUR
 from routing.dominance import kernels_gap
 from routing.dominance.kernels_gap import SearchRules
 from routing.errors import NegativeCycleError, SearchLimitError
@@ -31,9 +32,6 @@ if TYPE_CHECKING:
     from routing.queries import Weights
     from routing.search.space import SearchSpace
 
-JOULE_PER_KWH: Final = 3.6e6
-SECOND_PER_HOUR: Final = 3600.0
-METRE_PER_KM: Final = 1000.0
 SAME_OFFSET_M: Final = 1e-6  # of goals on one link that a search need not tell apart
 WORKSPACES_KEPT: Final = 4
 # beyond these a search from a nearly full battery gives up its proof, and the answer names a bound instead

@@ -11,9 +11,9 @@ import numpy as np
 from energy.chain.chain import LinkModel, StopRule
 from energy.chain.kernels_link import TOUCH_MPS, mean_over_intervals
 from energy.conditions import STILL, Conditions
-from energy.force import kernels_force as force
+from energy.force import kernels_physics
 from energy.force.effects import LinkSetting, drive_of
-from energy.force.kernels_force import LinkPhysics
+from energy.force.kernels_physics import LinkPhysics
 from energy.stops import StopSettings
 from routing.dominance import kernels_gap
 from routing.dominance.bounds import gap_bounds, gap_rules, least_load_n
@@ -113,10 +113,10 @@ def search_space(
         roads=roads,
         tail_height_m=row[:, kernels_gap.HEIGHT],
         length_m=row[:, kernels_gap.LENGTH],
-        grade_frac=roads[:, force.ROAD_GRADE],
+        grade_frac=roads[:, kernels_physics.ROAD_GRADE],
         speed_limit_mps=row[:, kernels_gap.LIMIT],
         stop_probability_frac=row[:, kernels_gap.STOP],
-        stop_time_s=roads[:, force.ROAD_WAIT],
+        stop_time_s=roads[:, kernels_physics.ROAD_WAIT],
         successor_first=graph.successor_first,
         successor=graph.successor,
         top_class=top,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.replay.replay import DrivenProfile, replay
-from energy.vehicle.vehicle import KMH_PER_MPS
+from energy.units import KMH_PER_MPS
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -13,7 +13,8 @@ from typer.testing import CliRunner
 
 from app.cli.main import cli
 from energy.replay.replay import DrivenProfile, replay
-from energy.vehicle.vehicle import KMH_PER_MPS, Vehicle
+from energy.units import KMH_PER_MPS
+from energy.vehicle.vehicle import Vehicle
 from tests.app.conftest import SOUTH, SPACING_DEG, VEHICLES, WEST
 from tests.app.recorded import NOISE_W, write_winter
 from tests.app.test_http_diagnoses import BAD, CAR

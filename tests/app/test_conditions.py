@@ -15,16 +15,9 @@ from app.conversions.conditions import conditions_from, vehicle_with_effects
 from app.conversions.effects import effects_answer, effects_from_sent
 from app.schemas.conditions import ConditionsSent
 from app.schemas.effects import EffectsSent
-from energy.conditions import (
-    COEFFICIENT_FLAGS,
-    COEFFICIENT_RANGES,
-    CONDITION_RANGES,
-    STILL,
-    Conditions,
-    EffectCoefficients,
-    RoadSurface,
-)
+from energy.conditions import CONDITION_RANGES, STILL, Conditions, RoadSurface
 from energy.errors import ConditionsError
+from energy.vehicle.coefficients import COEFFICIENT_FLAGS, COEFFICIENT_RANGES, EffectCoefficients
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from energy.vehicle.files import load_vehicle
 

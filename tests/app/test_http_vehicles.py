@@ -14,7 +14,7 @@ from app.http.examples.answers import VEHICLE_BODIES
 from app.main import create_app
 from app.schemas.effects import EffectsSent
 from app.service.service import Service
-from energy.conditions import EffectCoefficients
+from energy.vehicle.coefficients import EffectCoefficients
 from tests.app.expected import TABLE, VEHICLE, check_problem, database_in
 
 if TYPE_CHECKING:

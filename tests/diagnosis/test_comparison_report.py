@@ -13,13 +13,7 @@ from PIL import Image
 
 from diagnosis.comparison import report
 from diagnosis.comparison.comparison import compare
-from diagnosis.comparison.plots import (
-    bin_edges,
-    energy_boxes_png,
-    error_boxes_png,
-    error_histogram_png,
-    type_boxes_png,
-)
+from diagnosis.comparison.plots import bin_edges, energy_boxes_png, error_boxes_png, error_histogram_png, type_boxes_png
 from diagnosis.comparison.report import comparison_figures, file_names, write_comparison
 from diagnosis.comparison.tables import clock, markdown_page
 from diagnosis.comparison.trips import read_trips

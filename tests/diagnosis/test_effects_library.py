@@ -13,8 +13,9 @@ from diagnosis.causes.library import LIBRARY, candidates
 from diagnosis.causes.nuisance import PARAMETERS, SENSOR_COLUMNS
 from diagnosis.fit.windows import trip_of, windows
 from diagnosis.recordings.reading import Recording
-from energy.conditions import STILL, Conditions, EffectCoefficients, RoadSurface
+from energy.conditions import STILL, Conditions, RoadSurface
 from energy.replay.replay import replay
+from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.files import load_vehicle
 from energy.vehicle.self_check import bundled_cycle
 

@@ -12,7 +12,7 @@ from diagnosis.answer.results import Verdict
 from diagnosis.engine import diagnose
 from diagnosis.errors import DiagnosisError
 from diagnosis.recordings.reading import Recording
-from energy.conditions import EffectCoefficients
+from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.files import load_vehicle
 from tests.diagnosis.planted_drives import drive
 

@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from energy.chain.chain import Chain
-from energy.force.kernels_force import LinkPhysics
-from energy.vehicle.vehicle import KMH_PER_MPS, Vehicle
+from energy.force.kernels_physics import LinkPhysics
+from energy.units import KMH_PER_MPS
+from energy.vehicle.vehicle import Vehicle
 from tests.energy.loaded import Loaded, off
 
 if TYPE_CHECKING:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 from energy.chain import kernels_link
 from energy.force import kernels_force
-from energy.force.kernels_force import LinkPhysics, Road
+from energy.force.kernels_physics import LinkPhysics, Road
 
 
 @dataclass(frozen=True)

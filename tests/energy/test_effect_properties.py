@@ -12,16 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from energy.chain.chain import LinkModel, StopRule, simulate_chain
-from energy.conditions import (
-    COEFFICIENT_RANGES,
-    CONDITION_RANGES,
-    Conditions,
-    EffectCoefficients,
-    RoadSurface,
-)
+from energy.conditions import CONDITION_RANGES, Conditions, RoadSurface
 from energy.errors import ConditionsError
-from energy.force.effects import PART_NAMES, LinkSetting, cabin_power_w, drive_of
-from energy.force.kernels_force import Road, battery_power, ramp_energy, ramp_terms, road_load_n, total_j
+from energy.force.effects import LinkSetting, cabin_power_w, drive_of
+from energy.force.kernels_force import battery_power, ramp_energy, ramp_terms, road_load_n, total_j
+from energy.force.kernels_physics import Road
+from energy.force.parts import PART_NAMES
+from energy.vehicle.coefficients import COEFFICIENT_RANGES, EffectCoefficients
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from tests.energy.drives import energy_j, north
 

@@ -14,11 +14,14 @@ from scipy.integrate import quad
 
 from energy.chain.chain import LinkModel, StopRule, simulate_chain
 from energy.chain.timestep import simulate_timestep
-from energy.conditions import STILL, Conditions, EffectCoefficients, RoadSurface
+from energy.conditions import STILL, Conditions, RoadSurface
 from energy.errors import ConditionsError
-from energy.force.effects import PART_NAMES, LinkSetting, cabin_power_w, drive_of, regen_limit
-from energy.force.kernels_force import accepted_j, battery_power, road_in_time
+from energy.force.effects import LinkSetting, cabin_power_w, drive_of, regen_limit
+from energy.force.kernels_force import battery_power
+from energy.force.kernels_physics import accepted_j, road_in_time
+from energy.force.parts import PART_NAMES
 from energy.replay.replay import DrivenProfile, replay
+from energy.vehicle.coefficients import EffectCoefficients
 from tests.energy.drives import energy_j
 
 MANY = settings(max_examples=100, deadline=None)

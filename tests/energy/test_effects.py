@@ -14,12 +14,7 @@ from scipy.integrate import quad
 
 from energy.chain.chain import LinkModel, StopRule, simulate_chain
 from energy.chain.timestep import simulate_timestep
-from energy.conditions import (
-    STILL,
-    Conditions,
-    EffectCoefficients,
-    RoadSurface,
-)
+from energy.conditions import STILL, Conditions, RoadSurface
 from energy.force.effects import (
     REFERENCE_K,
     RESISTANCE_REFERENCE_K,
@@ -30,7 +25,8 @@ from energy.force.effects import (
     regen_limit,
     resistance_rise_ohm,
 )
-from energy.force.kernels_force import accepted_j, cabin_energy_j
+from energy.force.kernels_physics import accepted_j, cabin_energy_j
+from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.files import load_vehicle
 from tests.energy.drives import energy_j, north
 

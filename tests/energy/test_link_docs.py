@@ -10,12 +10,12 @@ import pytest
 
 from app.schemas.conditions import ConditionsSent
 from app.schemas.effects import EffectsSent
-from energy.chain import chain, kernels_link
+from energy.chain import chain, kernels_chain, kernels_link
 from energy.chain.chain import Chain
-from energy.conditions import EffectCoefficients
-from energy.force import effects, kernels_force
-from energy.force.effects import PART_NAMES
+from energy.force import effects, kernels_force, kernels_physics, parts
+from energy.force.parts import PART_NAMES
 from energy.stops import StopSettings
+from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.vehicle import Vehicle
 
 pytestmark = pytest.mark.nojit
@@ -31,12 +31,13 @@ def test_docs_table_of_equations_has_each_of_them_once():
 
 
 def test_docs_name_functions_that_exist():
-    modules = {"kernels": kernels_link, "kernels_force": kernels_force, "chain": chain, "effects": effects}
-    named = re.findall(r"`(kernels|kernels_force|chain|effects)\.(\w+)`", PAGE)
+    modules = (kernels_link, kernels_chain, kernels_force, kernels_physics, chain, effects, parts)
+    by_name = {module.__name__.rsplit(".", 1)[1]: module for module in modules}
+    named = re.findall(rf"`({'|'.join(by_name)})\.(\w+)`", PAGE)
     assert len(named) > 40
     for module, function in named:
-        assert callable(getattr(modules[module], function))
-        assert getattr(modules[module], function).__module__ == f"energy.{module}"
+        assert callable(getattr(by_name[module], function))
+        assert getattr(by_name[module], function).__module__ == by_name[module].__name__
 
 
 def test_effects_page_has_each_condition_coefficient_and_part_with_its_default():

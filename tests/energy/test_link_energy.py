@@ -11,7 +11,7 @@ import math
 import numpy as np
 import pytest
 
-from energy.force.kernels_force import (
+from energy.force.kernels_parts import (
     AERO,
     AUXILIARY,
     DRIVE_LOSS,

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from energy.force.kernels_force import PART_COUNT, LinkPhysics
+from energy.force.kernels_parts import PART_COUNT
+from energy.force.kernels_physics import LinkPhysics
 from tests.energy.loaded import Loaded, add_link_parts, link_energy, off, plan_link
 
 MANY = settings(max_examples=300, deadline=None)

@@ -13,7 +13,8 @@ from energy.chain.chain import simulate_chain
 from energy.conditions import STILL, Conditions
 from energy.errors import ConditionsError
 from energy.force.effects import drive_of
-from energy.force.kernels_force import battery_power, cabin_energy_j, road_at
+from energy.force.kernels_force import battery_power
+from energy.force.kernels_physics import cabin_energy_j, road_at
 from energy.replay.replay import DrivenProfile, DrivenProfileError, graded, replay, smoothed_height_m
 from energy.vehicle.files import load_vehicle
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from energy.chain.chain import StopRule, simulate_chain
-from energy.chain.kernels_link import REST
+from energy.chain.kernels_chain import REST
 from energy.chain.profile import chain_profile
 from energy.chain.timestep import simulate_timestep
 from energy.chain.uncertainty import chain_distribution

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from energy.conditions import EffectCoefficients
 from energy.errors import EnergyError, VehicleError
+from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.files import AnyVehicle, load_published, load_vehicle, load_vehicles
 from energy.vehicle.published import Published
 from energy.vehicle.self_check import (

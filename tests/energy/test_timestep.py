@@ -15,7 +15,7 @@ from energy.chain.kernels_timestep import braking_distance_m, braking_of, brakin
 from energy.chain.timestep import CERTAIN_RULES, simulate_timestep
 from energy.conditions import STILL, Conditions, RoadSurface
 from energy.errors import ConditionsError, LinkError
-from energy.force.effects import PART_NAMES
+from energy.force.parts import PART_NAMES
 from energy.stops import Cross
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 

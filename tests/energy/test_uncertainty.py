@@ -20,8 +20,9 @@ from energy.chain.uncertainty import (
     residual_fracs,
     sampled_vehicles,
 )
-from energy.conditions import COEFFICIENT_RANGES, STILL, Conditions, RoadSurface
+from energy.conditions import STILL, Conditions, RoadSurface
 from energy.errors import ConditionsError, LinkError, VehicleError
+from energy.vehicle.coefficients import COEFFICIENT_RANGES
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from energy.vehicle.files import load_vehicle
 from energy.vehicle.vehicle import Vehicle

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from energy.conditions import EffectCoefficients
 from energy.errors import VehicleError
+from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from energy.vehicle.files import (
     AnyVehicle,

@@ -25,9 +25,9 @@ from app.cli.main import cli
 from app.main import create_app
 from app.service.service import Service
 from app.settings import Settings
-from energy.battery import JOULE_PER_WH
 from energy.chain.chain import LinkModel, StopRule
 from energy.stops import StopSettings
+from energy.units import JOULE_PER_WH
 from routing.graph.snap import RoadIndex
 from routing.queries import ECO, Point, RouteQuery
 from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path, reach

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from energy.chain.kernels_link import link_energy
-from energy.force.kernels_force import accepted_j, cabin_energy_j, road_in_time
+from energy.force.kernels_physics import accepted_j, cabin_energy_j, road_in_time
+from energy.units import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_HOUR
 from routing.queries import Weights
-from routing.search.search import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_HOUR, Limits, LinkPosition
+from routing.search.search import Limits, LinkPosition
 from routing.search.space import SearchSpace
 
 if TYPE_CHECKING:

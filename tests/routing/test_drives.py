@@ -12,8 +12,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from energy.chain.chain import LinkModel, StopRule
-from energy.conditions import STILL, EffectCoefficients
+from energy.conditions import STILL
 from energy.stops import StopSettings
+from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from energy.vehicle.files import load_vehicles
 from routing.dominance.kernels_gap import SLACK_J, greatest_of_sums, least_worth_j, state_gap

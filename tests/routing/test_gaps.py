@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 
 from energy.chain.chain import Chain, LinkModel, StopRule, simulate_chain
 from energy.chain.kernels_link import link_energy
-from energy.conditions import EffectCoefficients
-from energy.force.kernels_force import road_in_time
+from energy.force.kernels_physics import road_in_time
 from energy.stops import StopSettings
+from energy.vehicle.coefficients import EffectCoefficients
 from routing.dominance.kernels_gap import state_gap, warm_up_due_j
 from routing.queries import ECO
 from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path

@@ -15,7 +15,7 @@ from scipy.sparse.csgraph import dijkstra
 from energy.chain.chain import LinkModel, StopRule
 from energy.chain.kernels_link import link_energy
 from energy.conditions import STILL
-from energy.force.kernels_force import ROAD_WAIT, road_at
+from energy.force.kernels_physics import ROAD_WAIT, road_at
 from energy.stops import StopSettings
 from energy.vehicle.files import load_vehicles
 from routing.lower_bound.kernels_least import SLOWEST, STOPPED_LEAST, STOPPED_MOST, least_towards_any

@@ -13,7 +13,7 @@ import pytest
 from energy.chain.chain import LinkModel, StopRule
 from energy.chain.kernels_link import link_energy
 from energy.conditions import STILL, Conditions
-from energy.force.kernels_force import accepted_j, cabin_energy_j, road_in_time
+from energy.force.kernels_physics import accepted_j, cabin_energy_j, road_in_time
 from energy.stops import StopSettings
 from energy.vehicle.files import load_vehicles
 from energy.vehicle.vehicle import Vehicle

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from energy.battery import JOULE_PER_WH
 from energy.chain.chain import LinkModel, StopRule
 from energy.chain.kernels_link import link_energy
 from energy.conditions import STILL, Conditions
-from energy.force.kernels_force import accepted_j, cabin_energy_j, road_in_time
+from energy.force.kernels_physics import accepted_j, cabin_energy_j, road_in_time
 from energy.stops import StopSettings
+from energy.units import JOULE_PER_WH
 from energy.vehicle.files import load_vehicles
 from routing.errors import NoPathError, QueryError
 from routing.graph.files import load_graph

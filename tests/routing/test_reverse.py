@@ -11,8 +11,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from energy.chain.chain import LinkModel, StopRule
-from energy.conditions import STILL, Conditions, EffectCoefficients, RoadSurface
+from energy.conditions import STILL, Conditions, RoadSurface
 from energy.stops import StopSettings
+from energy.vehicle.coefficients import EffectCoefficients
 from routing.errors import SearchLimitError
 from routing.queries import ECO
 from routing.range.way_back import BackCharges, ReverseSearch

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 from energy.chain.chain import LinkModel, StopRule
 from energy.conditions import STILL, Conditions
 from energy.force.effects import drive_of
-from energy.force.kernels_force import Road, road_load_n
+from energy.force.kernels_force import road_load_n
+from energy.force.kernels_physics import Road
 from energy.stops import StopSettings
 from routing.dominance.bounds import gap_rules, least_load_n
 from routing.errors import NegativeCycleError, QueryError

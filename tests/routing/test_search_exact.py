@@ -13,17 +13,19 @@ from hypothesis import strategies as st
 
 from energy.chain.chain import Chain, LinkModel, StopRule, simulate_chain
 from energy.chain.kernels_link import link_energy
-from energy.conditions import STILL, Conditions, EffectCoefficients, RoadSurface
+from energy.conditions import STILL, Conditions, RoadSurface
 from energy.force.effects import drive_of
-from energy.force.kernels_force import ROAD_WARM_UP, accepted_j, cabin_energy_j, road_in_time
+from energy.force.kernels_physics import ROAD_WARM_UP, accepted_j, cabin_energy_j, road_in_time
 from energy.stops import StopSettings
+from energy.units import JOULE_PER_KWH
+from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.vehicle import Vehicle
 from routing.errors import SearchLimitError
 from routing.graph.networkx_graph import to_networkx
 from routing.graph.road_graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
 from routing.queries import ECO, Weights
 from routing.search.reference import EnergySearch
-from routing.search.search import JOULE_PER_KWH, Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path, reach
 from routing.search.space import search_space
 
 META = GraphMeta("drawn", "test", "none", "none", Terrain.SYNTHETIC, "drawn", 0.0, (0.0, 0.0, 0.0, 0.0))

@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from energy.battery import JOULE_PER_WH
 from energy.chain.chain import LinkModel, StopRule
 from energy.chain.kernels_link import link_energy
 from energy.conditions import Conditions, RoadSurface
 from energy.force.effects import drive_of
-from energy.force.kernels_force import road_at
+from energy.force.kernels_physics import road_at
 from energy.stops import StopSettings
+from energy.units import JOULE_PER_KWH, JOULE_PER_WH
 from energy.vehicle.files import load_vehicles
 from energy.vehicle.vehicle import Vehicle
 from routing.errors import ImportFailedError, NegativeCycleError
@@ -29,7 +29,7 @@ from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
 from routing.planner import Planner
 from routing.queries import BALANCED, ECO, FASTEST, LinkSpan, Point, RangeQuery, Route, RouteQuery, Weights
 from routing.search.reference import EnergySearch
-from routing.search.search import JOULE_PER_KWH, Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path, reach
 from routing.search.space import SearchSpace, search_space
 
 if TYPE_CHECKING:

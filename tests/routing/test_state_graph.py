@@ -14,9 +14,10 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from energy.chain.chain import LinkModel, StopRule
-from energy.conditions import STILL, Conditions, EffectCoefficients
-from energy.force.kernels_force import cabin_energy_j
+from energy.conditions import STILL, Conditions
+from energy.force.kernels_physics import cabin_energy_j
 from energy.stops import StopSettings
+from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.files import load_vehicles
 from energy.vehicle.vehicle import Vehicle
 from routing.dominance.kernels_gap import DESCENT_J, DESCENT_MPS
@@ -27,16 +28,7 @@ from routing.queries import ECO, Point, RangeQuery, Weights
 from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path, reach
 from routing.search.space import potential_share, search_space
 from tests.routing.expanded_states import StateGraph
-from tests.routing.test_search_exact import (
-    LEARNED,
-    WEATHER,
-    charges,
-    maps,
-    never_full,
-    rules,
-    vehicles,
-    weightings,
-)
+from tests.routing.test_search_exact import LEARNED, WEATHER, charges, maps, never_full, rules, vehicles, weightings
 from tests.routing.test_search_real import cut_out
 
 VEHICLES = Path(__file__).resolve().parents[2] / "data/vehicles"

@@ -13,12 +13,14 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from energy.battery import JOULE_PER_WH, soc_along
+from energy.battery import soc_along
 from energy.chain.chain import StopRule
-from energy.conditions import STILL, Conditions, EffectCoefficients
+from energy.conditions import STILL, Conditions
 from energy.errors import LinkError
 from energy.force.effects import drive_of
-from energy.force.kernels_force import cabin_energy_j
+from energy.force.kernels_physics import cabin_energy_j
+from energy.units import JOULE_PER_WH
+from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.files import load_vehicles
 from routing.errors import NoPathError, PointFarFromRoadError, PointOutsideMapError
 from routing.graph.road_graph import (

@@ -15,8 +15,9 @@ from playwright.sync_api import expect
 
 from benchmarks.browser import ROOT
 from energy.replay.replay import DrivenProfile, replay
+from energy.units import KMH_PER_MPS
 from energy.vehicle.files import load_vehicle
-from energy.vehicle.vehicle import KMH_PER_MPS, Vehicle
+from energy.vehicle.vehicle import Vehicle
 from routing.graph.snap import METRE_PER_DEGREE
 from tests.web.conftest import CAR
 from tests.web.map_page import shown_number

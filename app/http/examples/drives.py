@@ -9,7 +9,8 @@ import numpy as np
 from app.schemas.route import RouteRequest
 from energy.chain.profile import chain_profile
 from energy.replay.replay import DrivenProfile, graded, replay
-from energy.vehicle.vehicle import KMH_PER_MPS, Vehicle
+from energy.units import KMH_PER_MPS
+from energy.vehicle.vehicle import Vehicle
 from routing.graph.snap import METRE_PER_DEGREE
 from routing.queries import LinkSpan
 

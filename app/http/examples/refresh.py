@@ -11,13 +11,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
-from app.http.examples.answers import (
-    MATRIX_REQUESTS,
-    RANGE_REQUESTS,
-    ROUTE_REQUESTS,
-    SIMULATE_REQUESTS,
-    VEHICLE_BODIES,
-)
+from app.http.examples.answers import MATRIX_REQUESTS, RANGE_REQUESTS, ROUTE_REQUESTS, SIMULATE_REQUESTS, VEHICLE_BODIES
 from app.http.examples.diagnoses import diagnosis_answers
 from app.schemas.matrix import MatrixRequest
 from app.schemas.range import RangeRequest

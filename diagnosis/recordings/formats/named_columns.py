@@ -12,8 +12,7 @@ from diagnosis.recordings.formats.tables import Column, Table
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError
 from diagnosis.recordings.recording import REQUIRED, Recording
 from diagnosis.recordings.soundness.charging import without_charging
-from energy.conditions import ZERO_CELSIUS_K
-from energy.vehicle.vehicle import KMH_PER_MPS
+from energy.units import KMH_PER_MPS, ZERO_CELSIUS_K
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

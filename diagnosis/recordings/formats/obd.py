@@ -17,8 +17,7 @@ from diagnosis.recordings.formats.named_columns import MOST_KMH, MOST_W, RADIAN_
 from diagnosis.recordings.formats.tables import Column, Table, is_hidden, past_midnight
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError, shown
 from diagnosis.recordings.soundness.signs import power_sign
-from energy.conditions import ZERO_CELSIUS_K
-from energy.vehicle.vehicle import KMH_PER_MPS
+from energy.units import KMH_PER_MPS, MPS_PER_MPH, ZERO_CELSIUS_K
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -32,7 +31,6 @@ POSITIONS: Final = ("LATITUDE", "LONGTITUDE", "LONGITUDE")
 OBD_NAMES: Final = frozenset((*LONG, *POSITIONS, "time"))
 SECONDS: Final = Column("SECONDS", "time_s", 0.0, 1e10)
 TIME: Final = Column("time", "time_s", 0.0, 1e10)
-MPS_PER_MPH: Final = 0.44704
 M_PER_FOOT: Final = 0.3048
 K_PER_FAHRENHEIT: Final = 5.0 / 9.0
 LEAST_PACK_V: Final = 48.0  # below it is the battery of the lights

@@ -9,13 +9,13 @@ import numpy as np
 
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError
 from diagnosis.recordings.recording import Recording, channels_of
+from energy.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 CHARGING_W: Final = -500.0  # a battery at standstill is given so much by a charger only
 CHARGING_S: Final = 30.0
-J_PER_KWH: Final = 3.6e6
 
 
 def charging_at_standstill(recording: Recording) -> NDArray[np.bool_]:
@@ -41,7 +41,7 @@ def without_charging(recording: Recording, charging: NDArray[np.bool_], how: str
     for begin, end in _runs(charging):
         last = end - 1
         part = slice(begin, end)
-        kwh = -float(np.trapezoid(recording.power_w[part], time_s[part])) / J_PER_KWH
+        kwh = -float(np.trapezoid(recording.power_w[part], time_s[part])) / JOULE_PER_KWH
         text = f"charging cut out from {time_s[begin]:.1f} s to {time_s[last]:.1f} s, {kwh:.2f} kWh, {how}"
         notes.append(Note(NoteKind.REPAIRED, "", text))
         if begin > 0 and end < time_s.size:

@@ -9,7 +9,7 @@ import numpy as np
 
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError
 from diagnosis.recordings.recording import channels_of
-from diagnosis.recordings.soundness.charging import J_PER_KWH, charging_at_standstill, without_charging
+from diagnosis.recordings.soundness.charging import charging_at_standstill, without_charging
 from diagnosis.recordings.soundness.lag import without_lag
 from diagnosis.recordings.soundness.plausibility import check_way, plausibility_notes
 from diagnosis.recordings.soundness.repairs import (
@@ -22,6 +22,7 @@ from diagnosis.recordings.soundness.repairs import (
     without_impossible,
 )
 from diagnosis.recordings.soundness.signs import push_powers_w
+from energy.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -203,8 +204,8 @@ def _capacity(recording: Recording) -> Iterator[Note]:
     if fall >= CHARGE_FRAC:
         part = slice(first, last + 1)
         energy_j = float(np.trapezoid(recording.power_w[part], recording.time_s[part]))
-        text = f"falls by {fall:.1%} while the battery gives {energy_j / J_PER_KWH:.2f} kWh"
-        yield Note(NoteKind.CHECKED, "soc_frac", f"{text}: 100 % would be {energy_j / J_PER_KWH / fall:.1f} kWh")
+        text = f"falls by {fall:.1%} while the battery gives {energy_j / JOULE_PER_KWH:.2f} kWh"
+        yield Note(NoteKind.CHECKED, "soc_frac", f"{text}: 100 % would be {energy_j / JOULE_PER_KWH / fall:.1f} kWh")
 
 
 def _twice(recording: Recording) -> Iterator[Note]:

@@ -9,6 +9,7 @@ import numpy as np
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError
 from diagnosis.recordings.positions import east_north_m
 from diagnosis.recordings.soundness.signs import PUSH_SAMPLES, PUSH_W_PER_KG
+from energy.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -34,7 +35,6 @@ LIGHTEST_KG: Final = 250.0
 HEAVIEST_KG: Final = 8000.0
 SLOW_MPS: Final = 14.0  # a car that never reaches 50 km/h, and moves like a lorry, may be recorded in m/s
 ENERGY_WAY_M: Final = 2000.0
-J_PER_KWH: Final = 3.6e6
 
 
 def check_way(recording: Recording, path: str) -> None:
@@ -55,7 +55,7 @@ def plausibility_notes(recording: Recording) -> Iterator[Note]:
     yield from _way_notes(recording)
     yield from _mass_notes(recording)
     if recording.energy_j() < 0.0 and recording.distance_m() > ENERGY_WAY_M:
-        text = f"{recording.energy_j() / J_PER_KWH:.2f} kWh over {recording.distance_m() / 1000.0:.1f} km"
+        text = f"{recording.energy_j() / JOULE_PER_KWH:.2f} kWh over {recording.distance_m() / 1000.0:.1f} km"
         yield Note(NoteKind.SUSPECT, "power_w", f"{text}: a long descent, or the sign is wrong")
 
 
