@@ -18,8 +18,10 @@ from energy.chain.timestep import STEP_LIMIT, STEP_S, simulate_timestep
 from energy.force.effects import LinkSetting, drive_of
 from energy.force.kernels_parts import PART_COUNT
 from routing.errors import RoutingError
+from routing.places import LinkSpan, Point
 from routing.planner import Planner
-from routing.queries import FASTEST, LinkSpan, Point, RouteQuery
+from routing.queries import RouteQuery
+from routing.weights import FASTEST
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -11,15 +11,17 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from routing.errors import RoutingError
+from routing.places import Point
 from routing.planner import Planner
-from routing.queries import BALANCED, ECO, FASTEST, Point, RangeQuery, RouteQuery
+from routing.queries import RangeQuery, RouteQuery
+from routing.weights import BALANCED, ECO, FASTEST
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from energy.vehicle.vehicle import Vehicle
     from routing.graph.road_graph import RoadGraph
-    from routing.queries import Weights
+    from routing.weights import Weights
 
 SOC_FRAC: Final = 0.9
 RESERVE_SOC_FRAC: Final = 0.1

@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from benchmarks.kernels_yardstick import scalar_dijkstra
 from energy.chain.chain import LinkModel, StopRule
 from energy.stops import StopSettings
 from energy.units import JOULE_PER_WH
-from routing.queries import ECO
-from routing.search.kernels_search import scalar_dijkstra
-from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.places import LinkPosition
+from routing.search.found import Limits
+from routing.search.search import find_path, reach
 from routing.search.space import search_space
+from routing.search.workspaces import WorkspacePool
+from routing.weights import ECO
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -23,7 +26,7 @@ if TYPE_CHECKING:
 
     from energy.vehicle.vehicle import Vehicle
     from routing.graph.road_graph import RoadGraph
-    from routing.search.search import SearchCounts
+    from routing.search.found import SearchCounts
     from routing.search.space import SearchSpace
 
 TARGET_RATIO: Final = 2.5

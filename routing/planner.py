@@ -20,27 +20,21 @@ from routing.graph.snap import RoadIndex
 from routing.links.spans import ChainMaker
 from routing.pareto.all_ways import warm_up_labels
 from routing.pareto.front import ParetoSearch, names_of
-from routing.queries import (
-    ECO,
-    EPSILON_RANGE,
-    MOST_RANGE,
-    RANGE_PROBABILITIES,
-    LinkSpan,
-    Point,
-    RangeAnswer,
-    RangeBand,
-    RouteAnswer,
-    SearchStats,
-    Trip,
-)
+from routing.places import LinkPosition, LinkSpan, Point
+from routing.queries import RANGE_PROBABILITIES, Trip
 from routing.range.area import AreaMaker, energies_of_reach
+from routing.range.bands import RangeAnswer, RangeBand
 from routing.range.way_back import BackCharges, ReverseSearch
 from routing.route.answer import no_route, route_of
 from routing.route.best_path import RouteSearch, charge_limits, method_name
+from routing.route.checks import check_charge, check_pareto, check_weights
 from routing.route.matrix import MatrixSearch
+from routing.route.route import RouteAnswer, SearchStats
 from routing.route.via import WayFinder
-from routing.search.search import Limits, LinkPosition, SearchCounts, find_path, reach
+from routing.search.found import Limits, SearchCounts
+from routing.search.search import find_path, reach
 from routing.search.space import LOAD_NOISE_N
+from routing.weights import ECO
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -48,9 +42,10 @@ if TYPE_CHECKING:
     from energy.chain.chain import Chain, ChainResult
     from energy.vehicle.files import AnyVehicle
     from routing.graph.road_graph import RoadGraph
-    from routing.queries import ParetoSettings, RangeQuery, RouteQuery, SnappedPoint, Weights
+    from routing.places import SnappedPoint
+    from routing.queries import MatrixQuery, ParetoSettings, RangeQuery, RouteQuery
     from routing.range.area import RoadEnergies
-    from routing.route.matrix import MatrixQuery, SnappedPlace
+    from routing.route.matrix import SnappedPlace
     from routing.route.via import Way
 
 SAMPLE_LINKS: Final = 300  # on which the spread of what driving dissipates is taken
@@ -97,13 +92,13 @@ class Planner:
         PointFarFromRoadError, NoPathError, NegativeCycleError, SearchLimitError. A goal out of reach on this charge is
         an answer, with `feasible` false.
         """
-        _check_charge(query.soc_frac, query.reserve_soc_frac)
+        check_charge(query.soc_frac, query.reserve_soc_frac)
         if not query.weightings:
             raise QueryError("weightings", "empty", "at least one weighting")
         for name, weights in query.weightings:
-            _check_weights(name, weights)
+            check_weights(name, weights)
         if query.pareto is not None:
-            _check_pareto(query.pareto)
+            check_pareto(query.pareto)
         asked = [("start", query.start), *((f"via[{k}]", place) for k, place in enumerate(query.via))]
         snapped = [self._roads.snap(*place, self._snap_limit_m) for place in (*asked, ("goal", query.goal))]
         points, places = [point for point, _ in snapped], [positions for _, positions in snapped]
@@ -133,8 +128,8 @@ class Planner:
 
         Raises QueryError, PointOutsideMapError, PointFarFromRoadError; errors of a place name it as `sources[3]`.
         """
-        _check_charge(query.soc_frac, query.reserve_soc_frac)
-        _check_weights("matrix", query.weights)
+        check_charge(query.soc_frac, query.reserve_soc_frac)
+        check_weights("matrix", query.weights)
         sources, targets = self._snap_all("sources", query.sources), self._snap_all("targets", query.targets)
         return MatrixSearch(self._search, query, sources, targets, self._warnings)
 
@@ -174,7 +169,7 @@ class Planner:
         With the trip REVERSE the area from which the origin can be reached, with ROUND what can be driven to and back.
         Raises QueryError, PointOutsideMapError, PointFarFromRoadError, NegativeCycleError, SearchLimitError.
         """
-        _check_charge(query.soc_frac, query.reserve_soc_frac)
+        check_charge(query.soc_frac, query.reserve_soc_frac)
         if query.trip is not Trip.OUT and query.link_model is LinkModel.PRINTED:
             raise QueryError("link_model", "'printed'", f"'integrated' with {query.trip.value}")
         least_n = self._search.space_of(query, query.vehicle).least_load_n
@@ -321,28 +316,3 @@ def _search_stats(way: Way) -> SearchStats:
         seconds=sum(one.seconds for one in counts),
         method=", ".join(dict.fromkeys(found.method for found in way.found)) or "none",
     )
-
-
-def _check_charge(soc_frac: float, reserve_frac: float) -> None:
-    if not 0.0 <= soc_frac <= 1.0:
-        raise QueryError("soc", soc_frac, "0..1")
-    if not 0.0 <= reserve_frac <= soc_frac:
-        raise QueryError("reserve_soc", reserve_frac, f"0..{soc_frac:g} (soc)")
-
-
-def _check_pareto(settings: ParetoSettings) -> None:
-    if not EPSILON_RANGE[0] <= settings.epsilon_frac <= EPSILON_RANGE[1]:
-        low, high = EPSILON_RANGE
-        raise QueryError("pareto.epsilon_frac", settings.epsilon_frac, f"{low:g}..{high:g}")
-    if not MOST_RANGE[0] <= settings.most <= MOST_RANGE[1]:
-        low, high = MOST_RANGE
-        raise QueryError("pareto.most", settings.most, f"{low}..{high}")
-
-
-def _check_weights(name: str, weights: Weights) -> None:
-    values = (weights.energy, weights.time, weights.distance)
-    for field, value in zip(("energy", "time", "distance"), values, strict=True):
-        if not 0.0 <= value <= 1e6:
-            raise QueryError(f"weights.{field} ({name})", value, "0..1e6")
-    if max(values) == 0.0:
-        raise QueryError(f"weights ({name})", values, "at least one above 0")

@@ -9,8 +9,9 @@ from app.conversions.graph import terrain_note
 from app.conversions.place import point_from_place, snapped
 from app.schemas.matrix import MatrixResponse, MatrixStats
 from energy.units import JOULE_PER_KWH
-from routing.queries import ECO, Weights
-from routing.route.matrix import MatrixQuery, NotDriven
+from routing.queries import MatrixQuery
+from routing.route.matrix import NotDriven
+from routing.weights import ECO, Weights
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -5,13 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final, Literal
 
 from app.schemas.place import LatLon, PlaceFeature, PlaceProperties, PointGeometry, Position, Snapped
-from routing.queries import Point
+from routing.places import Point
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from app.schemas.place import Place
-    from routing.queries import SnappedPoint
+    from routing.places import SnappedPoint
 
 DECIMALS: Final = 7  # 1e-7 degrees are 11 mm
 

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from energy.vehicle.files import AnyVehicle
     from routing.graph.road_graph import RoadGraph
-    from routing.queries import RangeAnswer, RangeBand
+    from routing.range.bands import RangeAnswer, RangeBand
 
 
 def request_from_parameters(sent: RangeParameters) -> RangeRequest:

@@ -26,7 +26,8 @@ from app.schemas.route import (
 )
 from energy.force.parts import PART_NAMES
 from energy.units import JOULE_PER_KWH, JOULE_PER_M_PER_KWH_PER_100KM, JOULE_PER_WH, KMH_PER_MPS
-from routing.queries import NAMED_WEIGHTS, ParetoSettings, RouteQuery, Weights
+from routing.queries import ParetoSettings, RouteQuery
+from routing.weights import NAMED_WEIGHTS, Weights
 
 if TYPE_CHECKING:
     from app.schemas.route import RouteRequest
@@ -34,8 +35,8 @@ if TYPE_CHECKING:
     from energy.force.parts import EnergyParts
     from energy.vehicle.files import AnyVehicle
     from routing.graph.road_graph import RoadGraph
-    from routing.queries import DrivenLinks, ParetoClaim, Route, RouteAnswer, RouteLeg, SearchStats
     from routing.route.hot_links import HotStretch
+    from routing.route.route import DrivenLinks, ParetoClaim, Route, RouteAnswer, RouteLeg, SearchStats
 
 CUSTOM: Final = "custom"
 

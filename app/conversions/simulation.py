@@ -26,7 +26,7 @@ from energy.chain.chain import Chain
 from energy.errors import LinkError
 from energy.stops import Cross, StopSettings
 from energy.units import JOULE_PER_KWH, JOULE_PER_WH, KMH_PER_MPS
-from routing.queries import LinkSpan
+from routing.places import LinkSpan
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -13,8 +13,9 @@ from app.schemas.learned_effects import EffectsChoice
 from app.schemas.place import LatLon, LineString, Place, PlaceFeature, Snapped
 from app.schemas.vehicle import VehicleChoice
 from energy.chain.chain import LinkModel, StopRule
-from routing.queries import EPSILON_RANGE, MOST_RANGE, ParetoProof, ParetoSettings
+from routing.queries import EPSILON_RANGE, MOST_RANGE, ParetoSettings
 from routing.route.hot_links import HotReason
+from routing.route.route import ParetoProof
 
 MAX_VIA: Final = 20
 NamedWeighting = Literal["eco", "fastest", "balanced"]

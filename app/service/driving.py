@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from energy.conditions import Conditions
     from energy.vehicle.files import AnyVehicle
     from routing.graph.road_graph import RoadGraph
-    from routing.queries import LinkSpan
+    from routing.places import LinkSpan
 
 
 @dataclass(frozen=True, slots=True)

@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from energy.chain.profile import SpeedProfile
     from energy.vehicle.files import AnyVehicle
     from routing.planner import Planner
-    from routing.queries import RouteAnswer
+    from routing.route.route import RouteAnswer
 
 LOG = logging.getLogger(__name__)
 

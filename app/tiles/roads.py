@@ -11,7 +11,7 @@ import shapely
 from app.tiles.address import east_from_lon, south_from_lat
 from app.tiles.vector_tile import EXTENT, TileLines, encode_tile
 from energy.stops import FunctionalClass
-from routing.graph.road_graph import E7
+from routing.graph.earth import E7
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -12,7 +12,7 @@ from scipy.interpolate import RectBivariateSpline
 from scipy.sparse.linalg import splu
 
 from app.tiles.address import east_from_lon, lat_deg_from_south, lon_deg_from_east, south_from_lat
-from routing.graph.road_graph import E7
+from routing.graph.earth import E7
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

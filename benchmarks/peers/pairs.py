@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from routing.graph.road_graph import great_circle_m
+from routing.graph.earth import great_circle_m
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

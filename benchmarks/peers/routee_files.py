@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.units import KMH_PER_MPS
-from routing.graph.road_graph import E7
+from routing.graph.earth import E7
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

@@ -18,9 +18,12 @@ from energy.vehicle.files import load_vehicle
 from routing.graph.files import load_graph
 from routing.graph.road_graph import ARRAY_NAMES
 from routing.graph.snap import RoadIndex
-from routing.queries import ECO
-from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path
+from routing.places import LinkPosition
+from routing.search.found import Limits
+from routing.search.search import find_path
 from routing.search.space import search_space
+from routing.search.workspaces import WorkspacePool
+from routing.weights import ECO
 
 if TYPE_CHECKING:
     from collections.abc import Callable

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from routing.graph.road_graph import great_circle_m
-from routing.queries import Point
+from routing.graph.earth import great_circle_m
+from routing.places import Point
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

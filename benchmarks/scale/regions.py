@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from benchmarks.graphs import ROOT, Made, synthesize_in_process
-from routing.graph.road_graph import great_circle_m
+from routing.graph.earth import great_circle_m
 
 if TYPE_CHECKING:
     from routing.graph.road_graph import RoadGraph

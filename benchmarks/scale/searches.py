@@ -19,9 +19,13 @@ from benchmarks.scale.regions import Shape, shape_of
 from benchmarks.searches import Spread, Yardstick, draw_sources, spread
 from routing.graph.files import load_graph
 from routing.graph.snap import RoadIndex
+from routing.places import LinkPosition
 from routing.planner import Planner
-from routing.queries import ECO, RangeQuery, RouteQuery
-from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path
+from routing.queries import RangeQuery, RouteQuery
+from routing.search.found import Limits
+from routing.search.search import find_path
+from routing.search.workspaces import WorkspacePool
+from routing.weights import ECO
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

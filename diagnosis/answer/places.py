@@ -13,7 +13,7 @@ from diagnosis.answer.regimes import CONFIDENCE_FRAC
 from diagnosis.errors import DiagnosisError
 from diagnosis.matching.tracks import odometer_m, positions_deg
 from energy.units import JOULE_PER_WH, METRE_PER_KM
-from routing.graph.snap import METRE_PER_DEGREE
+from routing.graph.earth import METRE_PER_DEGREE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -20,7 +20,7 @@ from energy.conditions import STILL, Conditions
 from energy.replay.replay import DrivenProfile, replay
 from energy.units import JOULE_PER_KWH
 from energy.vehicle.vehicle import CHECKED_SPEED_MPS
-from routing.queries import LinkSpan
+from routing.places import LinkSpan
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

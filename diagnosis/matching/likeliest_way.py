@@ -13,7 +13,7 @@ from diagnosis.errors import DiagnosisError
 from diagnosis.matching import kernels_viterbi as kernels
 from diagnosis.matching.kernels_viterbi import Costs, Frontier, Places, Roads
 from diagnosis.matching.matched_way import Run
-from routing.graph.snap import METRE_PER_DEGREE
+from routing.graph.earth import METRE_PER_DEGREE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

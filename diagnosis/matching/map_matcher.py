@@ -16,8 +16,7 @@ from diagnosis.matching.kernels_viterbi import Frontier, Roads
 from diagnosis.matching.likeliest_way import MatchSettings, WayFinder
 from diagnosis.matching.matched_way import Gap, GapReason, PlacedWay, Stretch, place_samples
 from diagnosis.matching.tracks import NoPositionsError, Track, positions_deg, track_of
-from routing.graph.road_graph import E7
-from routing.graph.snap import METRE_PER_DEGREE
+from routing.graph.earth import E7, METRE_PER_DEGREE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

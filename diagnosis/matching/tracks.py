@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from diagnosis.errors import DiagnosisError
-from routing.graph.snap import METRE_PER_DEGREE
+from routing.graph.earth import METRE_PER_DEGREE
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from routing.graph.earth import EARTH_RADIUS_M
+
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-EARTH_RADIUS_M: Final = 6_371_008.8  # mean radius, IUGG
 AROUND_S: Final = 2.0  # positions so long before and after a step tell its direction
 MOVED_M: Final = 10.0  # and do so from this way on, beyond what a receiver at rest wanders
 

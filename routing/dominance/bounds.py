@@ -9,7 +9,7 @@ import numpy as np
 
 from energy.force import kernels_physics
 from routing.dominance import kernels_gap
-from routing.dominance.kernels_gap import GapRules
+from routing.dominance.kernels_rules import GapRules
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -6,16 +6,15 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from routing.graph.earth import METRE_PER_DEGREE
 from routing.graph.kernels_nearest import FAN, Boxes, Lines, nearest_link
-from routing.graph.road_graph import EARTH_RADIUS_M
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from routing.graph.road_graph import RoadGraph
-    from routing.queries import Point
+    from routing.places import Point
 
-METRE_PER_DEGREE: Final = EARTH_RADIUS_M * np.pi / 180.0
 CURVE_BITS: Final = 16  # of a place along each axis, for the order of roads
 
 

@@ -14,7 +14,8 @@ import shapely
 
 from energy.stops import FunctionalClass
 from routing.errors import GraphFormatError
-from routing.graph.road_graph import E7, FORMAT_VERSION, GraphMeta, RoadGraph, Terrain, meta_fields
+from routing.graph.earth import E7
+from routing.graph.road_graph import FORMAT_VERSION, GraphMeta, RoadGraph, Terrain, meta_fields
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -4,16 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from routing.graph.road_graph import (
-    E7,
-    GraphMeta,
-    LooseLinks,
-    LooseNodes,
-    RoadGraph,
-    Terrain,
-    assemble_graph,
-    great_circle_m,
-)
+from routing.graph.earth import E7, great_circle_m
+from routing.graph.road_graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
 
 
 def practice_graph() -> RoadGraph:

@@ -11,6 +11,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from routing.errors import ImportFailedError
+from routing.graph.earth import E7, EARTH_RADIUS_M
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -20,8 +21,6 @@ if TYPE_CHECKING:
     SomeLinks = NDArray[np.integer] | slice  # indices of links, or a run of them
 
 FORMAT_VERSION: Final = 1
-E7: Final = 1e7  # geometry is stored as whole 1e-7 degrees, as OSM does (11 mm)
-EARTH_RADIUS_M: Final = 6_371_008.8  # IUGG mean radius
 
 ALL_LINKS: Final = slice(None)
 
@@ -186,21 +185,6 @@ class LooseNodes:
     lon_deg: NDArray[np.float64]
     height_m: NDArray[np.float64]
     id: NDArray[np.int64]
-
-
-def great_circle_m(
-    lat_a_deg: NDArray[np.float64] | float,
-    lon_a_deg: NDArray[np.float64] | float,
-    lat_b_deg: NDArray[np.float64] | float,
-    lon_b_deg: NDArray[np.float64] | float,
-) -> NDArray[np.float64]:
-    """Great-circle distance between points on the mean sphere [m]; broadcasts (haversine formula)."""
-    phi_a, phi_b = np.radians(lat_a_deg), np.radians(lat_b_deg)
-    half_dphi = (phi_b - phi_a) / 2.0
-    half_dlam = np.radians(np.subtract(lon_b_deg, lon_a_deg)) / 2.0
-    hav = np.sin(half_dphi) ** 2 + np.cos(phi_a) * np.cos(phi_b) * np.sin(half_dlam) ** 2
-    distance: NDArray[np.float64] = 2.0 * EARTH_RADIUS_M * np.arcsin(np.sqrt(np.minimum(hav, 1.0)))
-    return distance
 
 
 def assemble_graph(meta: GraphMeta, names: tuple[str, ...], nodes: LooseNodes, links: LooseLinks) -> RoadGraph:

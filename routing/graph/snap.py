@@ -9,10 +9,9 @@ import numpy as np
 import shapely
 
 from routing.errors import PointFarFromRoadError, PointOutsideMapError
+from routing.graph.earth import METRE_PER_DEGREE
 from routing.graph.nearest import RoadTree
-from routing.graph.road_graph import EARTH_RADIUS_M
-from routing.queries import Point, SnappedPoint
-from routing.search.search import LinkPosition
+from routing.places import LinkPosition, Point, SnappedPoint
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
     from routing.graph.kernels_nearest import Boxes
     from routing.graph.road_graph import RoadGraph
 
-METRE_PER_DEGREE: Final = EARTH_RADIUS_M * np.pi / 180.0
 END_MARGIN_M: Final = 0.01  # a snapped place keeps this far from a link's ends, so that it is on one link only
 
 

@@ -15,7 +15,8 @@ from typing import IO, TYPE_CHECKING, Final
 import numpy as np
 
 from routing.errors import ImportFailedError
-from routing.graph.road_graph import E7, RoadGraph
+from routing.graph.earth import E7
+from routing.graph.road_graph import RoadGraph
 from routing.importers.region import graph_from_roads
 from routing.importers.roads import Roads, Ways
 from routing.importers.speeds import HIGHEST_KMH, KMH, LOWEST_KMH

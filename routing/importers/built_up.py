@@ -9,7 +9,7 @@ import shapely
 from scipy.ndimage import gaussian_filter
 
 from energy.stops import FunctionalClass
-from routing.graph.road_graph import E7
+from routing.graph.earth import E7
 from routing.importers.speeds import KMH
 
 if TYPE_CHECKING:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from routing.graph.road_graph import E7
+from routing.graph.earth import E7
 from routing.importers.roads import short_distance_m
 from routing.importers.speeds import KMH
 

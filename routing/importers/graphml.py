@@ -10,7 +10,7 @@ import numpy as np
 import shapely
 
 from routing.errors import ImportFailedError
-from routing.graph.road_graph import E7
+from routing.graph.earth import E7
 from routing.importers.roads import Roads, Ways, short_distance_m
 from routing.importers.speeds import HIGHEST_KMH, KMH, LOWEST_KMH, limit_mps_from_value
 from routing.importers.tags import Control, Dropped, car_may_pass, control, is_roundabout, is_structure, road_class

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from routing.graph.road_graph import E7, LooseLinks, LooseNodes
+from routing.graph.earth import E7
+from routing.graph.road_graph import LooseLinks, LooseNodes
 from routing.importers.crossings import cross_at_heads
 from routing.importers.curves import bend_speeds_mps
 from routing.importers.speeds import default_limits_mps

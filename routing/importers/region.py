@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from routing.errors import ImportFailedError
+from routing.graph.earth import E7
 from routing.graph.networkx_graph import from_networkx, is_export, load_networkx
-from routing.graph.road_graph import E7, GraphMeta, RoadGraph, Terrain, assemble_graph
+from routing.graph.road_graph import GraphMeta, RoadGraph, Terrain, assemble_graph
 from routing.importers.built_up import urban_pieces
 from routing.importers.chains import chains_from_roads, cut, junction_positions
 from routing.importers.crossings import place_controls

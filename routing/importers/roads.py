@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from routing.graph.road_graph import E7
+from routing.graph.earth import E7
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from energy.chain.kernels_link import link_energy
 from energy.compiled.kernels_borrow import borrowed
 from energy.force.kernels_physics import ROAD_WAIT, LinkPhysics, borrowed_physics, road_at
-from routing.dominance.kernels_gap import CRUISE_J, CRUISE_S, LENGTH, LIMIT, REST_J, REST_S, STOP
+from routing.links.kernels_tables import CRUISE_J, CRUISE_S, LENGTH, LIMIT, REST_J, REST_S, STOP
 
 
 @njit(nogil=True, cache=True)

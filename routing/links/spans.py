@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from routing.graph.road_graph import RoadGraph
-    from routing.queries import LinkSpan
+    from routing.places import LinkSpan
 
 SLACK_FRAC: Final = 1e-6  # of a link's length: places nearer than this are the same
 

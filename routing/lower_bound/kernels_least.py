@@ -16,7 +16,7 @@ from energy.chain.kernels_link import TOUCH_MPS, drive_energy, link_energy, mean
 from energy.compiled.kernels_borrow import borrowed
 from energy.force.kernels_force import idle_energy, road_load_n
 from energy.force.kernels_physics import ROAD_WAIT, LinkPhysics, Road, borrowed_physics, road_at
-from routing.dominance.kernels_gap import LENGTH, LIMIT, STOP
+from routing.links.kernels_tables import LENGTH, LIMIT, STOP
 
 # columns of the table of entries: lowest speed in which a link is entered once a drive has gathered way, and the least
 # and greatest probability of having stopped before it

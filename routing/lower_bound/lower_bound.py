@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from routing.dominance.bounds import least_load_n
-from routing.graph.road_graph import EARTH_RADIUS_M
+from routing.graph.earth import EARTH_RADIUS_M
 from routing.links.aligned import aligned
 from routing.lower_bound import kernels_least, kernels_lower_bound
 from routing.lower_bound.kernels_lower_bound import Homing
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from energy.force.kernels_physics import LinkPhysics
-    from routing.dominance.kernels_gap import GapRules
+    from routing.dominance.kernels_rules import GapRules
     from routing.graph.road_graph import RoadGraph
-    from routing.search.kernels_search import LinkArrays
+    from routing.links.kernels_tables import LinkArrays
 
 PASSES: Final = 4  # over the turns, each of which raises the speeds that links are known to be entered with
 NOISE_FRAC: Final = 1e-9

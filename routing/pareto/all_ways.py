@@ -10,10 +10,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.force.kernels_physics import cabin_energy_j
-from routing.dominance.kernels_gap import LIMIT, STOP
+from routing.links.kernels_tables import LIMIT, STOP
 from routing.pareto import kernels_labels as kernels
+from routing.pareto import kernels_states
 from routing.pareto.kernels_sums import least_sums, turned_round
-from routing.search.search import FoundPath
+from routing.search.found import FoundPath
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,9 +22,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from energy.force.kernels_physics import LinkPhysics
-    from routing.pareto.kernels_labels import Labels, StateGraph
-    from routing.search.kernels_search import LinkArrays
-    from routing.search.search import LinkPosition
+    from routing.links.kernels_tables import LinkArrays
+    from routing.pareto.kernels_labels import Labels
+    from routing.pareto.kernels_states import StateGraph
+    from routing.places import LinkPosition
     from routing.search.space import SearchSpace
 
 STATES_A_LINK: Final = 32  # beyond it entries share states with lower bounds; few links of a real map have more
@@ -89,7 +91,7 @@ def uncovered_ways(
     if sg is None:
         return None
     least_s, least_j = (_left(sg, weight) for weight in (sg.time_s, sg.energy_j))
-    gain_j = float(sg.number[kernels.GOAL, kernels.POTENTIAL] - sg.number[1, kernels.POTENTIAL])
+    gain_j = float(sg.number[kernels_states.GOAL, kernels_states.POTENTIAL] - sg.number[1, kernels_states.POTENTIAL])
     lb = _labels(cover, gain_j)
     full = kernels.explore(
         sg,
@@ -113,7 +115,7 @@ def uncovered_ways(
         labels_settled=int(lb.counter[kernels.SETTLED]),
         seconds=time.perf_counter() - began,
         states=sg.link.size,
-        shared=int(sg.counter[kernels.SHARED]),
+        shared=int(sg.counter[kernels_states.SHARED]),
     )
 
 
@@ -160,7 +162,7 @@ def _states(
     g, physics = space.arrays, space.physics
     room = min((states_a_link + SHARED_A_LINK) * int(allowed.sum()), MOST_STATES) + 64
     arcs = 4 * room + ends.shape[0] + int(np.diff(g.successor_first).max(initial=0))
-    sg = kernels.StateGraph(
+    sg = kernels_states.StateGraph(
         link=np.empty(room, np.int32),
         number=np.empty((room, 4)),
         earlier=np.empty(room, np.int32),
@@ -172,11 +174,13 @@ def _states(
     )
     alpha = 0.5 * (physics.drive_factor + physics.recuperation_factor)
     latest = np.full(allowed.size, -1, np.int32)
-    full = kernels.expand(g, physics, alpha, space.half_inertia_kg, begins, ends, allowed, states_a_link, latest, sg)
-    if full or sg.counter[kernels.NEGATIVE] > 0:
+    full = kernels_states.expand(
+        g, physics, alpha, space.half_inertia_kg, begins, ends, allowed, states_a_link, latest, sg
+    )
+    if full or sg.counter[kernels_states.NEGATIVE] > 0:
         return None
-    states, used = int(sg.counter[kernels.STATES]), int(sg.counter[kernels.ARCS])
-    return kernels.StateGraph(
+    states, used = int(sg.counter[kernels_states.STATES]), int(sg.counter[kernels_states.ARCS])
+    return kernels_states.StateGraph(
         link=sg.link[:states].copy(),
         number=sg.number[:states].copy(),
         earlier=sg.earlier[:states].copy(),
@@ -195,7 +199,7 @@ def _left(sg: StateGraph, weight: NDArray[np.float64]) -> NDArray[np.float64]:
     turned_round(sg.first, sg.head, back_first, arc)
     tail = np.repeat(np.arange(states, dtype=np.int32), np.diff(sg.first))[arc]
     left = np.full(states, math.inf)
-    least_sums(back_first, tail, weight[arc], kernels.GOAL, math.inf, left)
+    least_sums(back_first, tail, weight[arc], kernels_states.GOAL, math.inf, left)
     return left
 
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from routing.queries import Weights
+    from routing.weights import Weights
 
 ROUNDING_FRAC: Final = 1e-9  # searches and simulation add up in another order
 WIDEST: Final = 100.0  # an ε beyond which nothing is said

@@ -13,17 +13,20 @@ from energy.units import JOULE_PER_KWH, JOULE_PER_WH, SECOND_PER_HOUR
 from routing.errors import NoPathError
 from routing.pareto.all_ways import Cover, is_applicable, uncovered_ways
 from routing.pareto.bounds import ROUNDING_FRAC, LowerBounds, Trade, chosen, undominated
-from routing.queries import ECO, FASTEST, ParetoClaim, ParetoProof, SearchStats, Weights
 from routing.route.best_path import charge_limits, method_name
+from routing.route.route import ParetoClaim, ParetoProof, SearchStats
 from routing.route.via import CHARGE_SLACK_FRAC, WayFinder, same_place
-from routing.search.search import Limits, find_path
+from routing.search.found import Limits
+from routing.search.search import find_path
+from routing.weights import ECO, FASTEST, Weights
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from routing.queries import LinkSpan, ParetoSettings, RouteQuery
+    from routing.places import LinkPosition, LinkSpan
+    from routing.queries import ParetoSettings, RouteQuery
     from routing.route.best_path import RouteSearch
-    from routing.search.search import LinkPosition, SearchCounts
+    from routing.search.found import SearchCounts
 
 SWEEPS: Final = 8  # weightings; a search of all ways takes about as long as that many
 SWEEPS_ALONE: Final = 48  # where all ways can't be searched

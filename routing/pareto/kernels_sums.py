@@ -6,46 +6,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-
-@njit(nogil=True, cache=True)
-def push(
-    key: NDArray[np.float64],
-    tie: NDArray[np.float64],
-    item: NDArray[np.int32],
-    size: int,
-    k1: float,
-    k2: float,
-    new: int,
-) -> None:
-    """Add an item to the heap of a size, ordered by key, then tie; the caller counts."""
-    at = size
-    while at > 0:
-        up = (at - 1) >> 1
-        if key[up] < k1 or (key[up] == k1 and tie[up] <= k2):
-            break
-        key[at], tie[at], item[at] = key[up], tie[up], item[up]
-        at = up
-    key[at], tie[at], item[at] = k1, k2, new
-
-
-@njit(nogil=True, cache=True)
-def drop(key: NDArray[np.float64], tie: NDArray[np.float64], item: NDArray[np.int32], size: int) -> None:
-    """Take the first item off the heap of a size; the caller counts."""
-    size -= 1
-    k1, k2, moved = key[size], tie[size], item[size]
-    at = 0
-    while True:
-        child = 2 * at + 1
-        if child >= size:
-            break
-        other = child + 1
-        if other < size and (key[other] < key[child] or (key[other] == key[child] and tie[other] < tie[child])):
-            child = other
-        if k1 < key[child] or (k1 == key[child] and k2 <= tie[child]):
-            break
-        key[at], tie[at], item[at] = key[child], tie[child], item[child]
-        at = child
-    key[at], tie[at], item[at] = k1, k2, moved
+from routing.kernels_heap import drop, push
 
 
 @njit(nogil=True, cache=True)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final, cast
 import numpy as np
 import shapely
 
-from routing.graph.road_graph import E7, EARTH_RADIUS_M
+from routing.graph.earth import E7, EARTH_RADIUS_M, METRE_PER_DEGREE
 from routing.range.kernels_grid import (
     LEVEL_MASK,
     NOWHERE,
@@ -33,10 +33,9 @@ if TYPE_CHECKING:
     from routing.graph.kernels_nearest import Boxes
     from routing.graph.road_graph import RoadGraph
     from routing.graph.snap import RoadIndex
-    from routing.queries import Point
-    from routing.search.search import Reach
+    from routing.places import Point
+    from routing.search.found import Reach
 
-METRE_PER_DEGREE: Final = EARTH_RADIUS_M * np.pi / 180.0
 GRID_CELLS: Final = 800  # along the longer side, at most; half as many at least where cells are not at their least
 LEAST_CELL_M: Final = 10.0
 OFF_ROAD_CELLS: Final = 3.0  # the area reaches this far off a road,

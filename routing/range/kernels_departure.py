@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from energy.chain.kernels_link import link_energy
 from energy.force.kernels_physics import ROAD_WAIT, LinkPhysics, accepted_j, cabin_energy_j, road_in_time
+from routing.links.kernels_tables import LinkArrays
 from routing.range.kernels_entries import Entries, nearest_entry
 from routing.range.kernels_way_back import (
     ARRIVED,
@@ -27,7 +28,6 @@ from routing.range.kernels_way_back import (
     way_on,
     worth,
 )
-from routing.search.kernels_search import LinkArrays
 
 
 @njit(nogil=True, cache=True)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from energy.chain.kernels_link import plan_link
 from energy.force.kernels_physics import LinkPhysics
-from routing.search.kernels_search import LinkArrays
+from routing.links.kernels_tables import LinkArrays
 
 ALIKE_MPS = 1.0  # drives that enter a link within it share a label; what they take is told apart all the same
 MOST_ENTRIES = 8  # of one link and one stop probability: then the nearest one is shared

@@ -16,10 +16,9 @@ from numpy.typing import NDArray
 
 from energy.chain.kernels_link import link_energy
 from energy.force.kernels_physics import ROAD_WAIT, LinkPhysics, cabin_energy_j, road_at, road_in_time
-from routing.dominance.kernels_gap import CRUISE_J, CRUISE_S, REST_J, REST_S
 from routing.kernels_heap import heap_drop, heap_push
+from routing.links.kernels_tables import CRUISE_J, CRUISE_S, REST_J, REST_S, LinkArrays
 from routing.range.kernels_entries import Entries
-from routing.search.kernels_search import LinkArrays
 
 MERGED_MPS = 1e-3  # two drives that differ by less have met: for a car at 50 km/h that is 0.01 Wh
 

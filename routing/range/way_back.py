@@ -14,7 +14,7 @@ from routing.range import kernels_departure, kernels_entries, kernels_way_back
 from routing.range.area import RoadEnergies
 from routing.range.kernels_entries import Entries, EntryList
 from routing.range.kernels_way_back import Goal, Homeward, ReverseRules
-from routing.search.search import Reach, SearchCounts
+from routing.search.found import Reach, SearchCounts
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
     from energy.force.kernels_physics import LinkPhysics
     from routing.graph.road_graph import RoadGraph
-    from routing.search.kernels_search import LinkArrays
-    from routing.search.search import LinkPosition
+    from routing.links.kernels_tables import LinkArrays
+    from routing.places import LinkPosition
     from routing.search.space import SearchSpace
 
 ENTRIES_KEPT: Final = 6

@@ -13,10 +13,11 @@ from energy.chain.chain import LinkResults, simulate_chain
 from energy.chain.uncertainty import chain_distribution
 from energy.force.parts import PART_NAMES, EnergyParts
 from energy.units import JOULE_PER_WH
-from routing.graph.road_graph import E7
+from routing.graph.earth import E7
 from routing.graph.snap import part_of_line
-from routing.queries import DrivenLinks, Point, Remedy, Route, RouteLeg
+from routing.places import Point
 from routing.route.hot_links import RouteLinks, hot_stretches
+from routing.route.route import DrivenLinks, Remedy, Route, RouteLeg
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -27,8 +28,10 @@ if TYPE_CHECKING:
     from energy.chain.uncertainty import EnergyDistribution
     from routing.graph.road_graph import RoadGraph
     from routing.links.spans import ChainMaker
-    from routing.queries import LinkSpan, RouteQuery, SnappedPoint, Weights
+    from routing.places import LinkSpan, SnappedPoint
+    from routing.queries import RouteQuery
     from routing.route.hot_links import HotStretch
+    from routing.weights import Weights
 
 
 def route_of(

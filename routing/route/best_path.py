@@ -12,12 +12,15 @@ from energy.battery import soc_along
 from energy.chain.chain import LinkModel, StopRule, simulate_chain
 from energy.conditions import STILL, Conditions
 from energy.force.effects import drive_of
-from energy.units import JOULE_PER_WH, METRE_PER_KM, SECOND_PER_HOUR
+from energy.units import JOULE_PER_WH
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from routing.errors import NoPathError, SearchLimitError
-from routing.queries import ECO, LinkSpan
-from routing.search.search import FoundPath, Limits, LinkPosition, SearchCounts, WorkspacePool, find_path
+from routing.places import LinkPosition, LinkSpan
+from routing.search.found import FoundPath, Limits, SearchCounts
+from routing.search.search import find_path
 from routing.search.space import SearchSpace, search_space
+from routing.search.workspaces import WorkspacePool
+from routing.weights import ECO, cost_of
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -26,7 +29,8 @@ if TYPE_CHECKING:
     from energy.vehicle.files import AnyVehicle
     from routing.graph.road_graph import RoadGraph
     from routing.links.spans import ChainMaker
-    from routing.queries import RangeQuery, RouteQuery, Weights
+    from routing.queries import RangeQuery, RouteQuery
+    from routing.weights import Weights
 
 SPACES_KEPT: Final = 12
 TABLES_KEPT: Final = 4  # of drives, which take more memory than all else of a space
@@ -283,12 +287,6 @@ def _vehicle_key(vehicle: AnyVehicle) -> tuple[object, ...]:
 def charge_limits(soc_frac: float, reserve_frac: float, capacity_j: float) -> Limits:
     """Battery energy from departure on that fills the battery, and that reaches the reserve."""
     return Limits(-(1.0 - soc_frac) * capacity_j, (soc_frac - reserve_frac) * capacity_j)
-
-
-def cost_of(weights: Weights, energy_kwh: float, time_s: float, distance_m: float) -> float:
-    """What a weighting minimises."""
-    rest = weights.time * time_s / SECOND_PER_HOUR + weights.distance * distance_m / METRE_PER_KM
-    return weights.energy * energy_kwh + rest
 
 
 def method_name(counts: SearchCounts, *, pareto: bool) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Final, TypeAlias
 
@@ -10,26 +10,25 @@ import numpy as np
 
 from energy.battery import soc_along
 from energy.chain import kernels_chain
-from energy.chain.chain import RULE_CODE, LinkModel, StopRule, filling_energy_j
-from energy.conditions import STILL, Conditions
+from energy.chain.chain import RULE_CODE, StopRule, filling_energy_j
 from energy.force import kernels_parts
-from energy.stops import StopSettings
 from energy.units import JOULE_PER_WH
-from routing.queries import ECO, RouteQuery, Weights
+from routing.queries import MatrixQuery, RouteQuery
 from routing.route.best_path import Leg, charge_limits
 from routing.route.via import CHARGE_SLACK_FRAC, same_place
-from routing.search.search import Limits, find_path, find_paths
+from routing.search.found import Limits
+from routing.search.search import find_path, find_paths
+from routing.weights import ECO, Weights
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from energy.vehicle.files import AnyVehicle
     from routing.graph.road_graph import RoadGraph
-    from routing.queries import Point, SnappedPoint
+    from routing.places import LinkPosition, SnappedPoint
     from routing.route.best_path import RouteSearch
-    from routing.search.search import FoundPath, LinkPosition, SearchCounts
+    from routing.search.found import FoundPath, SearchCounts
     from routing.search.space import SearchSpace
 
     SnappedPlace: TypeAlias = tuple[SnappedPoint, tuple[LinkPosition, ...]]  # where it met the road, and there
@@ -42,22 +41,6 @@ class NotDriven(StrEnum):
 
     NO_PATH = "no_path"
     CHARGE = "charge"
-
-
-@dataclass(frozen=True, slots=True)
-class MatrixQuery:
-    """One request for all drives from sources to targets; the rest as in RouteQuery, for each drive by itself."""
-
-    sources: tuple[Point, ...]
-    targets: tuple[Point, ...]
-    soc_frac: float
-    vehicle: AnyVehicle
-    reserve_soc_frac: float = 0.0
-    weights: Weights = ECO
-    link_model: LinkModel = LinkModel.INTEGRATED
-    stop_rule: StopRule = StopRule.EXPECTED
-    stop_settings: StopSettings = field(default_factory=StopSettings)
-    conditions: Conditions = STILL
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 
 from energy.battery import soc_along
 from energy.units import JOULE_PER_KWH, JOULE_PER_WH
-from routing.queries import ECO
-from routing.route.best_path import Leg, cost_of
+from routing.route.best_path import Leg
+from routing.weights import ECO, cost_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,9 +17,10 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from routing.queries import LinkSpan, RouteQuery, Weights
+    from routing.places import LinkPosition, LinkSpan
+    from routing.queries import RouteQuery
     from routing.route.best_path import BestPath, RouteSearch
-    from routing.search.search import LinkPosition
+    from routing.weights import Weights
 
 SAME_PLACE_M: Final = 0.5
 CHARGE_SLACK_FRAC: Final = 1e-9

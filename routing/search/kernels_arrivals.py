@@ -11,9 +11,22 @@ from numpy.typing import NDArray
 from energy.chain.kernels_link import link_energy
 from energy.compiled.kernels_borrow import borrowed
 from energy.force.kernels_physics import LinkPhysics, accepted_j, borrowed_physics, cabin_energy_j, road_in_time
-from routing.dominance.kernels_gap import ENERGY, LENGTH, LIMIT, OFFSET, SPEED, STOPPED, TIME, SearchRules
+from routing.dominance.kernels_rules import SearchRules
 from routing.links.kernels_drives import DRIVE_J, DRIVE_S, TURNS, DriveTable
-from routing.search.kernels_search import DEAD, LABELS, LINK, NEXT, STATE, LinkArrays, Workspace
+from routing.links.kernels_tables import LENGTH, LIMIT, LinkArrays
+from routing.search.kernels_workspace import (
+    DEAD,
+    ENERGY,
+    LABELS,
+    LINK,
+    NEXT,
+    OFFSET,
+    SPEED,
+    STATE,
+    STOPPED,
+    TIME,
+    Workspace,
+)
 
 
 @njit(nogil=True, cache=True)

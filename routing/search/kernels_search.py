@@ -7,7 +7,6 @@ distance, weighted cost and parent. docs/search.md has the theorem that the domi
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -25,37 +24,17 @@ from energy.force.kernels_physics import (
     road_at,
     road_in_time,
 )
-from routing.dominance.kernels_gap import (
-    COST,
-    CRUISE_J,
-    CRUISE_S,
+from routing.dominance.kernels_dominates import climate_due_j, leads, least_worth_j, warm_up_due_j
+from routing.dominance.kernels_gap import gap_of, greatest_of_sums
+from routing.dominance.kernels_rules import (
     DESCENT_J,
     DESCENT_MPS,
-    DISTANCE,
-    ENERGY,
     GAIN_J,
-    HEIGHT,
-    KEY,
-    LENGTH,
-    LIMIT,
     NOISE_COST,
-    OFFSET,
-    REST_J,
-    REST_S,
     SLACK_J,
-    SPEED,
-    STOP,
-    STOPPED,
-    TIME,
     GapRules,
     SearchRules,
     borrowed_rules,
-    climate_due_j,
-    gap_of,
-    greatest_of_sums,
-    leads,
-    least_worth_j,
-    warm_up_due_j,
 )
 from routing.kernels_heap import heap_drop, heap_push
 from routing.links.kernels_drives import (
@@ -77,6 +56,7 @@ from routing.links.kernels_drives import (
     pair_slot,
     state_of,
 )
+from routing.links.kernels_tables import CRUISE_J, CRUISE_S, HEIGHT, LENGTH, LIMIT, REST_J, REST_S, STOP, LinkArrays
 from routing.lower_bound.kernels_least import SLOWEST
 from routing.lower_bound.kernels_lower_bound import (
     FARTHEST,
@@ -90,54 +70,42 @@ from routing.lower_bound.kernels_lower_bound import (
     borrowed_homing,
     cost_to_goal,
 )
-
-LINK, PARENT, NEXT, STATE = range(4)
-DEAD = -2  # as the next label of its link: another one leads
-# counters; REFUSED_S: when the battery first refused something while cabin or tyres warm up [s], -1 for never
-LABELS, HEAP, SETTLED, GOAL, CYCLE, REDUCED_BELOW_ZERO, CROWDED, REFUSED_S = range(8)
+from routing.search.kernels_workspace import (
+    BAG_COST,
+    BAG_EPOCH,
+    BAG_LABEL,
+    BAG_STATE,
+    COST,
+    CRAMPED,
+    CROWDED,
+    CYCLE,
+    DEAD,
+    DISTANCE,
+    DONE,
+    ENERGY,
+    FOUND,
+    FULL,
+    GOAL,
+    HEAP,
+    KEY,
+    LABELS,
+    LINK,
+    NEGATIVE_CYCLE,
+    NEXT,
+    OFFSET,
+    PARENT,
+    REDUCED_BELOW_ZERO,
+    REFUSED_S,
+    SETTLED,
+    SPEED,
+    STATE,
+    STOPPED,
+    TIME,
+    TOO_MANY,
+    Workspace,
+)
 
 CROWD = 48  # labels on one link beyond which dominance is relaxed, which is counted and reported
-
-BAG_LABEL, BAG_EPOCH, BAG_STATE, BAG_COST = range(4)
-
-DONE, FOUND, FULL, NEGATIVE_CYCLE, TOO_MANY, CRAMPED = range(6)
-
-
-class LinkArrays(NamedTuple):
-    """The graph and its link attributes as the search reads them, one value a link unless said otherwise.
-
-    top_class: highest speed interval that drives entering here may be in before they must have met.
-    settling_m: length from which on all phases fit, whatever the entry and the end.
-    row: (M, 8), what the search reads of a link for every label, in one cache line, columns as named above: the other
-    floating-point arrays are its columns. CRUISE_J, CRUISE_S: of the commonest drive, at the limit throughout.
-    REST_J, REST_S: of the drive from rest; REST_S is -1 where that does not reach the limit. Neither has climate in it.
-    roads: (M, 8), columns of energy.force.kernels_force. speed_limit_mps: the speed that is driven where it is free.
-    """
-
-    row: NDArray[np.float64]
-    roads: NDArray[np.float64]
-    tail_height_m: NDArray[np.float64]
-    length_m: NDArray[np.float64]
-    grade_frac: NDArray[np.float64]
-    speed_limit_mps: NDArray[np.float64]
-    stop_probability_frac: NDArray[np.float64]
-    stop_time_s: NDArray[np.float64]
-    successor_first: NDArray[np.int64]
-    successor: NDArray[np.int32]
-    top_class: NDArray[np.int8]
-    settling_m: NDArray[np.float64]
-
-
-class Workspace(NamedTuple):
-    """Arrays that one search writes; capacity C labels, M links. bag: newest label of each link and the search
-    that it is of, which spares resetting. Rows of number, and the four children of a place in the heap, are aligned."""
-
-    number: NDArray[np.float64]  # (C, 8)
-    pointer: NDArray[np.int32]  # (C, 4)
-    heap_key: NDArray[np.float64]  # (C,)
-    heap_label: NDArray[np.int32]  # (C,)
-    bag: NDArray[np.float64]  # (M + 1, 4)
-    counter: NDArray[np.int64]  # (8,)
 
 
 @njit(nogil=True, cache=True)
@@ -559,36 +527,3 @@ def run(
     if status == DONE and counter[GOAL] >= 0:
         return FOUND
     return status
-
-
-@njit(nogil=True, cache=True)
-def scalar_dijkstra(
-    first: NDArray[np.int64],
-    successor: NDArray[np.int32],
-    weight: NDArray[np.float64],
-    source: int,
-    distance: NDArray[np.float64],
-    heap_key: NDArray[np.float64],
-    heap_item: NDArray[np.int32],
-) -> int:
-    """Plain one-to-all Dijkstra over links with one scalar weight and the same heap: the yardstick of benchmarks."""
-    distance[source] = 0.0
-    heap_push(heap_key, heap_item, 0, 0.0, source)
-    size = 1
-    settled = 0
-    while size > 0:
-        key = heap_key[0]
-        i = heap_item[0]
-        heap_drop(heap_key, heap_item, size)
-        size -= 1
-        if key > distance[i]:
-            continue
-        settled += 1
-        d = key + weight[i]
-        for k in range(first[i], first[i + 1]):
-            j = successor[k]
-            if d < distance[j]:
-                distance[j] = d
-                heap_push(heap_key, heap_item, size, d, j)
-                size += 1
-    return settled

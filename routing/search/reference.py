@@ -23,8 +23,8 @@ from energy.stops import FunctionalClass, StopSettings
 from energy.units import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_HOUR
 from routing.dominance.bounds import gap_rules, warm_up_w
 from routing.errors import SearchLimitError
-from routing.graph.road_graph import EARTH_RADIUS_M
-from routing.search.search import Limits
+from routing.graph.earth import EARTH_RADIUS_M
+from routing.search.found import Limits
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
     from energy.force.effects import Drive
     from energy.force.kernels_physics import LinkPhysics
-    from routing.queries import Weights
+    from routing.weights import Weights
 
     NetworkxGraph = nx.MultiDiGraph[Any]
 

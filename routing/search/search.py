@@ -2,38 +2,36 @@
 
 from __future__ import annotations
 
-import math
-import threading
 import time
-from contextlib import contextmanager, nullcontext
-from dataclasses import dataclass, replace
+from contextlib import nullcontext
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final, TypeVar
 
 import numpy as np
 
 from energy.units import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_HOUR
-from routing.dominance import kernels_gap
-from routing.dominance.kernels_gap import SearchRules
+from routing.dominance.kernels_rules import SearchRules
 from routing.errors import NegativeCycleError, SearchLimitError
-from routing.links.aligned import aligned
 from routing.links.drives import LentDrives
-from routing.lower_bound.lower_bound import MOST_GOALS, HomingScratch
-from routing.search import kernels_search
+from routing.lower_bound.lower_bound import MOST_GOALS
+from routing.places import LinkPosition
+from routing.search import kernels_search, kernels_workspace
+from routing.search.found import FoundPath, Limits, Reach, SearchCounts
 from routing.search.kernels_arrivals import arrivals
-from routing.search.kernels_search import Workspace
+from routing.search.kernels_workspace import Workspace
 from routing.search.space import potential_share
+from routing.search.workspaces import WorkspacePool, grown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from routing.lower_bound.kernels_lower_bound import Homing
-    from routing.queries import Weights
     from routing.search.space import SearchSpace
+    from routing.weights import Weights
 
 SAME_OFFSET_M: Final = 1e-6  # of goals on one link that a search need not tell apart
-WORKSPACES_KEPT: Final = 4
 # beyond these a search from a nearly full battery gives up its proof, and the answer names a bound instead
 STRICT_LABELS_PER_LINK: Final = 8
 STRICT_LABELS: Final = 20_000
@@ -41,134 +39,6 @@ STRICT_LABELS: Final = 20_000
 NO_DESCENT: Final = np.empty((0, 2))  # leads in charge count in full
 
 Found = TypeVar("Found")
-
-
-@dataclass(frozen=True, slots=True)
-class Limits:
-    """Battery energy that may be used from the start on [J]: least fills the battery, most reaches the reserve."""
-
-    least_energy_j: float = -math.inf
-    most_energy_j: float = math.inf
-
-    @property
-    def held(self) -> bool:
-        """Whether any limit is held."""
-        return self.least_energy_j != -math.inf or self.most_energy_j != math.inf
-
-
-@dataclass(frozen=True, slots=True)
-class LinkPosition:
-    """A place on a directed link, offset_m from its tail."""
-
-    link_idx: int
-    offset_m: float
-
-
-@dataclass(frozen=True, slots=True)
-class FoundPath:
-    """The cheapest way: links in order, first from start.offset_m on, last up to goal.offset_m."""
-
-    links: tuple[int, ...]
-    start: LinkPosition
-    goal: LinkPosition
-    cost: float
-    energy_j: float
-    time_s: float
-    distance_m: float
-
-
-@dataclass(frozen=True, slots=True)
-class SearchCounts:
-    """Work done by one search.
-
-    unpaid_j: 0 where the answer is proven although the battery fills up while cabin or tyres warm up; otherwise what
-    they could still take then, by which at most a better way may take less or keep the reserve more narrowly [J].
-    """
-
-    labels_made: int
-    labels_settled: int
-    seconds: float
-    label_correcting: bool
-    reduced_below_zero: int
-    crowded: int
-    unpaid_j: float = 0.0
-
-
-@dataclass(frozen=True, slots=True)
-class Reach:
-    """What a one-to-all search reached.
-
-    node_energy_j: float64 (N,) least energy to stop at each node, inf where unreachable.
-    link_reach_m: float64 (M,) how far along each link one can drive and stop, -1 where it can't be entered.
-    most_energy_j: battery energy that might be used [J].
-    """
-
-    node_energy_j: NDArray[np.float64]
-    link_reach_m: NDArray[np.float64]
-    most_energy_j: float
-    counts: SearchCounts
-
-
-def new_workspace(links: int, capacity: int) -> Workspace:
-    """Arrays for one search; pages that the search never touches cost nothing."""
-    return Workspace(
-        number=aligned(8 * capacity, 0).reshape(capacity, 8),
-        pointer=np.empty((capacity, 4), np.int32),
-        heap_key=aligned(capacity, 1),
-        heap_label=np.empty(capacity, np.int32),
-        bag=np.zeros((links + 1, 4)),
-        counter=np.zeros(8, np.int64),
-    )
-
-
-def _grown(ws: Workspace) -> Workspace:
-    """The same workspace with twice the capacity, content kept."""
-    old = ws.pointer.shape[0]
-    new = new_workspace(ws.bag.shape[0] - 1, 2 * old)
-    for small, large in ((ws.number, new.number), (ws.pointer, new.pointer)):
-        large[:old] = small
-    new.heap_key[:old] = ws.heap_key
-    new.heap_label[:old] = ws.heap_label
-    return new._replace(bag=ws.bag, counter=ws.counter)
-
-
-class WorkspacePool:
-    """Workspaces for searches on one graph, lent to one search each; safe between threads."""
-
-    def __init__(self, links: int) -> None:
-        self._links = links
-        self._free: list[tuple[Workspace, int]] = []
-        self._homing: list[HomingScratch] = []
-        self._lock = threading.Lock()
-
-    def take(self) -> tuple[Workspace, int]:
-        """A workspace and the epoch number that its next search must use."""
-        with self._lock:
-            if self._free:
-                return self._free.pop()
-        return new_workspace(self._links, 2 * self._links + 4096), 1
-
-    def give_back(self, ws: Workspace, epoch: int) -> None:
-        """Return a workspace; only a few are kept."""
-        with self._lock:
-            if len(self._free) < WORKSPACES_KEPT and epoch < 2_000_000_000:
-                self._free.append((ws, epoch + 1))
-
-    @contextmanager
-    def directed(
-        self, space: SearchSpace, starts: Sequence[LinkPosition], goals: Sequence[LinkPosition]
-    ) -> Iterator[Homing]:
-        """What directs a search to its goals; for one search."""
-        with self._lock:
-            scratch = self._homing.pop() if self._homing else None
-        if scratch is None:
-            scratch = HomingScratch(self._links)
-        try:
-            yield space.guide.homing(scratch, starts[0].link_idx, [goal.link_idx for goal in goals])
-        finally:
-            with self._lock:
-                if len(self._homing) < WORKSPACES_KEPT:
-                    self._homing.append(scratch)
 
 
 def _rules(space: SearchSpace, weights: Weights, limits: Limits, pareto: bool, label_limit: int) -> SearchRules:
@@ -229,7 +99,7 @@ def _run(
     ws, status = _settle(space, rules, ws, goals, lent, homing, epoch)
     _check_settled(status, space, ws, pool, rules, epoch)
     counts = _counts(space, ws, rules, began)
-    return ws, epoch, int(ws.counter[kernels_search.GOAL]), counts
+    return ws, epoch, int(ws.counter[kernels_workspace.GOAL]), counts
 
 
 def _begin(
@@ -237,7 +107,7 @@ def _begin(
 ) -> float:
     """Put the starts into the heap of a workspace; what the clock says [s]."""
     ws.counter[:] = 0
-    ws.counter[[kernels_search.GOAL, kernels_search.CYCLE, kernels_search.REFUSED_S]] = -1
+    ws.counter[[kernels_workspace.GOAL, kernels_workspace.CYCLE, kernels_workspace.REFUSED_S]] = -1
     began = time.perf_counter()
     for start in starts:
         kernels_search.start_label(space.arrays, space.physics, rules, ws, start.link_idx, start.offset_m, begin_s)
@@ -271,9 +141,9 @@ def _settle(
             goal_link,
             goal_offset,
         )
-        if status == kernels_search.FULL:
-            ws = _grown(ws)
-        elif status == kernels_search.CRAMPED:
+        if status == kernels_workspace.FULL:
+            ws = grown(ws)
+        elif status == kernels_workspace.CRAMPED:
             lent.grow()
         else:
             return ws, status
@@ -283,26 +153,26 @@ def _check_settled(
     status: int, space: SearchSpace, ws: Workspace, pool: WorkspacePool, rules: SearchRules, epoch: int
 ) -> None:
     """Give the workspace back and raise where a search has failed."""
-    if status == kernels_search.NEGATIVE_CYCLE:
-        cycle = int(ws.counter[kernels_search.CYCLE])
+    if status == kernels_workspace.NEGATIVE_CYCLE:
+        cycle = int(ws.counter[kernels_workspace.CYCLE])
         pool.give_back(ws, epoch)
         raise NegativeCycleError(cycle, 0.0 if space.physics.printed else space.least_load_n)
-    if status == kernels_search.TOO_MANY:
-        made = int(ws.counter[kernels_search.LABELS])
+    if status == kernels_workspace.TOO_MANY:
+        made = int(ws.counter[kernels_workspace.LABELS])
         pool.give_back(ws, epoch)
         raise SearchLimitError(made, rules.label_limit)
 
 
 def _counts(space: SearchSpace, ws: Workspace, rules: SearchRules, began: float) -> SearchCounts:
-    refused_s = int(ws.counter[kernels_search.REFUSED_S])
+    refused_s = int(ws.counter[kernels_workspace.REFUSED_S])
     safe = refused_s < 0 or rules.descent.size > 0
     return SearchCounts(
-        labels_made=int(ws.counter[kernels_search.LABELS]),
-        labels_settled=int(ws.counter[kernels_search.SETTLED]),
+        labels_made=int(ws.counter[kernels_workspace.LABELS]),
+        labels_settled=int(ws.counter[kernels_workspace.SETTLED]),
         seconds=time.perf_counter() - began,
         label_correcting=bool(rules.correcting),
-        reduced_below_zero=int(ws.counter[kernels_search.REDUCED_BELOW_ZERO]),
-        crowded=int(ws.counter[kernels_search.CROWDED]),
+        reduced_below_zero=int(ws.counter[kernels_workspace.REDUCED_BELOW_ZERO]),
+        crowded=int(ws.counter[kernels_workspace.CROWDED]),
         unpaid_j=0.0 if safe else space.still_due_j(refused_s),
     )
 
@@ -342,23 +212,23 @@ def find_path(
 
 
 def _unpack(ws: Workspace, goal: int, goals: Sequence[LinkPosition], begin_s: float) -> FoundPath:
-    label = int(ws.pointer[goal, kernels_search.PARENT])
+    label = int(ws.pointer[goal, kernels_workspace.PARENT])
     links: list[int] = []
     first = label
     while label >= 0:
-        links.append(int(ws.pointer[label, kernels_search.LINK]))
+        links.append(int(ws.pointer[label, kernels_workspace.LINK]))
         first = label
-        label = int(ws.pointer[label, kernels_search.PARENT])
+        label = int(ws.pointer[label, kernels_workspace.PARENT])
     links.reverse()
     number = ws.number[goal]
     return FoundPath(
         links=tuple(links),
-        start=LinkPosition(links[0], float(ws.number[first, kernels_gap.OFFSET])),
+        start=LinkPosition(links[0], float(ws.number[first, kernels_workspace.OFFSET])),
         goal=next(g for g in goals if g.link_idx == links[-1]),
-        cost=float(number[kernels_gap.COST]),
-        energy_j=float(number[kernels_gap.ENERGY]),
-        time_s=float(number[kernels_gap.TIME]) - begin_s,
-        distance_m=float(number[kernels_gap.DISTANCE]),
+        cost=float(number[kernels_workspace.COST]),
+        energy_j=float(number[kernels_workspace.ENERGY]),
+        time_s=float(number[kernels_workspace.TIME]) - begin_s,
+        distance_m=float(number[kernels_workspace.DISTANCE]),
     )
 
 
@@ -373,7 +243,7 @@ def reach(
     label_limit: int = 50_000_000,
 ) -> Reach:
     """Least energy to stop at every node, one to all, within the limits."""
-    from routing.queries import ECO
+    from routing.weights import ECO
 
     rules = _rules(space, ECO, limits, False, label_limit)
     with space.drives.lent() as lent:  # the labels have states of this table
@@ -433,8 +303,8 @@ def _run_to_all(
     found = [-1] * len(targets)
     ws, epoch = pool.take()
     began = _begin(space, rules, ws, starts)
-    status = kernels_search.FOUND
-    while status == kernels_search.FOUND and -1 in found:
+    status = kernels_workspace.FOUND
+    while status == kernels_workspace.FOUND and -1 in found:
         missing = [goal for label, goals in zip(found, targets, strict=True) if label < 0 for goal in goals]
         ws, status = _settle(space, rules, ws, missing, lent, space.guide.undirected, epoch)
         for label in _labels_at_goals(ws, rules):
@@ -442,7 +312,7 @@ def _run_to_all(
             for at_m, k in targets_at[link_idx]:
                 if found[k] < 0 and abs(at_m - offset_m) < SAME_OFFSET_M:
                     found[k] = label
-        ws.counter[kernels_search.GOAL] = -1
+        ws.counter[kernels_workspace.GOAL] = -1
     _check_settled(status, space, ws, pool, rules, epoch)
     counts = _counts(space, ws, rules, began)
     try:
@@ -454,16 +324,18 @@ def _run_to_all(
 def _labels_at_goals(ws: Workspace, rules: SearchRules) -> list[int]:
     """The label at a goal that was met, or, as a label-correcting search ends with all of them, all by their costs."""
     if not rules.correcting:
-        met = int(ws.counter[kernels_search.GOAL])
+        met = int(ws.counter[kernels_workspace.GOAL])
         return [] if met < 0 else [met]
-    made = int(ws.counter[kernels_search.LABELS])
-    labels = np.flatnonzero(ws.pointer[:made, kernels_search.LINK] == ws.bag.shape[0] - 1)
-    order = np.argsort(ws.number[labels, kernels_gap.COST], kind="stable")
+    made = int(ws.counter[kernels_workspace.LABELS])
+    labels = np.flatnonzero(ws.pointer[:made, kernels_workspace.LINK] == ws.bag.shape[0] - 1)
+    order = np.argsort(ws.number[labels, kernels_workspace.COST], kind="stable")
     return [int(label) for label in labels[order]]
 
 
 def _goal_place(ws: Workspace, label: int) -> tuple[int, float]:
     """Link of a label at a goal, and how far along it the goal is [m]."""
-    before = int(ws.pointer[label, kernels_search.PARENT])
-    driven_m = float(ws.number[label, kernels_gap.DISTANCE] - ws.number[before, kernels_gap.DISTANCE])
-    return int(ws.pointer[before, kernels_search.LINK]), float(ws.number[before, kernels_gap.OFFSET]) + driven_m
+    before = int(ws.pointer[label, kernels_workspace.PARENT])
+    driven_m = float(ws.number[label, kernels_workspace.DISTANCE] - ws.number[before, kernels_workspace.DISTANCE])
+    return int(ws.pointer[before, kernels_workspace.LINK]), float(
+        ws.number[before, kernels_workspace.OFFSET]
+    ) + driven_m

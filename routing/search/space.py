@@ -15,14 +15,14 @@ from energy.force import kernels_physics
 from energy.force.effects import LinkSetting, drive_of
 from energy.force.kernels_physics import LinkPhysics
 from energy.stops import StopSettings
-from routing.dominance import kernels_gap
+from routing.dominance import kernels_rules
 from routing.dominance.bounds import gap_bounds, gap_rules, least_load_n
-from routing.dominance.kernels_gap import GapRules
-from routing.links import kernels_links
+from routing.dominance.kernels_rules import GapRules
+from routing.links import kernels_links, kernels_tables
 from routing.links.drives import Drives
+from routing.links.kernels_tables import LinkArrays
 from routing.links.stops import link_stops
 from routing.lower_bound.lower_bound import Guide
-from routing.search.kernels_search import LinkArrays
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -64,8 +64,8 @@ class SearchSpace:
         if self.gap.cabin_start_w > 0.0:
             due_j += self.gap.cabin_start_w * self.gap.cabin_time_s * math.exp(-clock_s / self.gap.cabin_time_s)
         if tyre_s > 0.0:
-            cold_w = float(self.bounds[kernels_gap.WARM_UP_W, 0]) * math.exp(-clock_s / tyre_s)
-            due_j += tyre_s * max(cold_w, float(self.bounds[kernels_gap.WARM_LATE_W, 0]))
+            cold_w = float(self.bounds[kernels_rules.WARM_UP_W, 0]) * math.exp(-clock_s / tyre_s)
+            due_j += tyre_s * max(cold_w, float(self.bounds[kernels_rules.WARM_LATE_W, 0]))
         return due_j
 
 
@@ -103,19 +103,19 @@ def search_space(
     kernels_links.top_classes(graph.length_m, graph.successor_first, graph.successor, run_up, top)
     half_inertia = 0.5 * physics.inertia_kg
     row = np.zeros((graph.link_count, 8))
-    row[:, kernels_gap.LENGTH] = graph.length_m
-    row[:, kernels_gap.LIMIT] = driven
-    row[:, kernels_gap.HEIGHT] = graph.node_height_m[graph.tail]
-    row[:, kernels_gap.STOP] = probability
+    row[:, kernels_tables.LENGTH] = graph.length_m
+    row[:, kernels_tables.LIMIT] = driven
+    row[:, kernels_tables.HEIGHT] = graph.node_height_m[graph.tail]
+    row[:, kernels_tables.STOP] = probability
     kernels_links.fill_cruise(physics, row, roads)
     arrays = LinkArrays(
         row=row,
         roads=roads,
-        tail_height_m=row[:, kernels_gap.HEIGHT],
-        length_m=row[:, kernels_gap.LENGTH],
+        tail_height_m=row[:, kernels_tables.HEIGHT],
+        length_m=row[:, kernels_tables.LENGTH],
         grade_frac=roads[:, kernels_physics.ROAD_GRADE],
-        speed_limit_mps=row[:, kernels_gap.LIMIT],
-        stop_probability_frac=row[:, kernels_gap.STOP],
+        speed_limit_mps=row[:, kernels_tables.LIMIT],
+        stop_probability_frac=row[:, kernels_tables.STOP],
         stop_time_s=roads[:, kernels_physics.ROAD_WAIT],
         successor_first=graph.successor_first,
         successor=graph.successor,

@@ -7,17 +7,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.stops import FunctionalClass
-from routing.graph.road_graph import (
-    E7,
-    EARTH_RADIUS_M,
-    GraphMeta,
-    LooseLinks,
-    LooseNodes,
-    RoadGraph,
-    Terrain,
-    assemble_graph,
-    great_circle_m,
-)
+from routing.graph.earth import E7, EARTH_RADIUS_M, great_circle_m
+from routing.graph.road_graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
 from routing.synth.corridors import find_corridors
 from routing.synth.grades import GRADE_LIMIT, graded_heights_m
 from routing.synth.junctions import stop_levels

@@ -13,16 +13,9 @@ from app.main import create_app
 from app.service.service import Service
 from app.settings import Settings
 from energy.stops import Cross, FunctionalClass
+from routing.graph.earth import great_circle_m
 from routing.graph.files import save_graph
-from routing.graph.road_graph import (
-    GraphMeta,
-    LooseLinks,
-    LooseNodes,
-    RoadGraph,
-    Terrain,
-    assemble_graph,
-    great_circle_m,
-)
+from routing.graph.road_graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
 from tests.app.expected import database_in
 
 if TYPE_CHECKING:

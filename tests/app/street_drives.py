@@ -8,7 +8,7 @@ import numpy as np
 
 from energy.replay.replay import DrivenProfile, replay
 from energy.units import KMH_PER_MPS
-from routing.graph.snap import METRE_PER_DEGREE
+from routing.graph.earth import METRE_PER_DEGREE
 from tests.app.conftest import SOUTH, SPACING_DEG, WEST
 
 if TYPE_CHECKING:

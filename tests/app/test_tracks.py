@@ -14,7 +14,7 @@ from app.diagnosing.timelines import MOST_POINTS, trip_timeline
 from app.diagnosing.tracks import places_at, track_features
 from diagnosis.answer.results import TripAccount, TripTimeline
 from diagnosis.recordings.reading import Recording
-from routing.graph.snap import METRE_PER_DEGREE
+from routing.graph.earth import METRE_PER_DEGREE
 from tests.app.test_learned_effects import NOTHING
 
 if TYPE_CHECKING:

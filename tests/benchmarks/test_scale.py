@@ -17,8 +17,9 @@ from benchmarks.scale.report import scale_json, verdicts
 from benchmarks.scale.run import MOST_SOURCES, ScaleReport, SizeFigures, scale_settings
 from benchmarks.scale.searches import AllFigures, RouteFigures, Searched
 from benchmarks.searches import Spread
+from routing.graph.earth import great_circle_m
 from routing.graph.files import load_graph
-from routing.graph.road_graph import RoadGraph, great_circle_m
+from routing.graph.road_graph import RoadGraph
 from routing.synth import synthesize
 
 TINY = ["--scale", "--scale-links", "2000", "--sources", "1", "--repeat", "1", "--pairs", "2", "--ranges", "1"]

@@ -11,17 +11,9 @@ import numpy as np
 from diagnosis.recordings.reading import Recording
 from energy.chain.profile import chain_profile
 from energy.stops import Cross, FunctionalClass
-from routing.graph.road_graph import (
-    GraphMeta,
-    LooseLinks,
-    LooseNodes,
-    RoadGraph,
-    Terrain,
-    assemble_graph,
-    great_circle_m,
-)
-from routing.graph.snap import METRE_PER_DEGREE
-from routing.queries import LinkSpan
+from routing.graph.earth import METRE_PER_DEGREE, great_circle_m
+from routing.graph.road_graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
+from routing.places import LinkSpan
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

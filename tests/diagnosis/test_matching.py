@@ -16,10 +16,12 @@ from diagnosis.matching.kernels_viterbi import Costs, Places
 from diagnosis.matching.map_matcher import GapReason, MapMatcher, MatchSettings, NoPositionsError, OutsideMapError
 from diagnosis.matching.matched_way import smoothed_m
 from diagnosis.matching.tracks import headings_rad, odometer_m, positions_deg, thinned
+from routing.graph.earth import METRE_PER_DEGREE
 from routing.graph.files import load_graph
-from routing.graph.snap import METRE_PER_DEGREE
+from routing.places import LinkSpan, Point
 from routing.planner import Planner
-from routing.queries import FASTEST, LinkSpan, Point, RouteQuery
+from routing.queries import RouteQuery
+from routing.weights import FASTEST
 from tests.diagnosis.map_drives import drive_at, drive_planned, link_between, steady, streets, whole
 
 GRAPHS = Path(__file__).parents[2] / "data/graphs"

@@ -22,7 +22,7 @@ from diagnosis.answer.places import (
 )
 from diagnosis.errors import DiagnosisError
 from diagnosis.matching.map_matcher import MapMatcher
-from routing.graph.snap import METRE_PER_DEGREE
+from routing.graph.earth import METRE_PER_DEGREE
 from tests.diagnosis.map_drives import link_between, steady, streets, whole
 
 pytestmark = pytest.mark.nojit

@@ -15,8 +15,10 @@ from diagnosis.matching.map_matcher import MapMatcher
 from energy.conditions import Conditions
 from energy.replay.replay import DrivenProfile, replay
 from routing.graph.files import load_graph
+from routing.places import LinkSpan, Point
 from routing.planner import Planner
-from routing.queries import FASTEST, LinkSpan, Point, RouteQuery
+from routing.queries import RouteQuery
+from routing.weights import FASTEST
 from tests.diagnosis.map_drives import drive_at, drive_planned, streets, whole
 
 J_PER_KWH = 3.6e6

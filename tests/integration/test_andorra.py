@@ -29,9 +29,13 @@ from energy.chain.chain import LinkModel, StopRule
 from energy.stops import StopSettings
 from energy.units import JOULE_PER_WH
 from routing.graph.snap import RoadIndex
-from routing.queries import ECO, Point, RouteQuery
-from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.places import LinkPosition, Point
+from routing.queries import RouteQuery
+from routing.search.found import Limits
+from routing.search.search import find_path, reach
 from routing.search.space import search_space
+from routing.search.workspaces import WorkspacePool
+from routing.weights import ECO
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

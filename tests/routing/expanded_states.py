@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING
 from energy.chain.kernels_link import link_energy
 from energy.force.kernels_physics import accepted_j, cabin_energy_j, road_in_time
 from energy.units import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_HOUR
-from routing.queries import Weights
-from routing.search.search import Limits, LinkPosition
+from routing.places import LinkPosition
+from routing.search.found import Limits
 from routing.search.space import SearchSpace
+from routing.weights import Weights
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 
 from energy.stops import FunctionalClass
+from routing.graph.earth import great_circle_m
 from routing.graph.files import load_graph
-from routing.graph.road_graph import RoadGraph, Terrain, great_circle_m
+from routing.graph.road_graph import RoadGraph, Terrain
 
 GRAPHS = Path(__file__).parents[2] / "data/graphs"
 MOST_BYTES = 12_000_000

@@ -17,13 +17,18 @@ from energy.stops import StopSettings
 from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from energy.vehicle.files import load_vehicles
-from routing.dominance.kernels_gap import SLACK_J, greatest_of_sums, least_worth_j, state_gap
+from routing.dominance.kernels_dominates import least_worth_j
+from routing.dominance.kernels_gap import greatest_of_sums, state_gap
+from routing.dominance.kernels_rules import SLACK_J
 from routing.graph.road_graph import RoadGraph
 from routing.links.drives import LEAST_ROWS, Drives
 from routing.links.spans import ChainMaker
+from routing.places import LinkPosition
 from routing.route.best_path import TABLES_KEPT, RouteSearch
-from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.search.found import Limits
+from routing.search.search import find_path, reach
 from routing.search.space import SearchSpace, search_space
+from routing.search.workspaces import WorkspacePool
 from tests.routing.test_search_exact import (
     LEARNED,
     LOSSY,

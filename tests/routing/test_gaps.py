@@ -15,10 +15,14 @@ from energy.chain.kernels_link import link_energy
 from energy.force.kernels_physics import road_in_time
 from energy.stops import StopSettings
 from energy.vehicle.coefficients import EffectCoefficients
-from routing.dominance.kernels_gap import state_gap, warm_up_due_j
-from routing.queries import ECO
-from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path
+from routing.dominance.kernels_dominates import warm_up_due_j
+from routing.dominance.kernels_gap import state_gap
+from routing.places import LinkPosition
+from routing.search.found import Limits
+from routing.search.search import find_path
 from routing.search.space import search_space
+from routing.search.workspaces import WorkspacePool
+from routing.weights import ECO
 from tests.routing.test_search_exact import graph_of, vehicle
 
 STEEP = vehicle(accel=(0.3,) * 5, recuperation_eff=0.85)

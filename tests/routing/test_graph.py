@@ -8,17 +8,8 @@ import numpy as np
 import pytest
 
 from routing.errors import ImportFailedError
-from routing.graph.road_graph import (
-    ARRAY_NAMES,
-    EARTH_RADIUS_M,
-    GraphMeta,
-    LooseLinks,
-    LooseNodes,
-    RoadGraph,
-    Terrain,
-    assemble_graph,
-    great_circle_m,
-)
+from routing.graph.earth import EARTH_RADIUS_M, great_circle_m
+from routing.graph.road_graph import ARRAY_NAMES, GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
 
 pytestmark = pytest.mark.nojit
 

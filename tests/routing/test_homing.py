@@ -21,9 +21,12 @@ from energy.vehicle.files import load_vehicles
 from routing.lower_bound.kernels_least import SLOWEST, STOPPED_LEAST, STOPPED_MOST, least_towards_any
 from routing.lower_bound.kernels_lower_bound import FARTHEST, INTO_J, INTO_M, INTO_S, INTO_TAIL, cost_to_goal
 from routing.lower_bound.lower_bound import HomingScratch
-from routing.queries import ECO
-from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path
+from routing.places import LinkPosition
+from routing.search.found import Limits
+from routing.search.search import find_path
 from routing.search.space import potential_share, search_space
+from routing.search.workspaces import WorkspacePool
+from routing.weights import ECO
 from tests.routing.test_search_exact import (
     LEARNED,
     LOSSY,

@@ -17,27 +17,18 @@ from energy.force.kernels_physics import accepted_j, cabin_energy_j, road_in_tim
 from energy.stops import StopSettings
 from energy.vehicle.files import load_vehicles
 from energy.vehicle.vehicle import Vehicle
-from routing.dominance.kernels_gap import (
-    COST,
-    DISTANCE,
-    ENERGY,
-    KEY,
-    NOISE_COST,
-    OFFSET,
-    SPEED,
-    STOPPED,
-    TIME,
-    SearchRules,
-    climate_due_j,
-    gap_of,
-    leads,
-)
+from routing.dominance.kernels_dominates import climate_due_j, leads
+from routing.dominance.kernels_gap import gap_of
+from routing.dominance.kernels_rules import NOISE_COST, SearchRules
 from routing.graph.road_graph import RoadGraph
 from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
-from routing.queries import BALANCED, ECO, FASTEST, Weights
-from routing.search import kernels_search, search
-from routing.search.search import Limits, LinkPosition, WorkspacePool
+from routing.places import LinkPosition
+from routing.search import found, kernels_workspace, search
+from routing.search.found import Limits
+from routing.search.kernels_workspace import COST, DISTANCE, ENERGY, KEY, OFFSET, SPEED, STOPPED, TIME
 from routing.search.space import SearchSpace, search_space
+from routing.search.workspaces import WorkspacePool
+from routing.weights import BALANCED, ECO, FASTEST, Weights
 
 pytestmark = pytest.mark.shared_data
 
@@ -73,7 +64,7 @@ class Settled:
     pointer: np.ndarray
     by_link: dict[int, list[int]]
     rules: SearchRules
-    counts: search.SearchCounts
+    counts: found.SearchCounts
 
 
 def settled(graph: RoadGraph, space: SearchSpace, limits: Limits, weights: Weights, start: LinkPosition) -> Settled:
@@ -85,10 +76,10 @@ def settled(graph: RoadGraph, space: SearchSpace, limits: Limits, weights: Weigh
             space, WorkspacePool(graph.link_count), rules, [start], (), lent, space.guide.undirected
         )
     assert goal == -1
-    made = int(ws.counter[kernels_search.LABELS])
+    made = int(ws.counter[kernels_workspace.LABELS])
     by_link: dict[int, list[int]] = {}
-    for row, (link, parent, state) in enumerate(ws.pointer[:made, : kernels_search.STATE].tolist()):
-        if state != kernels_search.DEAD and parent >= 0:
+    for row, (link, parent, state) in enumerate(ws.pointer[:made, : kernels_workspace.STATE].tolist()):
+        if state != kernels_workspace.DEAD and parent >= 0:
             by_link.setdefault(link, []).append(row)
     return Settled(ws.number[:made].copy(), ws.pointer[:made].copy(), by_link, rules, counts)
 
@@ -144,12 +135,12 @@ def check_labels(graph, space, limits, weights, start):
     assert s.counts.reduced_below_zero == 0
     assert s.counts.crowded == 0
     child = {
-        (int(s.pointer[row, kernels_search.PARENT]), link): row for link, rows in s.by_link.items() for row in rows
+        (int(s.pointer[row, kernels_workspace.PARENT]), link): row for link, rows in s.by_link.items() for row in rows
     }
     parents = {parent for parent, _ in child} | {row for rows in s.by_link.values() for row in rows}
     beyond = dominated = 0
     for row in parents:
-        label, link = s.number[row], int(s.pointer[row, kernels_search.LINK])
+        label, link = s.number[row], int(s.pointer[row, kernels_workspace.LINK])
         for following in graph.successors(link).tolist():
             used, clock, far, end, p_stop = driven(space, limits, link, label, following)
             if used > limits.most_energy_j:

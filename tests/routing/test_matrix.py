@@ -16,26 +16,22 @@ from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
 from energy.vehicle.files import load_vehicles
 from routing.errors import NoPathError, PointFarFromRoadError, PointOutsideMapError, QueryError
-from routing.graph.road_graph import (
-    GraphMeta,
-    LooseLinks,
-    LooseNodes,
-    RoadGraph,
-    Terrain,
-    assemble_graph,
-    great_circle_m,
-)
+from routing.graph.earth import great_circle_m
+from routing.graph.road_graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
+from routing.places import Point
 from routing.planner import Planner
-from routing.queries import BALANCED, ECO, FASTEST, Point, RouteQuery, Weights
-from routing.route.matrix import MatrixQuery, MatrixRow, NotDriven
-from routing.search.search import Limits, find_path, find_paths, reach
+from routing.queries import MatrixQuery, RouteQuery
+from routing.route.matrix import MatrixRow, NotDriven
+from routing.search.found import Limits
+from routing.search.search import find_path, find_paths, reach
+from routing.weights import BALANCED, ECO, FASTEST, Weights
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from routing.queries import Route
+    from routing.places import LinkPosition
     from routing.route.matrix import MatrixEntry
-    from routing.search.search import LinkPosition
+    from routing.route.route import Route
 
 SIDE = 5
 STEP = 100_000  # 1e-7 degrees: about a kilometre

@@ -8,10 +8,11 @@ import numpy as np
 import pytest
 import shapely
 
+from routing.graph.earth import METRE_PER_DEGREE
 from routing.graph.kernels_nearest import FAN
-from routing.graph.nearest import METRE_PER_DEGREE, RoadTree
+from routing.graph.nearest import RoadTree
 from routing.graph.road_graph import RoadGraph
-from routing.queries import Point
+from routing.places import Point
 from routing.synth import synthesize
 
 pytestmark = pytest.mark.nojit

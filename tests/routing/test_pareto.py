@@ -25,11 +25,14 @@ from routing.pareto import all_ways
 from routing.pareto.all_ways import Cover, uncovered_ways
 from routing.pareto.bounds import LowerBounds, Trade, chosen, undominated
 from routing.pareto.front import ParetoSearch
+from routing.places import LinkPosition, Point
 from routing.planner import Planner
-from routing.queries import ECO, FASTEST, ParetoProof, ParetoSettings, Point, RouteQuery, Weights
+from routing.queries import ParetoSettings, RouteQuery
 from routing.route.best_path import RouteSearch, charge_limits
-from routing.search.search import Limits, LinkPosition
+from routing.route.route import ParetoProof
+from routing.search.found import Limits
 from routing.search.space import search_space
+from routing.weights import ECO, FASTEST, Weights
 from tests.routing.test_search_exact import LEARNED, LOSSY, SPEEDS, WEATHER, graph_of, maps, rules, vehicle, vehicles
 
 DATA = Path(__file__).resolve().parents[2] / "data"

@@ -12,17 +12,12 @@ from energy.chain.chain import LinkModel, StopRule
 from energy.errors import LinkError
 from energy.vehicle.vehicle import Vehicle
 from routing.errors import PointFarFromRoadError, PointOutsideMapError, QueryError
-from routing.graph.road_graph import (
-    GraphMeta,
-    LooseLinks,
-    LooseNodes,
-    RoadGraph,
-    Terrain,
-    assemble_graph,
-    great_circle_m,
-)
+from routing.graph.earth import great_circle_m
+from routing.graph.road_graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
+from routing.places import LinkSpan, Point
 from routing.planner import Planner
-from routing.queries import BALANCED, ECO, FASTEST, LinkSpan, Point, RangeQuery, RouteQuery, Weights
+from routing.queries import RangeQuery, RouteQuery
+from routing.weights import BALANCED, ECO, FASTEST, Weights
 
 pytestmark = pytest.mark.nojit
 

@@ -15,19 +15,13 @@ from hypothesis import strategies as st
 from scipy.ndimage import distance_transform_edt
 
 from energy.vehicle.files import load_vehicles
+from routing.graph.earth import EARTH_RADIUS_M, great_circle_m
 from routing.graph.files import load_graph
-from routing.graph.road_graph import (
-    EARTH_RADIUS_M,
-    GraphMeta,
-    LooseLinks,
-    LooseNodes,
-    RoadGraph,
-    Terrain,
-    assemble_graph,
-    great_circle_m,
-)
+from routing.graph.road_graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
+from routing.places import Point
 from routing.planner import Planner
-from routing.queries import Point, RangeAnswer, RangeQuery
+from routing.queries import RangeQuery
+from routing.range.bands import RangeAnswer
 from routing.range.kernels_grid import LEVEL_BITS, LEVEL_MASK, NOWHERE, nearest_roads
 from routing.range.kernels_outline import CUTS, crossing_at
 

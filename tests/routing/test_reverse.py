@@ -15,11 +15,14 @@ from energy.conditions import STILL, Conditions, RoadSurface
 from energy.stops import StopSettings
 from energy.vehicle.coefficients import EffectCoefficients
 from routing.errors import SearchLimitError
-from routing.queries import ECO
+from routing.places import LinkPosition
 from routing.range.way_back import BackCharges, ReverseSearch
 from routing.route.best_path import charge_limits
-from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.search.found import Limits
+from routing.search.search import find_path, reach
 from routing.search.space import search_space
+from routing.search.workspaces import WorkspacePool
+from routing.weights import ECO
 from tests.routing.test_search_exact import SPEEDS, cheapest_by_enumeration, graph_of, maps, vehicle, vehicles
 
 TOLERANCE_J = 40.0  # 0.01 Wh: two drives that differ by 1 mm/s count as met

@@ -18,10 +18,14 @@ from energy.force.kernels_physics import Road
 from energy.stops import StopSettings
 from routing.dominance.bounds import gap_rules, least_load_n
 from routing.errors import NegativeCycleError, QueryError
+from routing.places import LinkPosition, Point
 from routing.planner import Planner
-from routing.queries import ECO, Point, RangeQuery, RouteQuery, Trip
-from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path
+from routing.queries import RangeQuery, RouteQuery, Trip
+from routing.search.found import Limits
+from routing.search.search import find_path
 from routing.search.space import search_space
+from routing.search.workspaces import WorkspacePool
+from routing.weights import ECO
 from tests.routing.expanded_states import StateGraph
 from tests.routing.test_search_exact import WEATHER, graph_of, maps, vehicle, vehicles
 

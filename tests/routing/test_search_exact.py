@@ -23,10 +23,13 @@ from energy.vehicle.vehicle import Vehicle
 from routing.errors import SearchLimitError
 from routing.graph.networkx_graph import to_networkx
 from routing.graph.road_graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
-from routing.queries import ECO, Weights
+from routing.places import LinkPosition
+from routing.search.found import Limits
 from routing.search.reference import EnergySearch
-from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.search.search import find_path, reach
 from routing.search.space import search_space
+from routing.search.workspaces import WorkspacePool
+from routing.weights import ECO, Weights
 
 META = GraphMeta("drawn", "test", "none", "none", Terrain.SYNTHETIC, "drawn", 0.0, (0.0, 0.0, 0.0, 0.0))
 TWIN_LABELS = 4000

@@ -26,11 +26,16 @@ from routing.errors import ImportFailedError, NegativeCycleError
 from routing.graph.networkx_graph import to_networkx
 from routing.graph.road_graph import LooseLinks, LooseNodes, RoadGraph, assemble_graph
 from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
+from routing.places import LinkPosition, LinkSpan, Point
 from routing.planner import Planner
-from routing.queries import BALANCED, ECO, FASTEST, LinkSpan, Point, RangeQuery, Route, RouteQuery, Weights
+from routing.queries import RangeQuery, RouteQuery
+from routing.route.route import Route
+from routing.search.found import Limits
 from routing.search.reference import EnergySearch
-from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.search.search import find_path, reach
 from routing.search.space import SearchSpace, search_space
+from routing.search.workspaces import WorkspacePool
+from routing.weights import BALANCED, ECO, FASTEST, Weights
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -9,18 +9,10 @@ import numpy as np
 import pytest
 
 from routing.errors import PointFarFromRoadError, PointOutsideMapError
-from routing.graph.road_graph import (
-    EARTH_RADIUS_M,
-    GraphMeta,
-    LooseLinks,
-    LooseNodes,
-    RoadGraph,
-    Terrain,
-    assemble_graph,
-    great_circle_m,
-)
+from routing.graph.earth import EARTH_RADIUS_M, great_circle_m
+from routing.graph.road_graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
 from routing.graph.snap import END_MARGIN_M, RoadIndex, part_of_line
-from routing.queries import Point
+from routing.places import Point
 
 pytestmark = pytest.mark.nojit
 

@@ -20,13 +20,17 @@ from energy.stops import StopSettings
 from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.files import load_vehicles
 from energy.vehicle.vehicle import Vehicle
-from routing.dominance.kernels_gap import DESCENT_J, DESCENT_MPS
+from routing.dominance.kernels_rules import DESCENT_J, DESCENT_MPS
 from routing.graph.road_graph import RoadGraph
 from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
+from routing.places import LinkPosition, Point
 from routing.planner import Planner
-from routing.queries import ECO, Point, RangeQuery, Weights
-from routing.search.search import Limits, LinkPosition, WorkspacePool, find_path, reach
+from routing.queries import RangeQuery
+from routing.search.found import Limits
+from routing.search.search import find_path, reach
 from routing.search.space import potential_share, search_space
+from routing.search.workspaces import WorkspacePool
+from routing.weights import ECO, Weights
 from tests.routing.expanded_states import StateGraph
 from tests.routing.test_search_exact import LEARNED, WEATHER, charges, maps, never_full, rules, vehicles, weightings
 from tests.routing.test_search_real import cut_out

@@ -10,7 +10,8 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
 from energy.stops import Cross, FunctionalClass
-from routing.graph.road_graph import ARRAY_NAMES, RoadGraph, Terrain, great_circle_m
+from routing.graph.earth import great_circle_m
+from routing.graph.road_graph import ARRAY_NAMES, RoadGraph, Terrain
 from routing.synth import synthesize
 from routing.synth.grades import GRADE_LIMIT, graded_heights_m
 from routing.synth.polylines import Polylines, resampled

@@ -23,18 +23,13 @@ from energy.units import JOULE_PER_WH
 from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.files import load_vehicles
 from routing.errors import NoPathError, PointFarFromRoadError, PointOutsideMapError
-from routing.graph.road_graph import (
-    GraphMeta,
-    LooseLinks,
-    LooseNodes,
-    RoadGraph,
-    Terrain,
-    assemble_graph,
-    great_circle_m,
-)
+from routing.graph.earth import great_circle_m
+from routing.graph.road_graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
+from routing.places import LinkSpan, Point
 from routing.planner import Planner
-from routing.queries import BALANCED, ECO, FASTEST, LinkSpan, Point, RouteQuery, Weights
+from routing.queries import RouteQuery
 from routing.route.via import WayFinder
+from routing.weights import BALANCED, ECO, FASTEST, Weights
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

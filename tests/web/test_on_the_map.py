@@ -18,7 +18,7 @@ from energy.replay.replay import DrivenProfile, replay
 from energy.units import KMH_PER_MPS
 from energy.vehicle.files import load_vehicle
 from energy.vehicle.vehicle import Vehicle
-from routing.graph.snap import METRE_PER_DEGREE
+from routing.graph.earth import METRE_PER_DEGREE
 from tests.web.conftest import CAR
 from tests.web.map_page import shown_number
 from tests.web.test_places import box_of, click_map, mercator

@@ -11,8 +11,8 @@ from energy.chain.profile import chain_profile
 from energy.replay.replay import DrivenProfile, graded, replay
 from energy.units import KMH_PER_MPS
 from energy.vehicle.vehicle import Vehicle
-from routing.graph.snap import METRE_PER_DEGREE
-from routing.queries import LinkSpan
+from routing.graph.earth import METRE_PER_DEGREE
+from routing.places import LinkSpan
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -21,8 +21,8 @@ from benchmarks.peers.compare import (
 )
 from benchmarks.peers.pairs import draw_pairs, draw_places, on_those_roads
 from benchmarks.peers.questions import Answer, Question
+from routing.graph.earth import great_circle_m
 from routing.graph.files import load_graph
-from routing.graph.road_graph import great_circle_m
 
 DEGREES_PER_CHARGE = 1.0
 DEGREES_PER_MINUTE = 0.01

@@ -1,0 +1,222 @@
+"""Compiled: the graph of all states in which links are entered, from a start."""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from energy.chain.kernels_link import link_energy
+from energy.force.kernels_physics import ROAD_WAIT, LinkPhysics, Road, road_at
+from routing.links.kernels_tables import LinkArrays
+
+GOAL = 0  # the state of having arrived
+LEVEL_MPS = 1.0  # least speeds of shared states are multiples of it
+# columns of StateGraph.number
+ENTRY_MPS, STOPPED, OFFSET, POTENTIAL = range(4)
+# counters of StateGraph
+STATES, ARCS, SHARED, NEGATIVE = range(4)
+NEGATIVE_J = 1e-3  # more than rounding
+DONE, FULL = range(2)
+
+
+class StateGraph(NamedTuple):
+    """States and the drives between them; room for S states and A arcs.
+
+    link: (S,). number: (S, 4), columns as above: entry speed [m/s], or -1 less the least one where entries share the
+    state; probability of having stopped, offset on the link [m], potential [J]. earlier: (S,), the state of the same
+    link made before it, -1 for none. first: (S + 1,), the arcs of state k are first[k]..first[k + 1]. head: (A,) the
+    state that an arc leads to. energy_j: (A,) without climate, less the gain in potential, ≥ 0. time_s: (A,).
+    counter: (4,).
+    """
+
+    link: NDArray[np.int32]
+    number: NDArray[np.float64]
+    earlier: NDArray[np.int32]
+    first: NDArray[np.int64]
+    head: NDArray[np.int32]
+    energy_j: NDArray[np.float64]
+    time_s: NDArray[np.float64]
+    counter: NDArray[np.int64]
+
+
+@njit(nogil=True, cache=True)
+def shared_level(speed: float) -> float:
+    """The entry speed of the shared state for a speed that is not known but by its least value [m/s]."""
+    return -1.0 - math.floor(speed / LEVEL_MPS) * LEVEL_MPS
+
+
+@njit(nogil=True, cache=True)
+def state_at(
+    sg: StateGraph, latest: NDArray[np.int32], link: int, speed: float, stopped: float, most: int, potential_j: float
+) -> int:
+    """The state of a link with this entry, made if it is new; beyond most states of a link the rest are shared ones.
+
+    speed: as in StateGraph.number. The caller sees to room.
+    """
+    for _ in range(2):
+        count = 0
+        state: int = latest[link]
+        while state >= 0:
+            if sg.number[state, ENTRY_MPS] == speed and sg.number[state, STOPPED] == stopped:
+                return state
+            if sg.number[state, ENTRY_MPS] >= 0.0:
+                count += 1
+            state = sg.earlier[state]
+        if speed < 0.0 or count < most:
+            break
+        speed = shared_level(speed)
+    made = sg.counter[STATES]
+    sg.counter[STATES] = made + 1
+    if speed < 0.0:
+        sg.counter[SHARED] += 1
+    sg.link[made], sg.earlier[made] = link, latest[link]
+    sg.number[made, ENTRY_MPS], sg.number[made, STOPPED] = speed, stopped
+    sg.number[made, OFFSET], sg.number[made, POTENTIAL] = 0.0, potential_j
+    latest[link] = made
+    return int(made)
+
+
+@njit(nogil=True, cache=True)
+def add_arc(sg: StateGraph, head: int, reduced_j: float, time: float) -> None:
+    """One more arc of the state that is being driven on from; reduced energies below 0 by rounding count as 0."""
+    arc = sg.counter[ARCS]
+    sg.counter[ARCS] = arc + 1
+    sg.head[arc], sg.energy_j[arc], sg.time_s[arc] = head, max(reduced_j, 0.0), time
+    if reduced_j < -NEGATIVE_J:
+        sg.counter[NEGATIVE] += 1
+
+
+@njit(nogil=True, cache=True)
+def place_state(
+    g: LinkArrays, p: LinkPhysics, alpha: float, sg: StateGraph, state: int, link: int, offset: float
+) -> None:
+    """Write the state of being at rest on a link."""
+    sg.link[state], sg.earlier[state] = link, -1
+    sg.number[state, ENTRY_MPS], sg.number[state, STOPPED], sg.number[state, OFFSET] = 0.0, 0.0, offset
+    height = g.tail_height_m[link] + g.grade_frac[link] * offset
+    sg.number[state, POTENTIAL] = alpha * p.weight_n * height
+
+
+@njit(nogil=True, cache=True)
+def least_load_n(r: Road, low: float, high: float) -> float:
+    """A road load that none at a speed between two is below [N], ≥ 0: each of its terms at its least."""
+    air = low + r.wind_mps
+    linear = r.linear_n_per_mps * (low if r.linear_n_per_mps > 0.0 else high)
+    return max(r.rolling_n + linear + r.aero_n_per_mps2 * air * abs(air), 0.0)
+
+
+@njit(nogil=True, cache=True)
+def shared_drive(
+    g: LinkArrays,
+    p: LinkPhysics,
+    alpha: float,
+    half_inertia_kg: float,
+    link: int,
+    length: float,
+    least_mps: float,
+    stopped: float,
+    target: float,
+    p_stop: float,
+    wait: float,
+) -> tuple[float, float, float]:
+    """Least reduced energy [J] and time [s] of a link over all entries at least_mps or more, and its end's entry speed.
+
+    The last is as in StateGraph.number: that of the next link, certain where even the slowest drive reaches target. No
+    drive is faster than the limit, and none takes less than its gain in potential and alpha times the road load.
+    """
+    v_max, road = g.speed_limit_mps[link], road_at(g.roads, link)
+    time = length / v_max
+    reduced = 0.0
+    end2 = target * target
+    if not p.table:
+        slowest = min(least_mps, target) if p_stop == 0.0 else 0.0
+        reduced = alpha * least_load_n(road, slowest, v_max) * length + p.aux_move_w * time
+        accel = math.inf
+        for k in range(p.accel_sum.size - 1):
+            if p.speed_bound_mps[k] < v_max and (p.speed_bound_mps[k + 1] > least_mps or k == p.accel_sum.size - 2):
+                accel = min(accel, p.accel_sum[k + 1] - p.accel_sum[k])
+        end2 = min(end2, least_mps * least_mps + 2.0 * accel * length)
+    time *= 1.0 - stopped
+    time += p_stop * wait
+    if stopped > 0.0:
+        e, t, end = link_energy(p, road, length, 0.0, 0.0, v_max, target, p_stop, wait)
+        gain = half_inertia_kg * (1.0 - p_stop) * end * end + p.weight_n * road.grade * length
+        reduced += stopped * (max(e - alpha * gain, 0.0) - reduced)
+        time += stopped * (t - p_stop * wait)
+        end2 += stopped * (end * end - end2)
+    if end2 >= target * target:
+        return reduced, time, target
+    return reduced, time, shared_level(math.sqrt(end2))
+
+
+@njit(nogil=True, cache=True)
+def expand(
+    g: LinkArrays,
+    p: LinkPhysics,
+    alpha: float,
+    half_inertia_kg: float,
+    starts: NDArray[np.float64],
+    goals: NDArray[np.float64],
+    allowed: NDArray[np.bool_],
+    most: int,
+    latest: NDArray[np.int32],
+    sg: StateGraph,
+) -> int:
+    """Every state that a drive from rest at a start can be in, on allowed links, and every drive between two of them.
+
+    starts, goals: (n, 2) link and offset [m]. most: states of a link beyond which others are shared. latest: (M,) of
+    -1. State 0 is the goal at rest, the next ones are the starts. Returns FULL where states or arcs have no room.
+    """
+    place_state(g, p, alpha, sg, GOAL, int(goals[0, 0]), goals[0, 1])
+    for k in range(starts.shape[0]):
+        place_state(g, p, alpha, sg, 1 + k, int(starts[k, 0]), starts[k, 1])
+    sg.counter[:] = 0
+    sg.counter[STATES] = 1 + starts.shape[0]
+    sg.first[0] = sg.first[1] = 0
+    state = 1
+    while state < sg.counter[STATES]:
+        link = sg.link[state]
+        turns = g.successor_first[link + 1] - g.successor_first[link]
+        if sg.counter[STATES] + turns + 1 > sg.link.size or sg.counter[ARCS] + turns + goals.shape[0] > sg.head.size:
+            return FULL
+        v, stopped, offset = sg.number[state, ENTRY_MPS], sg.number[state, STOPPED], sg.number[state, OFFSET]
+        before_j = sg.number[state, POTENTIAL]
+        v_max, road = g.speed_limit_mps[link], road_at(g.roads, link)
+        for k in range(goals.shape[0]):
+            if goals[k, 0] == link and goals[k, 1] > offset:
+                ds = goals[k, 1] - offset
+                if v < 0.0:
+                    e, t, _ = shared_drive(g, p, alpha, half_inertia_kg, link, ds, -1.0 - v, stopped, v_max, 1.0, 0.0)
+                else:
+                    e, t, _ = link_energy(p, road, ds, v, stopped, v_max, v_max, 1.0, 0.0)
+                    height = g.tail_height_m[link] + g.grade_frac[link] * goals[k, 1]
+                    e += before_j - alpha * p.weight_n * height
+                add_arc(sg, GOAL, e, t)
+        p_stop, wait = g.stop_probability_frac[link], g.roads[link, ROAD_WAIT]
+        known = -1.0
+        e, t, end = 0.0, 0.0, 0.0
+        for k in range(g.successor_first[link], g.successor_first[link + 1]):
+            successor = g.successor[k]
+            if not allowed[successor]:
+                continue
+            target = min(v_max, g.speed_limit_mps[successor])
+            if target != known:
+                known = target
+                ds = g.length_m[link] - offset
+                if v < 0.0:
+                    e, t, end = shared_drive(
+                        g, p, alpha, half_inertia_kg, link, ds, -1.0 - v, stopped, target, p_stop, wait
+                    )
+                else:
+                    e, t, end = link_energy(p, road, ds, v, stopped, v_max, target, p_stop, wait)
+            kinetic = half_inertia_kg * (1.0 - p_stop) * max(end, 0.0) ** 2
+            after_j = alpha * (p.weight_n * g.tail_height_m[successor] + kinetic)
+            to = state_at(sg, latest, successor, end, p_stop, most, after_j)
+            add_arc(sg, to, e if v < 0.0 else e + before_j - after_j, t)
+        state += 1
+        sg.first[state] = sg.counter[ARCS]
+    return DONE

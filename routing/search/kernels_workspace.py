@@ -1,0 +1,31 @@
+"""Compiled: the arrays that one search writes, their columns, and what its kernel reports."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+# columns of the label table
+KEY, COST, ENERGY, TIME, DISTANCE, SPEED, STOPPED, OFFSET = range(8)
+
+
+LINK, PARENT, NEXT, STATE = range(4)
+DEAD = -2  # as the next label of its link: another one leads
+# counters; REFUSED_S: when the battery first refused something while cabin or tyres warm up [s], -1 for never
+LABELS, HEAP, SETTLED, GOAL, CYCLE, REDUCED_BELOW_ZERO, CROWDED, REFUSED_S = range(8)
+BAG_LABEL, BAG_EPOCH, BAG_STATE, BAG_COST = range(4)
+DONE, FOUND, FULL, NEGATIVE_CYCLE, TOO_MANY, CRAMPED = range(6)
+
+
+class Workspace(NamedTuple):
+    """Arrays that one search writes; capacity C labels, M links. bag: newest label of each link and the search
+    that it is of, which spares resetting. Rows of number, and the four children of a place in the heap, are aligned."""
+
+    number: NDArray[np.float64]  # (C, 8)
+    pointer: NDArray[np.int32]  # (C, 4)
+    heap_key: NDArray[np.float64]  # (C,)
+    heap_label: NDArray[np.int32]  # (C,)
+    bag: NDArray[np.float64]  # (M + 1, 4)
+    counter: NDArray[np.int64]  # (8,)

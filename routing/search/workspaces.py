@@ -1,0 +1,85 @@
+"""Workspaces that searches take and give back."""
+
+from __future__ import annotations
+
+import threading
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from routing.links.aligned import aligned
+from routing.lower_bound.lower_bound import HomingScratch
+from routing.places import LinkPosition
+from routing.search.kernels_workspace import Workspace
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+
+    from routing.lower_bound.kernels_lower_bound import Homing
+    from routing.search.space import SearchSpace
+
+
+WORKSPACES_KEPT: Final = 4
+
+
+def new_workspace(links: int, capacity: int) -> Workspace:
+    """Arrays for one search; pages that the search never touches cost nothing."""
+    return Workspace(
+        number=aligned(8 * capacity, 0).reshape(capacity, 8),
+        pointer=np.empty((capacity, 4), np.int32),
+        heap_key=aligned(capacity, 1),
+        heap_label=np.empty(capacity, np.int32),
+        bag=np.zeros((links + 1, 4)),
+        counter=np.zeros(8, np.int64),
+    )
+
+
+def grown(ws: Workspace) -> Workspace:
+    """The same workspace with twice the capacity, content kept."""
+    old = ws.pointer.shape[0]
+    new = new_workspace(ws.bag.shape[0] - 1, 2 * old)
+    for small, large in ((ws.number, new.number), (ws.pointer, new.pointer)):
+        large[:old] = small
+    new.heap_key[:old] = ws.heap_key
+    new.heap_label[:old] = ws.heap_label
+    return new._replace(bag=ws.bag, counter=ws.counter)
+
+
+class WorkspacePool:
+    """Workspaces for searches on one graph, lent to one search each; safe between threads."""
+
+    def __init__(self, links: int) -> None:
+        self._links = links
+        self._free: list[tuple[Workspace, int]] = []
+        self._homing: list[HomingScratch] = []
+        self._lock = threading.Lock()
+
+    def take(self) -> tuple[Workspace, int]:
+        """A workspace and the epoch number that its next search must use."""
+        with self._lock:
+            if self._free:
+                return self._free.pop()
+        return new_workspace(self._links, 2 * self._links + 4096), 1
+
+    def give_back(self, ws: Workspace, epoch: int) -> None:
+        """Return a workspace; only a few are kept."""
+        with self._lock:
+            if len(self._free) < WORKSPACES_KEPT and epoch < 2_000_000_000:
+                self._free.append((ws, epoch + 1))
+
+    @contextmanager
+    def directed(
+        self, space: SearchSpace, starts: Sequence[LinkPosition], goals: Sequence[LinkPosition]
+    ) -> Iterator[Homing]:
+        """What directs a search to its goals; for one search."""
+        with self._lock:
+            scratch = self._homing.pop() if self._homing else None
+        if scratch is None:
+            scratch = HomingScratch(self._links)
+        try:
+            yield space.guide.homing(scratch, starts[0].link_idx, [goal.link_idx for goal in goals])
+        finally:
+            with self._lock:
+                if len(self._homing) < WORKSPACES_KEPT:
+                    self._homing.append(scratch)
