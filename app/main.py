@@ -16,7 +16,8 @@ from starlette.middleware.gzip import GZipMiddleware
 
 from app import VERSION
 from app.diagnosing.use_cases import Diagnoses
-from app.errors.table import PROBLEM_TYPE, install_error_handlers
+from app.errors.handlers import install_error_handlers
+from app.errors.problems import PROBLEM_TYPE
 from app.http.body_limit import BodyLimit
 from app.http.deadline import DeadlinePool
 from app.http.routes import diagnoses, graphs, health, matrix, range, route, simulate, tiles, vehicles

@@ -8,13 +8,16 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from diagnosis.answer.accounts import account, nameplate_j, score, scored
-from diagnosis.answer.findings import findings, odd_trips, parameter_errors, unexplained
+from diagnosis.answer.findings import findings, unexplained
 from diagnosis.answer.learned import NOTHING, applied, learned, replayed_j
+from diagnosis.answer.odd_trips import odd_trips
+from diagnosis.answer.parameter_errors import parameter_errors
 from diagnosis.answer.regimes import Axis, regimes
 from diagnosis.answer.results import Diagnosis, QualityNote, TripAccount, TripTimeline, Verdict
 from diagnosis.causes.driven import driven, with_vehicle
 from diagnosis.errors import DiagnosisCancelled, DiagnosisError
-from diagnosis.fit.fitting import BOX, fit, left_w
+from diagnosis.fit.fitting import fit
+from diagnosis.fit.model import BOX, left_w
 from diagnosis.fit.scan import in_box
 from diagnosis.fit.selection import LEAST_TRIPS
 from diagnosis.fit.windows import WINDOW_S, trip_of, windows
@@ -27,7 +30,7 @@ if TYPE_CHECKING:
     from diagnosis.answer.learned import Learned
     from diagnosis.answer.regimes import Regime
     from diagnosis.answer.results import Finding, FitScore, ParameterError, Unexplained
-    from diagnosis.fit.fitting import Model
+    from diagnosis.fit.model import Model
     from diagnosis.fit.windows import Trip
     from diagnosis.recordings.reading import Recording
     from energy.vehicle.vehicle import Vehicle

@@ -13,13 +13,13 @@ from typing import Final
 
 import numpy as np
 
+from diagnosis.causes.driven import median_ambient
 from diagnosis.comparison.coverage import (
     Coverage,
     TripPrediction,
     at_terminals,
     coverage,
     coverage_png,
-    median_ambient,
     predict,
     source_model,
 )

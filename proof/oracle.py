@@ -10,8 +10,9 @@ import numpy as np
 
 from diagnosis.causes.driven import driven, with_vehicle
 from diagnosis.causes.library import LIBRARY
-from diagnosis.fit.fitting import left_w, moved
+from diagnosis.fit.fitting import moved
 from diagnosis.fit.jackknife import additions, solve
+from diagnosis.fit.model import left_w
 from diagnosis.fit.windows import FREE, trip_of
 from proof.answers import Rule
 from proof.prepared import cut_and_weighed, predicted_kwh, weighed
@@ -19,7 +20,7 @@ from proof.prepared import cut_and_weighed, predicted_kwh, weighed
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping, Sequence
 
-    from diagnosis.causes.library import Candidate, Term
+    from diagnosis.causes.terms import Candidate, Term
     from diagnosis.fit.jackknife import Equations, Solution
     from diagnosis.fit.windows import Trip
     from diagnosis.recordings.reading import Recording

@@ -9,8 +9,8 @@ import numpy as np
 
 from diagnosis.causes.driven import driven
 from diagnosis.causes.library import LIBRARY, candidates
-from diagnosis.fit.fitting import left_w, priors
 from diagnosis.fit.jackknife import equations, solve
+from diagnosis.fit.model import left_w, priors
 from diagnosis.fit.noise import estimated
 from diagnosis.fit.windows import FREE, WINDOW_S, trip_of, windows
 from energy.units import JOULE_PER_KWH
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from diagnosis.causes.library import Candidate, Term
+    from diagnosis.causes.terms import Candidate, Term
     from diagnosis.fit.jackknife import Equations, Solution
     from diagnosis.fit.windows import Trip, Windows
     from diagnosis.recordings.reading import Recording

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from diagnosis.causes.library import Candidate
+    from diagnosis.causes.terms import Candidate
     from diagnosis.fit.jackknife import Equations
     from diagnosis.recordings.reading import Recording
     from energy.vehicle.vehicle import Vehicle

@@ -16,10 +16,11 @@ from app.cli.commands.batch import batches
 from app.cli.commands.compare import comparing
 from app.cli.commands.diagnose import diagnosing
 from app.cli.commands.graphs import graphs, making
-from app.cli.commands.output import CommandError, GraphOption, service_for
+from app.cli.commands.output import GraphOption, service_for
 from app.cli.commands.prove import proving
 from app.cli.commands.queries import queries
 from app.cli.commands.vehicles import vehicles
+from app.errors.raised import CommandError
 from app.store.errors import StoreError
 from energy.errors import EnergyError
 from routing.errors import RoutingError

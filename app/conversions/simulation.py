@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from app.conversions.course import stops_of
 from app.conversions.graph import terrain_note
 from app.conversions.route import parts_kwh, parts_wh
+from app.errors.raised import ChainLinkError
 from app.schemas.simulation import (
     ChainLinkSent,
     CrossName,
@@ -20,7 +22,6 @@ from app.schemas.simulation import (
     SimulateResponse,
     SpeedProfileAnswer,
 )
-from app.service.driving import stops_of
 from energy.battery import soc_along
 from energy.chain.chain import Chain
 from energy.errors import LinkError
@@ -31,8 +32,8 @@ from routing.places import LinkSpan
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from app.conversions.course import Course, Driven
     from app.schemas.vehicle import VehicleChoice
-    from app.service.driving import Course, Driven
     from energy.chain.profile import SpeedProfile
     from routing.graph.road_graph import RoadGraph
 
@@ -48,10 +49,6 @@ SENT_FIELDS: Final[Mapping[str, str]] = {
     "altitude_m": "altitude_m",
     "heading": "heading_deg",
 }
-
-
-class ChainLinkError(LinkError):
-    """A link given by its numbers that cannot be driven: field and value are those that were sent."""
 
 
 def spans_from_links(sent: Sequence[GraphLinkSent], graph: RoadGraph) -> tuple[LinkSpan, ...]:

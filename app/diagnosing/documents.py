@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from app.conversions.learned_effects import learned_effects
 from app.errors.diagnosing import storable
-from diagnosis.answer.results import as_json
+from diagnosis.answer.results_json import as_json
 
 if TYPE_CHECKING:
     from pathlib import Path

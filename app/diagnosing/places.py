@@ -12,7 +12,7 @@ from app.diagnosing.residuals import window_residuals
 from diagnosis.answer.learned import learned_vehicle
 from diagnosis.answer.places import TripResidual, link_features, link_residuals
 from diagnosis.answer.profile_split import profile_split
-from diagnosis.comparison.coverage import median_ambient
+from diagnosis.causes.driven import median_ambient
 from diagnosis.errors import DiagnosisError
 from diagnosis.matching.map_matcher import MapMatcher
 from energy.errors import EnergyError

@@ -18,7 +18,8 @@ from app.diagnosing.order import DiagnosisOrder
 from app.diagnosing.sources import files_below, uploaded_name
 from app.diagnosing.worker import Task
 from app.errors.diagnosing import DiagnosisNotDoneError, SourceError, TooManyDiagnosesError, storable
-from app.errors.table import BodyTooLargeError, validation_detail
+from app.errors.raised import BodyTooLargeError
+from app.errors.validation import validation_detail
 from app.schemas.diagnosis import (
     DiagnosisAnswer,
     DiagnosisLinks,

@@ -2,17 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import math
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
-from pydantic import JsonValue, ValidationError
 from starlette.exceptions import HTTPException
 
-from app.conversions.simulation import ChainLinkError
 from app.errors.diagnosing import (
     DiagnosisInterruptedError,
     DiagnosisNotDoneError,
@@ -22,9 +16,15 @@ from app.errors.diagnosing import (
     UnsupportedMediaTypeError,
     UnusableRecordingsError,
 )
-from app.schemas.learned_effects import EFFECTS_BRANCH, EFFECTS_ID_BRANCH
+from app.errors.problems import (
+    KINDS,
+    MAX_FIELDS,
+    _field,
+    make_problem,
+)
+from app.errors.raised import BodyTooLargeError, ChainLinkError, NotReadyError, TimeLimitError
+from app.errors.validation import _validation_problem
 from app.schemas.problem import ErrorCode, FieldProblem, Problem
-from app.schemas.vehicle import ID_BRANCH, PHYSICAL_BRANCH, TABLE_BRANCH
 from app.store.errors import (
     DatabaseUnavailableError,
     DiagnosisDamagedError,
@@ -49,80 +49,8 @@ from routing.errors import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Mapping
 
-PROBLEM_TYPE: Final = "application/problem+json"
-MAX_FIELDS: Final = 20
-MAX_VALUE_CHARS: Final = 200
-
-
-class TimeLimitError(Exception):
-    """No answer within the time allowed."""
-
-    def __init__(self, limit_s: float) -> None:
-        self.limit_s = limit_s
-        super().__init__(
-            f"no answer within {limit_s:g} s; ask for a shorter route, less charge, fewer alternatives or places"
-        )
-
-
-class NotReadyError(Exception):
-    """Graphs are not loaded yet."""
-
-    def __init__(self) -> None:
-        super().__init__("graphs are being loaded and kernels compiled; try again in a moment")
-
-
-class BodyTooLargeError(Exception):
-    """A request body above the limit."""
-
-    def __init__(self, limit_bytes: int) -> None:
-        self.limit_bytes = limit_bytes
-        super().__init__(f"the request body is too large, allowed: at most {limit_bytes} bytes")
-
-
-@dataclass(frozen=True, slots=True)
-class Kind:
-    """Status and title of one error code."""
-
-    status: int
-    title: str
-
-
-KINDS: Final[Mapping[ErrorCode, Kind]] = {
-    ErrorCode.INVALID_REQUEST: Kind(422, "A field of the request is missing, unknown or out of range"),
-    ErrorCode.MALFORMED_JSON: Kind(422, "The request body can't be read as JSON"),
-    ErrorCode.MALFORMED_FORM: Kind(422, "The request body can't be read as a form with files"),
-    ErrorCode.UNSUPPORTED_MEDIA_TYPE: Kind(415, "The request body is of a kind that is not read"),
-    ErrorCode.INVALID_VEHICLE: Kind(422, "The vehicle's numbers contradict each other"),
-    ErrorCode.INVALID_LINK: Kind(422, "A link can't be driven, or not after the link before it"),
-    ErrorCode.INVALID_CONDITIONS: Kind(422, "The conditions do not go together, or not with this vehicle"),
-    ErrorCode.ENERGY_GAIN: Kind(422, "The chosen link model gains energy on a round trip"),
-    ErrorCode.UNKNOWN_VEHICLE: Kind(404, "No vehicle of that id"),
-    ErrorCode.UNKNOWN_GRAPH: Kind(404, "No graph of that name"),
-    ErrorCode.UNKNOWN_EFFECTS: Kind(404, "No learned effects of that id"),
-    ErrorCode.UNKNOWN_DIAGNOSIS: Kind(404, "No diagnosis of that id"),
-    ErrorCode.UNKNOWN_TRIP: Kind(404, "No trip of that id in the diagnosis"),
-    ErrorCode.DIAGNOSIS_NOT_DONE: Kind(409, "Only a diagnosis that is done has this"),
-    ErrorCode.DIAGNOSIS_DAMAGED: Kind(409, "The stored diagnosis can't be read"),
-    ErrorCode.UNUSABLE_RECORDINGS: Kind(422, "None of the recordings can be used"),
-    ErrorCode.DIAGNOSIS_FAILED: Kind(422, "The recordings can't be diagnosed"),
-    ErrorCode.DIAGNOSIS_INTERRUPTED: Kind(503, "The diagnosis was interrupted"),
-    ErrorCode.POINT_OUTSIDE_MAP: Kind(404, "A place is outside the map"),
-    ErrorCode.POINT_FAR_FROM_ROAD: Kind(404, "A place is too far from any road"),
-    ErrorCode.NO_PATH: Kind(404, "No road leads to the goal"),
-    ErrorCode.VEHICLE_IS_BUNDLED: Kind(409, "A bundled vehicle can't be changed"),
-    ErrorCode.VEHICLE_DAMAGED: Kind(409, "The stored vehicle can't be read"),
-    ErrorCode.NOT_FOUND: Kind(404, "Nothing at this address"),
-    ErrorCode.METHOD_NOT_ALLOWED: Kind(405, "This address has no such method"),
-    ErrorCode.BODY_TOO_LARGE: Kind(413, "The request body is too large"),
-    ErrorCode.TOO_MANY_DIAGNOSES: Kind(429, "Too many diagnoses are waiting"),
-    ErrorCode.SEARCH_LIMIT: Kind(503, "The search grew beyond its limit"),
-    ErrorCode.TIME_LIMIT: Kind(503, "The answer took longer than allowed"),
-    ErrorCode.DATABASE_UNAVAILABLE: Kind(503, "The vehicle database can't be reached or written"),
-    ErrorCode.NOT_READY: Kind(503, "The service is starting"),
-    ErrorCode.INTERNAL: Kind(500, "A fault of the service"),
-}
 
 # names inside, on the left, are those of queries in SI units; on the right, those of requests
 REQUEST_FIELDS: Final[Mapping[str, str]] = {
@@ -272,14 +200,6 @@ HTTP_CODES: Final[Mapping[int, ErrorCode]] = {
     422: ErrorCode.INVALID_REQUEST,
 }
 
-# parts of a location that name a branch of a union, not a field
-BRANCHES: Final = frozenset(
-    {
-        *("named", "pair", "metric", "epa", "count", "values", "[key]"),
-        *(ID_BRANCH, PHYSICAL_BRANCH, TABLE_BRANCH, EFFECTS_ID_BRANCH, EFFECTS_BRANCH),
-    }
-)
-
 
 def problem_of(error: Exception, instance: str) -> Problem:
     """What is answered for an error; any that is not in the table is a fault of the service."""
@@ -294,141 +214,3 @@ def problem_of(error: Exception, instance: str) -> Problem:
             code, fields_of = TABLE[kind]
             return make_problem(code, str(error), fields_of(error), instance)
     return make_problem(ErrorCode.INTERNAL, "the request was understood but could not be answered", [], instance)
-
-
-def validation_detail(error: ValidationError) -> str:
-    """What is wrong with something that pydantic refused, in one line."""
-    return _validation_problem(error.errors(), "").detail.removeprefix("the body is ")
-
-
-def make_problem(code: ErrorCode, detail: str, fields: list[FieldProblem], instance: str) -> Problem:
-    """Problem details of one code."""
-    kind = KINDS[code]
-    return Problem(
-        type=f"urn:joulepath:problem:{code.value}",
-        title=kind.title,
-        status=kind.status,
-        detail=_shortened(detail, 1000),
-        instance=_shortened(instance, MAX_VALUE_CHARS),
-        code=code,
-        errors=fields,
-    )
-
-
-def problem_bytes(problem: Problem) -> bytes:
-    """A problem as JSON; refuses NaN and infinities, which JSON does not know."""
-    return json.dumps(problem.model_dump(mode="python"), allow_nan=False).encode("ascii")
-
-
-def problem_response(error: Exception, instance: str, headers: Mapping[str, str] | None = None) -> Response:
-    """The HTTP answer for an error."""
-    problem = problem_of(error, instance)
-    sent = dict(headers or {})
-    if problem.status in (429, 503):
-        sent.setdefault("Retry-After", "5")
-    return Response(problem_bytes(problem), problem.status, sent, media_type=PROBLEM_TYPE)
-
-
-def install_error_handlers(app: FastAPI, allowed_methods: Callable[[str], set[str]]) -> None:
-    """Answer every error of the table, of validation and of the framework as a problem.
-
-    allowed_methods: of an address; the framework names those of the first matching route only.
-    """
-
-    def handle(request: Request, error: Exception) -> Response:
-        headers = dict(error.headers or {}) if isinstance(error, HTTPException) else {}
-        if isinstance(error, HTTPException) and error.status_code == 405:
-            methods = allowed_methods(request.url.path)
-            headers |= {"Allow": ", ".join(sorted(methods))} if methods else {}
-        return problem_response(error, request.url.path, headers)
-
-    for kind in (*TABLE, RequestValidationError, HTTPException, Exception):
-        app.add_exception_handler(kind, handle)
-
-
-def _validation_problem(errors: Sequence[Any], instance: str) -> Problem:
-    if any(error["type"] == "json_invalid" for error in errors):
-        reason = str(errors[0].get("ctx", {}).get("error", errors[0]["msg"]))
-        field = _field("", None, f"valid JSON: {reason}")
-        return make_problem(ErrorCode.MALFORMED_JSON, f"the body is not valid JSON: {reason}", [field], instance)
-    fields = [_validation_field(error) for error in errors[:MAX_FIELDS]]
-    first = fields[0]
-    name, value = first.field or "the request", first.value
-    if errors[0]["type"] == "missing":
-        detail = f"{name} is missing, it is required"
-    else:
-        detail = f"{name} is {json.dumps(value, ensure_ascii=False)}, allowed: {first.allowed}"
-    if len(errors) > 1:
-        detail += f" (and {len(errors) - 1} more)"
-    return make_problem(ErrorCode.INVALID_REQUEST, detail, fields, instance)
-
-
-def _validation_field(error: Any) -> FieldProblem:
-    """The field, value and allowed range of one error that pydantic reports."""
-    context = error.get("ctx") or {}
-    path = _path(error["loc"])
-    kind, value = error["type"], error.get("input")
-    if kind == "refused":
-        name = ".".join(part for part in (path, context["field"]) if part)
-        return _field(name, context["value"], context["allowed"])
-    if kind == "missing":
-        return _field(path, None, "required")
-    if kind == "extra_forbidden":
-        return _field(path, value, "no field of this name")
-    if isinstance(value, bytes):
-        return _field(path, value.decode("utf-8", "replace"), "a JSON object, sent with Content-Type: application/json")
-    return _field(path, value, _allowed(kind, context, str(error["msg"])))
-
-
-def _allowed(kind: str, context: Mapping[str, object], message: str) -> str:
-    if kind in ("model_type", "model_attributes_type", "dict_type"):
-        return "an object"
-    if kind in ("too_short", "too_long"):
-        few = kind == "too_short"
-        return f"at least {context['min_length']} items" if few else f"at most {context['max_length']} items"
-    if kind == "string_pattern_mismatch":
-        return f"text that matches {context['pattern']}"
-    for start in ("Input should be ", "String should have ", "Value error, "):
-        message = message.removeprefix(start)
-    message = message.replace("greater than or equal to", "at least").replace("less than or equal to", "at most")
-    return message.replace("greater than", "above").replace("less than", "below")
-
-
-def _path(location: Sequence[str | int]) -> str:
-    path = ""
-    for depth, part in enumerate(location):
-        if isinstance(part, int):
-            path += f"[{part}]"
-        elif not (depth == 0 and part in ("body", "query", "path")) and part not in BRANCHES:
-            path += f".{part}" if path else part
-    return _shortened(path, MAX_VALUE_CHARS)
-
-
-def _field(field: str, value: object, allowed: str) -> FieldProblem:
-    return FieldProblem(field=field, value=_json_value(value), allowed=_shortened(allowed, 1000))
-
-
-def _json_value(value: object) -> JsonValue:
-    """A value as sent, in valid JSON and not too long."""
-    if value is None or isinstance(value, bool):
-        return value
-    if isinstance(value, float):
-        return value if math.isfinite(value) else str(value)
-    if isinstance(value, int):
-        return value if abs(value) < 2**63 else "an integer beyond 64 bits"
-    if isinstance(value, str):
-        return _shortened(value, MAX_VALUE_CHARS)
-    if isinstance(value, dict) and len(value) <= 2 and all(isinstance(v, (int, float)) for v in value.values()):
-        return {_shortened(str(k), MAX_VALUE_CHARS): _json_value(v) for k, v in value.items()}
-    if isinstance(value, dict):
-        return "an object"
-    if isinstance(value, (list, tuple)):
-        plain = len(value) <= 8 and all(isinstance(v, (int, float, str)) for v in value)
-        return [_json_value(v) for v in value] if plain else f"a list of {len(value)}"
-    return _shortened(str(value), MAX_VALUE_CHARS)
-
-
-def _shortened(text: str, limit: int) -> str:
-    """At most so many characters, lone surrogates replaced."""
-    text = text[: limit + 1].encode("utf-8", "replace").decode("utf-8")
-    return text if len(text) <= limit else text[: limit - 1] + "…"

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from app.errors.table import BodyTooLargeError, problem_response
+from app.errors.handlers import problem_response
+from app.errors.raised import BodyTooLargeError
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Message, Receive, Scope, Send

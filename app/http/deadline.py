@@ -6,7 +6,7 @@ import time
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from typing import TYPE_CHECKING, Protocol, TypeVar
 
-from app.errors.table import TimeLimitError
+from app.errors.raised import TimeLimitError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -2,69 +2,22 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-from app.conversions.conditions import conditions_from
-from app.schemas.simulation import DEFAULT_STOPS, SimulationModel
+from app.conversions.course import Course, Driven, stops_of
+from app.schemas.simulation import SimulationModel
 from energy.chain.chain import Chain, LinkModel, StopRule, simulate_chain
 from energy.chain.profile import chain_profile
 from energy.chain.timestep import simulate_timestep
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from app.schemas.simulation import SimulateRequest
-    from energy.chain.chain import ChainResult
     from energy.chain.profile import SpeedProfile
     from energy.chain.timestep import DriveResult
-    from energy.conditions import Conditions
     from energy.vehicle.files import AnyVehicle
-    from routing.graph.road_graph import RoadGraph
-    from routing.places import LinkSpan
-
-
-@dataclass(frozen=True, slots=True)
-class Course:
-    """Links to be driven, the vehicle with the effects that apply, and the conditions; spans and graph of a graph.
-
-    warnings: what is to be said with the answer.
-    """
-
-    chain: Chain
-    vehicle: AnyVehicle
-    conditions: Conditions
-    spans: Sequence[LinkSpan] = ()
-    graph: RoadGraph | None = None
-    warnings: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True, slots=True)
-class Driven:
-    """What driving a course takes; profile: where asked for."""
-
-    result: ChainResult | DriveResult
-    profile: SpeedProfile | None
-
-
-def course_of(
-    chain: Chain,
-    vehicle: AnyVehicle,
-    sent: SimulateRequest,
-    spans: Sequence[LinkSpan] = (),
-    graph: RoadGraph | None = None,
-    warnings: tuple[str, ...] = (),
-) -> Course:
-    """The course of a request; vehicle: with the effects of the request."""
-    return Course(chain, vehicle, conditions_from(sent.conditions), spans, graph, warnings)
-
-
-def stops_of(sent: SimulateRequest) -> StopRule:
-    """The stop rule of a request; the default depends on the model."""
-    return DEFAULT_STOPS[sent.model] if sent.stops is None else sent.stops
 
 
 def drive(course: Course, sent: SimulateRequest) -> Driven:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from pydantic import TypeAdapter, ValidationError
 
 from app.conversions.vehicle import detail_of_sent, sent_with_tables, vehicle_detail, vehicle_from_sent, vehicle_summary
-from app.errors.table import validation_detail
+from app.errors.validation import validation_detail
 from app.schemas.vehicle import MAX_ID_CHARS, VEHICLE_ID_PATTERN, SentVehicle, VehicleBody
 from app.schemas.vehicle_answer import VehicleList
 from app.store.errors import VehicleDamagedError, VehicleIsBundledError

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from pydantic import ValidationError
 
 from app.conversions.vehicle import INLINE_ID
-from app.errors.table import validation_detail
+from app.errors.validation import validation_detail
 from app.schemas.learned_effects import LearnedEffects
 from app.store.errors import DiagnosisDamagedError, EffectsNotFoundError
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from app.atlas import Atlas, graph_folders
 from app.conversions.conditions import vehicle_with_effects
+from app.conversions.course import course_of
 from app.conversions.graph import graph_detail, graph_summary
 from app.conversions.matrix import matrix_query
 from app.conversions.range import range_features, range_query
@@ -21,7 +22,7 @@ from app.schemas.range import RangeFeatureCollection, RangeRequest
 from app.schemas.route import RouteRequest, RouteResponse
 from app.schemas.simulation import SimulateRequest, SimulateResponse
 from app.schemas.vehicle_check import VehicleChecks
-from app.service.driving import course_of, drive, profiles, warm_up
+from app.service.driving import drive, profiles, warm_up
 from app.service.fleet import Fleet
 from app.service.learned import LearnedEffectsShelf, warnings_of
 from app.service.matrices import MatrixWork, check_places
@@ -39,10 +40,10 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
     from pathlib import Path
 
+    from app.conversions.course import Course
     from app.schemas.simulation import SimulationModel
     from app.schemas.vehicle import SentVehicle, VehicleChoice
     from app.schemas.vehicle_answer import AnyVehicleDetail, VehicleList
-    from app.service.driving import Course
     from app.settings import Settings
     from energy.chain.profile import SpeedProfile
     from energy.vehicle.files import AnyVehicle

@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from diagnosis.answer.results import Family, FitScore, TripAccount, TripTimeline
+from diagnosis.answer.results import FitScore, TripAccount, TripTimeline
+from diagnosis.causes.families import Family
 from diagnosis.causes.library import LIBRARY
 from diagnosis.causes.nuisance import PARAMETERS
 from diagnosis.fit.windows import summed
@@ -19,8 +20,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from diagnosis.fit.fitting import Model
     from diagnosis.fit.jackknife import Solution
+    from diagnosis.fit.model import Model
     from diagnosis.fit.windows import Trip, Windows
 
 DRAWS: Final = 2000

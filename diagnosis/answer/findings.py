@@ -2,21 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from diagnosis.answer.regimes import Axis, regimes
-from diagnosis.answer.results import Coefficient, Family, Finding, ParameterError, Rival, Unexplained
+from diagnosis.answer.results import Coefficient, Finding, Rival, Unexplained
 from diagnosis.answer.separation import sentence, separating
-from diagnosis.causes.nuisance import PARAMETERS
-from diagnosis.fit.fitting import BOX
-from diagnosis.fit.jackknife import FORM_SD_FRAC, additions, equations, solve
+from diagnosis.causes.families import Family
+from diagnosis.fit.jackknife import FORM_SD_FRAC
 from diagnosis.fit.levels import levels, trip_wind
+from diagnosis.fit.model import BOX
 from diagnosis.fit.scan import CELL_M, DRAWS, cell_centre_deg
-from diagnosis.fit.selection import LEAST_TRIPS, NULL_DRAWS
-from diagnosis.fit.windows import SENSORS, measured_size_j
+from diagnosis.fit.windows import measured_size_j
 from energy.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
@@ -25,19 +23,13 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from diagnosis.answer.regimes import Regime
-    from diagnosis.causes.library import Candidate
-    from diagnosis.causes.nuisance import Parameter
-    from diagnosis.fit.fitting import Model
-    from diagnosis.fit.jackknife import Equations
+    from diagnosis.causes.terms import Candidate
     from diagnosis.fit.levels import Level, TripWind
+    from diagnosis.fit.model import Model
     from diagnosis.fit.scan import Structure
 
 MOST_REGIMES: Final = 4
 LEAST_SHARE_FRAC: Final = 0.01
-ODD_FRAC: Final = 0.3  # of the energy that a trip moved
-ODD_TYPICAL: Final = 8.0  # typical errors
-MOST_ODD_FRAC: Final = 0.2
-GAINS: Final = ("acceleration_gain", "grade_gain")  # together the same as mass
 SHOWN_AXES: Final = (Axis.AMBIENT, Axis.SINCE_START, Axis.SPEED, Axis.STANDSTILL, Axis.POWER, Axis.SOC)
 
 
@@ -57,92 +49,6 @@ def findings(model: Model) -> tuple[Finding, ...]:
     if level is not None:
         told.append(_level_finding(level))
     return tuple(sorted(told, key=lambda one: -one.energy_share_frac))
-
-
-def parameter_errors(model: Model) -> tuple[ParameterError, ...]:
-    """Parameters that must differ from the file's, found like effects beside everything else that was found."""
-    system = _about_nameplate(model)
-    beside = [*(name for name in SENSORS if name not in GAINS)]
-    beside += [*(name for name in model.solution.names if name not in SENSORS and not _is_parameter(name))]
-    measured_j = measured_size_j(model.windows)
-    open_ = list(PARAMETERS)
-    wrong: list[Parameter] = []
-    while open_:
-        names = [*beside, *(one.name for one in wrong)]
-        added = additions(system, names, [one.name for one in open_])
-        gain = float(solve(system, names).losses.sum()) - added.losses.sum(axis=0)
-        share = np.abs(added.coefficients) * [_size_j(model, one.name) / measured_j for one in open_]
-        passes = (np.abs(added.z) >= model.threshold.z) & (share >= LEAST_SHARE_FRAC) & (gain > 0.0)
-        if not passes.any():
-            break
-        wrong.append(open_.pop(int(np.argmax(np.where(passes, gain, -np.inf)))))
-    solution = solve(system, [*beside, *(one.name for one in wrong)])
-    told = []
-    for one in wrong:
-        weights = np.array([float(name == one.name) for name in solution.names])
-        half, shift = solution.half_width(weights), solution.value(one.name)
-        nameplate = float(getattr(model.nameplate, one.name))
-        energy_j = shift * sum(float(trip.column(one.name).sum()) for trip in model.windows)
-        if abs(shift) <= half or abs(energy_j) < LEAST_SHARE_FRAC * measured_j:
-            continue  # another parameter that came later has taken it over
-        if not one.least <= nameplate + shift <= one.most:
-            continue  # no vehicle has that
-        others = [
-            other.name for other in PARAMETERS if other not in wrong and _alike(system, beside, wrong, one, other)
-        ]
-        told.append(
-            ParameterError(
-                parameter=one.name,
-                family=one.family,
-                unit=one.unit,
-                nameplate=nameplate,
-                fitted=nameplate + shift,
-                ci95=(nameplate + shift - half, nameplate + shift + half),
-                energy_kwh=energy_j / JOULE_PER_KWH,
-                energy_share_frac=energy_j / measured_j,
-                aliases=(*one.aliases, *others),
-                text=f"{one.name} is {nameplate:.4g} {one.unit} in the vehicle's file; the drives ask for"
-                f" {nameplate + shift:.4g} ± {half:.2g}.",
-            )
-        )
-    return tuple(told)
-
-
-def odd_trips(model: Model) -> dict[str, Unexplained]:
-    """Trips by the fit of the others so far off that they are no drives of this vehicle, or no sound recordings.
-
-    Only few can be; more would say that the model is wrong for all.
-    """
-    names, errors, left_j = [], [], []
-    for k, trip in enumerate(model.windows):
-        left = float((model.left_w(k, left_out=True) * trip.duration_s).sum())
-        names.append(trip.trip_id)
-        left_j.append(left)
-        errors.append(left / max(float(np.abs(trip.measured_j).sum()), 1.0))
-    values = np.array(errors)
-    away = np.abs(values - np.median(values))
-    typical = 1.4826 * float(np.median(away))
-    odd = away > max(ODD_FRAC, ODD_TYPICAL * typical)
-    if not 0 < int(odd.sum()) <= MOST_ODD_FRAC * odd.size or odd.size - int(odd.sum()) < LEAST_TRIPS:
-        return {}
-    level = levels(model)
-    if (
-        level is not None
-        and set(np.array(names)[odd].tolist()) <= set(level.trips)
-        and len(level.trips) > int(odd.sum())
-    ):
-        return {}  # a box or a load that other trips carry too
-    told = {}
-    for k in np.flatnonzero(odd).tolist():
-        mean_w = left_j[k] / float(model.windows[k].duration_s.sum())
-        text = (
-            f"Trip {names[k]} took {values[k]:+.0%} of the energy that it moved more than the others tell: another"
-            " vehicle or load, or a faulty recording. It was left out of the fit."
-        )
-        told[names[k]] = Unexplained(
-            "trip", "", float(k), float(k), mean_w, None, left_j[k] / JOULE_PER_KWH, 1.0 / NULL_DRAWS, (names[k],), text
-        )
-    return told
 
 
 def unexplained(model: Model) -> tuple[Unexplained, ...]:
@@ -296,34 +202,3 @@ def _told(model: Model, structure: Structure, mean_w: float, k: int) -> Unexplai
         text=f"{mean_w:+.0f} ± {half_w:.0f} W {where}, {energy_kwh:.2f} kWh on {len(structure.trips)} trips, that no"
         " effect of the library explains.",
     )
-
-
-def _about_nameplate(model: Model) -> Equations:
-    """The equations of what the vehicle's file leaves, its parameters about those of the file."""
-    shifts = {one.name: _shift(model, one) for one in PARAMETERS}
-    moved = []
-    for trip in model.windows:
-        more_j = sum((shift * trip.column(name) for name, shift in shifts.items()), np.zeros(trip.begin_s.size))
-        moved.append(replace(trip, simulated_j=trip.simulated_j - more_j))
-    return equations(moved, model.roots, model.system.precision, np.zeros_like(model.system.precision))
-
-
-def _shift(model: Model, one: Parameter) -> float:
-    return float(getattr(model.vehicle, one.name)) - float(getattr(model.nameplate, one.name))
-
-
-def _size_j(model: Model, name: str) -> float:
-    return sum(abs(float(trip.column(name).sum())) for trip in model.windows)
-
-
-def _is_parameter(name: str) -> bool:
-    return any(one.name == name for one in PARAMETERS)
-
-
-def _alike(
-    system: Equations, beside: Sequence[str], wrong: Sequence[Parameter], one: Parameter, other: Parameter
-) -> bool:
-    """Whether another parameter in the place of one loses no more on trips left out than chance would."""
-    names = [*beside, *(each.name for each in wrong if each is not one)]
-    worse = additions(system, names, [other.name]).losses[:, 0] - additions(system, names, [one.name]).losses[:, 0]
-    return bool(worse.sum() <= 2.0 * worse.std(ddof=1) * np.sqrt(worse.size))

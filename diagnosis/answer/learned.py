@@ -12,10 +12,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from diagnosis.causes.library import CABIN_K, Candidate
+from diagnosis.causes.library import CABIN_K
 from diagnosis.causes.nuisance import PARAMETERS
-from diagnosis.fit.fitting import companion_precision, moved, priors, with_wholes
+from diagnosis.causes.terms import Candidate
+from diagnosis.fit.fitting import moved
 from diagnosis.fit.jackknife import additions, equations, solve
+from diagnosis.fit.model import companion_precision, priors, with_wholes
 from diagnosis.fit.windows import TANGENTS, windows
 from energy.conditions import Conditions
 from energy.errors import EnergyError
@@ -27,8 +29,8 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from diagnosis.answer.results import Diagnosis, Interval
-    from diagnosis.fit.fitting import Model
     from diagnosis.fit.jackknife import Solution
+    from diagnosis.fit.model import Model
     from diagnosis.fit.windows import Trip
     from energy.vehicle.vehicle import Vehicle
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Final
 
-from diagnosis.answer.results import Family
+from diagnosis.causes.families import Family
 
 SENTENCES: Final = {
     "cabin_heating": "Heating the cabin in the cold",

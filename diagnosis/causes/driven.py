@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from energy.conditions import STILL, Conditions
 from energy.replay.replay import SMOOTHING_M, graded, replay
 from energy.units import GRAVITY_MPS2
 
@@ -185,3 +186,10 @@ def _smoothed(values: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 __all__ = ["ROUGHER_M", "Driven", "driven", "rougher_grade", "wheel_force_n", "with_vehicle"]
+
+
+def median_ambient(recording: Recording) -> Conditions:
+    """Conditions with the median of the recorded air temperature, those of the source's model where it has none."""
+    if recording.ambient_k is None:
+        return STILL
+    return Conditions(ambient_k=float(np.nanmedian(recording.ambient_k)))

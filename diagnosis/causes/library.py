@@ -7,12 +7,12 @@ work at the wheels, is that of the step.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from diagnosis.answer.results import Family
+from diagnosis.causes.families import Family
+from diagnosis.causes.terms import Candidate, Shape, Term
 from energy.conditions import Conditions
 from energy.force.effects import REFERENCE_K, RESISTANCE_REFERENCE_K, air_density_factor
 from energy.units import GRAVITY_MPS2, KMH_PER_MPS, ZERO_CELSIUS_K
@@ -27,64 +27,6 @@ if TYPE_CHECKING:
 CABIN_K: Final = 294.15
 FULL_SOC: Final = 0.85  # from here on a full battery may refuse recuperation
 RESTART_S: Final = 10.0  # from the start on, in which a battery has the temperature that it was parked with
-
-
-@dataclass(frozen=True, slots=True)
-class Shape:
-    """What bends a term: its name, unit, the values that are tried, and the range it is refined in."""
-
-    name: str
-    unit: str
-    grid: tuple[float, ...]
-    low: float
-    high: float
-
-
-@dataclass(frozen=True, slots=True)
-class Term:
-    """One coefficient of an effect.
-
-    energy_j: of one unit of it on a drive, for a value of the shape (NaN without one), float64 (n,). positive: whether
-    it can only be ≥ 0; most: what no such thing exceeds. channels: what must have been recorded. oscillates: whether it
-    adds and gives back in turn, so that its size is not its sum.
-    """
-
-    effect: str
-    name: str
-    unit: str
-    family: Family
-    energy_j: Callable[[Driven, float], NDArray[np.float64]]
-    shape: Shape | None = None
-    positive: bool = True
-    channels: tuple[str, ...] = ()
-    needs_ambient: bool = False
-    oscillates: bool = False
-    most: float = float("inf")
-
-    def known_on(self, drive: Driven) -> bool:
-        """Whether a drive has recorded what the term needs."""
-        if self.needs_ambient and drive.ambient_k is None:
-            return False
-        return all(name in drive.channels for name in self.channels)
-
-    def column_j(self, drive: Driven, shape: float) -> NDArray[np.float64]:
-        """Energy of one unit on a drive, float64 (n,) [J]; 0 where the drive does not know what it needs."""
-        return self.energy_j(drive, shape) if self.known_on(drive) else np.zeros_like(drive.duration_s)
-
-
-@dataclass(frozen=True, slots=True)
-class Candidate:
-    """A term at one value of its shape, NaN where it has none."""
-
-    term: Term
-    shape: float
-
-    @property
-    def label(self) -> str:
-        """Name of the term, with its shape where it has one."""
-        if self.term.shape is None:
-            return self.term.name
-        return f"{self.term.name}@{self.shape:g}"
 
 
 TAU: Final = Shape("time_constant", "s", (120.0, 300.0, 600.0, 1200.0), 40.0, 3600.0)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from diagnosis.answer.results import Family
+from diagnosis.causes.families import Family
 from energy.replay.replay import replay
 from energy.units import GRAVITY_MPS2
 from energy.vehicle.vehicle import CHECKED_SPEED_MPS

@@ -88,13 +88,6 @@ class Coverage:
     half_width_frac: float
 
 
-def median_ambient(recording: Recording) -> Conditions:
-    """Conditions with the median of the recorded air temperature, those of the source's model where it has none."""
-    if recording.ambient_k is None:
-        return STILL
-    return Conditions(ambient_k=float(np.nanmedian(recording.ambient_k)))
-
-
 def source_model(recording: Recording) -> Conditions:
     """Conditions of the source's model: no effect at all."""
     del recording

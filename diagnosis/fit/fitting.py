@@ -2,79 +2,33 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from numpy.typing import NDArray
 
-from diagnosis.answer.results import Family
 from diagnosis.causes.driven import with_vehicle
-from diagnosis.causes.library import Candidate, candidates
-from diagnosis.causes.nuisance import PARAMETERS, SENSOR_COLUMNS
+from diagnosis.causes.families import Family
+from diagnosis.causes.library import candidates
+from diagnosis.causes.nuisance import PARAMETERS
+from diagnosis.causes.terms import Candidate
 from diagnosis.fit.jackknife import additions, equations, solve
-from diagnosis.fit.noise import estimated
-from diagnosis.fit.scan import Box, boxes, leading, only, scan, strongest
-from diagnosis.fit.selection import Selection, alone_z, rivals, scatter_of, select, still_standing, threshold
-from diagnosis.fit.windows import FREE, measured_size_j, windows
+from diagnosis.fit.model import BOX, Model, _equations, _held, _read, left_w, priors
+from diagnosis.fit.selection import Selection, scatter_of, select, still_standing, threshold
+from diagnosis.fit.structures import _with_structures
+from diagnosis.fit.windows import FREE, windows
 from energy.errors import VehicleError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Sequence
 
-    from diagnosis.fit.jackknife import Equations, Solution
-    from diagnosis.fit.noise import Noise
-    from diagnosis.fit.scan import Scanned, Structure
-    from diagnosis.fit.selection import Threshold
-    from diagnosis.fit.windows import Trip, Windows
+    from diagnosis.fit.jackknife import Solution
+    from diagnosis.fit.windows import Trip
     from energy.vehicle.vehicle import Vehicle
 
 ROUNDS: Final = 3  # of noise and selection, which depend on each other
 SHAPES: Final = 9  # tried between the neighbours of a shape of the grid
-TRIP_SD_FRAC: Final = 0.02  # of a trip's energy, that its whole may be off
-COMPANION_SHARE: Final = 0.03  # of the energy: how much a term that does not stand out may well hold
 ACCOMPANYING: Final = ("rolling_temp_per_k",)  # beside thermal terms
-MOST_STRUCTURES: Final = 3
-HOPES: Final = 2
-BOX: Final = "structure"
-
-
-@dataclass(frozen=True, slots=True)
-class Model:
-    """A fitted model: everything that predictions and findings are read from.
-
-    vehicle: about which energies are linear; nameplate: of the file. base: parameters and sensors alone, with the noise
-    that they leave. companions: terms that are not claimed but fitted about none, since a car that heats its cabin
-    will cool it too. solution: with what was found, companions and structures, in that order behind the free columns.
-    """
-
-    vehicle: Vehicle
-    nameplate: Vehicle
-    trips: tuple[Trip, ...]
-    windows: tuple[Windows, ...]
-    noise: Noise
-    roots: tuple[NDArray[np.float64], ...]
-    system: Equations
-    base: Solution
-    threshold: Threshold
-    found: tuple[Candidate, ...]
-    rivals: Mapping[str, tuple[Candidate, ...]]
-    z: Mapping[str, float]
-    shape_ci95: Mapping[str, tuple[float, float]]
-    structures: tuple[Structure, ...]
-    companions: tuple[Candidate, ...]
-    solution: Solution
-
-    def left_w(self, k: int, *, left_out: bool = False) -> NDArray[np.float64]:
-        """What the model leaves of the power of a fitted trip's windows; left_out: by the fit of the others."""
-        beta = self.solution.without[k] if left_out else self.solution.coefficients
-        return left_w(self.windows[k], self.solution, beta)
-
-
-def left_w(trip: Windows, solution: Solution, beta: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Residual power of a trip's windows after coefficients of a solution, float64 (n,) [W]."""
-    columns = trip.columns_j[:, [trip.names.index(name) for name in solution.names]]
-    return np.asarray((trip.residual_j() - columns @ beta) / trip.duration_s, np.float64)
 
 
 def fit(
@@ -163,32 +117,6 @@ def _linear_fit(
     )
 
 
-def priors(
-    names: Sequence[str], vehicle: Vehicle, nameplate: Vehicle
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Precision and mean of each column's prior: parameters about the file's values, sensors about none."""
-    precision, prior = np.zeros(len(names)), np.zeros(len(names))
-    for one in PARAMETERS:
-        k = names.index(one.name)
-        precision[k] = 1.0 / one.sd_of(float(getattr(nameplate, one.name))) ** 2
-        prior[k] = float(getattr(nameplate, one.name)) - float(getattr(vehicle, one.name))
-    for sensor in SENSOR_COLUMNS:
-        precision[names.index(sensor.name)] = 1.0 / sensor.sd**2
-    return precision, prior
-
-
-def _equations(
-    cut: Sequence[Windows],
-    left: Sequence[NDArray[np.float64]],
-    window_s: float,
-    precision: NDArray[np.float64],
-    prior: NDArray[np.float64],
-) -> tuple[Noise, list[NDArray[np.float64]], Equations]:
-    noise = estimated(cut, left, window_s)
-    roots = [noise.root(trip) for trip in cut]
-    return noise, roots, equations(cut, roots, precision, prior)
-
-
 def _finished(model: Model, seed: int, on_step: Callable[[str], None]) -> Model:
     """With refined shapes, structures that no effect explains, and without effects that those take over."""
     on_step("refining shapes")
@@ -240,64 +168,6 @@ def _between(one: Candidate) -> tuple[Candidate, ...]:
     return tuple(Candidate(one.term, float(value)) for value in sorted(values))
 
 
-def _read(model: Model, found: Sequence[Candidate]) -> Model:
-    """The model with other terms and the structures that it has."""
-    free = [*FREE, *(f"{BOX}{k}" for k in range(len(model.structures)))]
-    tried = candidates([trip.drive for trip in model.trips])
-    pool = tuple(dict.fromkeys((*found, *tried)))
-    return replace(
-        model,
-        found=tuple(found),
-        rivals={one.label: rivals(model.system, free, pool, found, one, model.threshold.z) for one in found},
-        z={one.label: alone_z(model.system, free, found, one) for one in found},
-        solution=_solution(model, found),
-    )
-
-
-def _solution(model: Model, found: Sequence[Candidate]) -> Solution:
-    """The fit of found terms, companions, each about none by COMPANION_SHARE of the energy, and structures."""
-    companions = [one for one in model.companions if all(one.term is not other.term for other in found)]
-    labels = [one.label for one in companions]
-    system = with_wholes(_held(model, labels), model.windows)
-    boxed = [f"{BOX}{k}" for k in range(len(model.structures))]
-    while True:
-        solution = solve(system, [*FREE, *(one.label for one in found), *labels, *boxed])
-        most = {one.label: one.term.most for one in companions}
-        wrong = [label for label in labels if not 0.0 <= solution.value(label) <= most[label]]
-        if not wrong:
-            return solution
-        labels = [label for label in labels if label not in wrong]
-
-
-def with_wholes(system: Equations, trips: Sequence[Windows]) -> Equations:
-    """The equations with trips' whole energies counted beside their windows, each as if known to TRIP_SD_FRAC.
-
-    What is wanted of a fit is the energy of a trip; windows alone would trade it for steady stretches.
-    """
-    gram, vector = system.gram.copy(), system.vector.copy()
-    for k, trip in enumerate(trips):
-        size_j = TRIP_SD_FRAC * max(abs(float(trip.measured_j.sum())), 1.0)
-        whole = trip.columns_j.sum(axis=0) / size_j
-        gram[k] += np.outer(whole, whole)
-        vector[k] += whole * float(trip.residual_j().sum()) / size_j
-    return replace(system, gram=gram, vector=vector)
-
-
-def _held(model: Model, labels: Sequence[str]) -> Equations:
-    """The equations with a prior about 0 on some terms."""
-    return replace(model.system, precision=companion_precision(model.system, model.windows, labels))
-
-
-def companion_precision(system: Equations, trips: Sequence[Windows], labels: Sequence[str]) -> NDArray[np.float64]:
-    """Precision of all columns with some held about 0 by COMPANION_SHARE of the energy, float64 (p,)."""
-    precision = system.precision.copy()
-    measured_j = measured_size_j(trips)
-    for label in labels:
-        size_j = sum(abs(float(trip.column(label).sum())) for trip in trips)
-        precision[system.names.index(label)] = (size_j / (COMPANION_SHARE * measured_j)) ** 2
-    return precision
-
-
 def _accompanied(model: Model) -> Model:
     """The model with terms of heat and cold that were not found, where something that depends on temperature was.
 
@@ -321,113 +191,6 @@ def _accompanied(model: Model) -> Model:
         if 0.0 < float(added.coefficients[best]) <= term.most:
             chosen.append(shapes[best])
     return _read(replace(model, companions=tuple(chosen)), model.found)
-
-
-def _with_structures(model: Model, seed: int) -> Model:
-    """The model with what no effect explains, one structure after the other, the strongest first.
-
-    Axes on which found effects live themselves are left out: what departs there is their own form.
-    """
-    places = boxes(model.windows, _own_axes(model.found))
-    while len(model.structures) < MOST_STRUCTURES:
-        grown = _grown(model, places, seed + len(model.structures))
-        if grown is None:
-            break
-        model = grown
-    return model
-
-
-Places = tuple[tuple[Box, ...], list[NDArray[np.float64]]]
-
-
-def _grown(model: Model, places: Places, seed: int) -> Model | None:
-    """The model with one structure more, or None where nothing passes.
-
-    Structure that is left in the residuals makes their noise larger, so that it hides itself and its bounds. Noise is
-    therefore estimated anew with the structure in the model, and the structure's axis looked at again. Where nothing
-    passes at once, the two axes that stand out most are given the same chance.
-    """
-    scanned = _scanned(model, places, seed)
-    if scanned is None:
-        return None
-    structure = strongest(scanned, model.windows, model.threshold.z)
-    hopes = [structure] if structure is not None else leading(scanned, model.windows, HOPES)
-    for hope in hopes:
-        grown = _with_structure(model, hope)
-        if grown is None:
-            continue
-        calmer = _renoised(model, grown)
-        again = _scanned(calmer, only(places, hope.box.axis), seed)
-        better = None if again is None else strongest(again, calmer.windows, calmer.threshold.z)
-        if better is not None:
-            return _with_structure(calmer, better)
-        if structure is not None:
-            return grown
-    return None
-
-
-def _scanned(model: Model, places: Places, seed: int) -> Scanned | None:
-    names = model.solution.names
-    index = model.system.index(names)
-    precision = _held(model, [one.label for one in model.companions]).precision[index]
-    return scan(
-        model.windows,
-        model.roots,
-        [_powers(trip, names) for trip in model.windows],
-        precision,
-        precision * model.system.prior[index],
-        scatter_of(model.system, model.solution),
-        seed,
-        places,
-    )
-
-
-def _renoised(model: Model, grown: Model) -> Model:
-    """The model without its last structure, with the noise that is left with it."""
-    left = [grown.left_w(k, left_out=True) for k in range(len(grown.windows))]
-    noise = estimated(grown.windows, left, grown.noise.window_s)
-    roots = tuple(noise.root(trip) for trip in model.windows)
-    system = equations(model.windows, roots, model.system.precision, model.system.prior)
-    return _read(replace(model, noise=noise, roots=roots, system=system), model.found)
-
-
-def _own_axes(found: Sequence[Candidate]) -> frozenset[str]:
-    if any(one.term.needs_ambient or one.term.family is Family.THERMAL for one in found):
-        return frozenset(("ambient", "battery_temperature"))
-    return frozenset()
-
-
-def _powers(trip: Windows, names: Sequence[str]) -> NDArray[np.float64]:
-    columns = trip.columns_j[:, [trip.names.index(name) for name in names]]
-    return np.asarray(columns / trip.duration_s[:, None], np.float64)
-
-
-def _with_structure(model: Model, structure: Structure) -> Model | None:
-    """The structure as one more free column, without terms that only stood in for it; None where it stands in for them.
-
-    A term that no longer stands out beside the structure goes, if the structure alone predicts left-out trips better
-    than the term alone.
-    """
-    label = f"{BOX}{len(model.structures)}"
-    cut = tuple(
-        replace(
-            trip,
-            names=(*trip.names, label),
-            columns_j=np.column_stack((trip.columns_j, inside * trip.duration_s)),
-        )
-        for trip, inside in zip(model.windows, structure.inside, strict=True)
-    )
-    precision, prior = (np.append(values, 0.0) for values in (model.system.precision, model.system.prior))
-    system = equations(cut, model.roots, precision, prior)
-    structures = (*model.structures, structure)
-    free = [*FREE, *(f"{BOX}{k}" for k in range(len(structures)))]
-    kept = still_standing(system, free, model.found, cut, model.threshold.z)
-    if len(kept) < len(model.found):
-        by_terms = solve(system, [*free[:-1], *(one.label for one in model.found)])
-        by_structure = solve(system, [*free, *(one.label for one in kept)])
-        if by_terms.losses.sum() <= by_structure.losses.sum():
-            return None
-    return _read(replace(model, windows=cut, system=system, structures=structures), kept)
 
 
 __all__ = ["BOX", "Model", "Selection", "fit", "left_w", "moved", "priors"]

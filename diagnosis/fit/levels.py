@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from diagnosis.answer.results import Family
+from diagnosis.causes.families import Family
 from diagnosis.fit.jackknife import equations, solve
 from diagnosis.fit.noise import KERNELS, whitened
 from diagnosis.fit.windows import measured_size_j, summed
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from diagnosis.causes.driven import Driven
-    from diagnosis.fit.fitting import Model
+    from diagnosis.fit.model import Model
 
 LEVEL: Final = "level of some trips"
 LEAST_TRIPS: Final = 8  # fewer have no bulk that others stand out from

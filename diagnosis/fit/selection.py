@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from diagnosis.causes.library import Candidate
+    from diagnosis.causes.terms import Candidate
     from diagnosis.fit.jackknife import Additions, Equations, Solution
     from diagnosis.fit.windows import Windows
 

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from diagnosis.causes.driven import Driven
-    from diagnosis.causes.library import Candidate
+    from diagnosis.causes.terms import Candidate
     from diagnosis.recordings.reading import Recording
     from energy.replay.replay import DrivenProfile
 

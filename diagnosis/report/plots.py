@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from diagnosis.answer.regimes import Axis
-from diagnosis.answer.results import Family, TripTimeline
+from diagnosis.answer.results import TripTimeline
+from diagnosis.causes.families import Family
 from diagnosis.report.axes import (
     LETTER_PX,
     Frame,

@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING, Final
 
 from diagnosis.answer.regimes import EDGES, Axis
-from diagnosis.answer.results import Family
+from diagnosis.causes.families import Family
 from diagnosis.fit.selection import LEAST_TRIPS
 
 if TYPE_CHECKING:

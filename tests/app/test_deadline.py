@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import pytest
 
-from app.errors.table import TimeLimitError
+from app.errors.raised import TimeLimitError
 from app.http.deadline import DeadlinePool
 
 THREADS = 2

@@ -9,7 +9,10 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from starlette.testclient import TestClient
 
-from app.errors.table import HTTP_CODES, KINDS, TABLE, TimeLimitError, problem_response
+from app.errors.handlers import problem_response
+from app.errors.problems import KINDS
+from app.errors.raised import TimeLimitError
+from app.errors.table import HTTP_CODES, TABLE
 from app.http.deadline import DeadlinePool
 from app.main import create_app
 from app.schemas.problem import ErrorCode

@@ -10,12 +10,12 @@ from types import MappingProxyType
 import numpy as np
 import pytest
 
+from diagnosis.causes.driven import median_ambient
 from diagnosis.comparison.coverage import (
     TripPrediction,
     at_terminals,
     coverage,
     coverage_png,
-    median_ambient,
     predict,
     source_model,
     wilson_interval,

@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.answer.results import Family, Verdict, as_json
+from diagnosis.answer.results import Verdict
+from diagnosis.answer.results_json import as_json
+from diagnosis.causes.families import Family
 from diagnosis.engine import DiagnosisSettings, diagnose
 from diagnosis.errors import DiagnosisCancelled, DiagnosisError
 from diagnosis.recordings.reading import Recording

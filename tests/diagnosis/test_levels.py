@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.answer.results import Family
 from diagnosis.causes.driven import driven
+from diagnosis.causes.families import Family
 from diagnosis.engine import diagnose
 from energy.vehicle.files import load_vehicle
 from tests.diagnosis.planted_drives import drive

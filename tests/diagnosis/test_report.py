@@ -15,7 +15,6 @@ from diagnosis.answer.regimes import EDGES, Axis, Regime
 from diagnosis.answer.results import (
     Coefficient,
     Diagnosis,
-    Family,
     Finding,
     FitScore,
     ParameterError,
@@ -27,6 +26,7 @@ from diagnosis.answer.results import (
     Unexplained,
     Verdict,
 )
+from diagnosis.causes.families import Family
 from diagnosis.report.page import report_html
 from diagnosis.report.style import CSS
 

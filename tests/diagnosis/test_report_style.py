@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from diagnosis.answer.results import Family
+from diagnosis.causes.families import Family
 from diagnosis.report.plots import family_class
 from diagnosis.report.style import CSS
 

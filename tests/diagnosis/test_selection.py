@@ -10,8 +10,9 @@ import pytest
 
 from diagnosis.causes.driven import driven
 from diagnosis.causes.library import candidates
-from diagnosis.fit.fitting import fit, priors
+from diagnosis.fit.fitting import fit
 from diagnosis.fit.jackknife import equations, solve
+from diagnosis.fit.model import priors
 from diagnosis.fit.noise import estimated
 from diagnosis.fit.selection import LEAST_Z, scatter_of, select, still_standing, threshold
 from diagnosis.fit.windows import FREE, trip_of, windows

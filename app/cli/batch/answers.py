@@ -12,7 +12,8 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import ValidationError
 
 from app.cli.batch.opening import opened
-from app.errors.table import make_problem, problem_of
+from app.errors.problems import make_problem
+from app.errors.table import problem_of
 from app.schemas.problem import ErrorCode, FieldProblem
 from app.schemas.route import RouteRequest
 

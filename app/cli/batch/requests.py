@@ -7,7 +7,7 @@ import json
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
-from app.cli.commands.output import CommandError
+from app.errors.raised import CommandError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

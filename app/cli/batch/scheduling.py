@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, Final, TypeVar
 
-from app.cli.commands.output import CommandError
+from app.errors.raised import CommandError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Iterator

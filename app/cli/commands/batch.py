@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 
 from app.cli.commands.effects import EffectsOption, effects_choice
-from app.cli.commands.output import CommandError, GraphOption, JsonOption, print_json, print_notes, service_for
+from app.cli.commands.output import GraphOption, JsonOption, print_json, print_notes, service_for
 from app.cli.commands.progress import stage_bars, whole_reporter
 from app.cli.commands.queries import (
     ConditionOption,
@@ -25,6 +25,7 @@ from app.cli.commands.queries import (
     conditions_from_pairs,
     weights_from_text,
 )
+from app.errors.raised import CommandError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

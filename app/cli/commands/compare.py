@@ -13,7 +13,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from app.cli.commands.output import CommandError
+from app.errors.raised import CommandError
 
 if TYPE_CHECKING:
     from diagnosis.comparison.comparison import SeriesComparison

@@ -12,8 +12,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from app.cli.commands.output import CommandError, GraphOption, service_for
+from app.cli.commands.output import GraphOption, service_for
 from app.cli.commands.progress import reporter, stage_bars, whole_reporter
+from app.errors.raised import CommandError
 
 if TYPE_CHECKING:
     from app.service.service import Service

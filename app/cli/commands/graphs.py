@@ -9,8 +9,9 @@ import typer
 from rich.console import Console
 
 from app.cli import tables
-from app.cli.commands.output import CommandError, JsonOption, service_for, show
+from app.cli.commands.output import JsonOption, service_for, show
 from app.cli.commands.progress import reporter, stage_bars
+from app.errors.raised import CommandError
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -7,7 +7,7 @@ import sys
 from pathlib import Path
 from typing import Final
 
-from app.cli.commands.output import CommandError
+from app.errors.raised import CommandError
 
 STANDARD_INPUT: Final = Path("-")
 

@@ -26,10 +26,6 @@ GraphOption = Annotated[str | None, typer.Option("--graph", help="name of a grap
 JsonOption = Annotated[bool, typer.Option("--json", help="print what HTTP would answer")]
 
 
-class CommandError(Exception):
-    """A command that can't be carried out, with the reason as its message."""
-
-
 def service_for(graph: str | None) -> Service:
     """The service on the stored graphs, or on the one graph of a folder, which then is the default."""
     from app.service.service import Service

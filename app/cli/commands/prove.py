@@ -12,8 +12,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from app.cli.commands.output import CommandError
 from app.cli.commands.progress import reporter, stage_bars
+from app.errors.raised import CommandError
 from app.settings import Settings
 
 if TYPE_CHECKING:

@@ -14,7 +14,8 @@ from rich.console import Console
 
 from app.cli import tables
 from app.cli.commands.json_files import json_in
-from app.cli.commands.output import CommandError, JsonOption, print_json, service_for, show
+from app.cli.commands.output import JsonOption, print_json, service_for, show
+from app.errors.raised import CommandError
 
 if TYPE_CHECKING:
     from app.schemas.vehicle import SentVehicle

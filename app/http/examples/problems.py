@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from app.errors.table import KINDS, PROBLEM_TYPE, make_problem
+from app.errors.problems import KINDS, PROBLEM_TYPE, make_problem
 from app.schemas.problem import ErrorCode, FieldProblem, Problem
 
 EXAMPLES: Final = {

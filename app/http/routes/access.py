@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 from fastapi import Depends, Request, Response
 from fastapi.responses import JSONResponse
 
-from app.errors.table import NotReadyError
+from app.errors.raised import NotReadyError
 from app.http.deadline import DeadlinePool
 from app.service.service import Service
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Final
 from fastapi import APIRouter, Depends, Path, Request, Response
 
 from app.diagnosing.use_cases import Diagnoses, UploadedFile
-from app.errors.table import NotReadyError
+from app.errors.raised import NotReadyError
 from app.http.examples.answers import (
     DIAGNOSIS_ANSWER,
     DIAGNOSIS_LIST,

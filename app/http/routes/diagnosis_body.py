@@ -12,7 +12,7 @@ from starlette.datastructures import UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 
 from app.errors.diagnosing import MalformedFormError, SourceError, UnsupportedMediaTypeError
-from app.errors.table import BodyTooLargeError
+from app.errors.raised import BodyTooLargeError
 from app.schemas.diagnosis import MAX_PATTERNS, MAX_RECORDINGS, DiagnosisOptions, DiagnosisRequest
 from diagnosis.holdout import MOST_FRAC
 

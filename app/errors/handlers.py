@@ -1,0 +1,41 @@
+"""Problems as answers of the HTTP application."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from fastapi import FastAPI, Request, Response
+from fastapi.exceptions import RequestValidationError
+from starlette.exceptions import HTTPException
+
+from app.errors.problems import PROBLEM_TYPE, problem_bytes
+from app.errors.table import TABLE, problem_of
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+
+def problem_response(error: Exception, instance: str, headers: Mapping[str, str] | None = None) -> Response:
+    """The HTTP answer for an error."""
+    problem = problem_of(error, instance)
+    sent = dict(headers or {})
+    if problem.status in (429, 503):
+        sent.setdefault("Retry-After", "5")
+    return Response(problem_bytes(problem), problem.status, sent, media_type=PROBLEM_TYPE)
+
+
+def install_error_handlers(app: FastAPI, allowed_methods: Callable[[str], set[str]]) -> None:
+    """Answer every error of the table, of validation and of the framework as a problem.
+
+    allowed_methods: of an address; the framework names those of the first matching route only.
+    """
+
+    def handle(request: Request, error: Exception) -> Response:
+        headers = dict(error.headers or {}) if isinstance(error, HTTPException) else {}
+        if isinstance(error, HTTPException) and error.status_code == 405:
+            methods = allowed_methods(request.url.path)
+            headers |= {"Allow": ", ".join(sorted(methods))} if methods else {}
+        return problem_response(error, request.url.path, headers)
+
+    for kind in (*TABLE, RequestValidationError, HTTPException, Exception):
+        app.add_exception_handler(kind, handle)

@@ -1,0 +1,113 @@
+"""Problem details (RFC 9457), and the table of all kinds."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from pydantic import JsonValue
+
+from app.schemas.problem import ErrorCode, FieldProblem, Problem
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+
+PROBLEM_TYPE: Final = "application/problem+json"
+MAX_FIELDS: Final = 20
+MAX_VALUE_CHARS: Final = 200
+
+
+@dataclass(frozen=True, slots=True)
+class Kind:
+    """Status and title of one error code."""
+
+    status: int
+    title: str
+
+
+KINDS: Final[Mapping[ErrorCode, Kind]] = {
+    ErrorCode.INVALID_REQUEST: Kind(422, "A field of the request is missing, unknown or out of range"),
+    ErrorCode.MALFORMED_JSON: Kind(422, "The request body can't be read as JSON"),
+    ErrorCode.MALFORMED_FORM: Kind(422, "The request body can't be read as a form with files"),
+    ErrorCode.UNSUPPORTED_MEDIA_TYPE: Kind(415, "The request body is of a kind that is not read"),
+    ErrorCode.INVALID_VEHICLE: Kind(422, "The vehicle's numbers contradict each other"),
+    ErrorCode.INVALID_LINK: Kind(422, "A link can't be driven, or not after the link before it"),
+    ErrorCode.INVALID_CONDITIONS: Kind(422, "The conditions do not go together, or not with this vehicle"),
+    ErrorCode.ENERGY_GAIN: Kind(422, "The chosen link model gains energy on a round trip"),
+    ErrorCode.UNKNOWN_VEHICLE: Kind(404, "No vehicle of that id"),
+    ErrorCode.UNKNOWN_GRAPH: Kind(404, "No graph of that name"),
+    ErrorCode.UNKNOWN_EFFECTS: Kind(404, "No learned effects of that id"),
+    ErrorCode.UNKNOWN_DIAGNOSIS: Kind(404, "No diagnosis of that id"),
+    ErrorCode.UNKNOWN_TRIP: Kind(404, "No trip of that id in the diagnosis"),
+    ErrorCode.DIAGNOSIS_NOT_DONE: Kind(409, "Only a diagnosis that is done has this"),
+    ErrorCode.DIAGNOSIS_DAMAGED: Kind(409, "The stored diagnosis can't be read"),
+    ErrorCode.UNUSABLE_RECORDINGS: Kind(422, "None of the recordings can be used"),
+    ErrorCode.DIAGNOSIS_FAILED: Kind(422, "The recordings can't be diagnosed"),
+    ErrorCode.DIAGNOSIS_INTERRUPTED: Kind(503, "The diagnosis was interrupted"),
+    ErrorCode.POINT_OUTSIDE_MAP: Kind(404, "A place is outside the map"),
+    ErrorCode.POINT_FAR_FROM_ROAD: Kind(404, "A place is too far from any road"),
+    ErrorCode.NO_PATH: Kind(404, "No road leads to the goal"),
+    ErrorCode.VEHICLE_IS_BUNDLED: Kind(409, "A bundled vehicle can't be changed"),
+    ErrorCode.VEHICLE_DAMAGED: Kind(409, "The stored vehicle can't be read"),
+    ErrorCode.NOT_FOUND: Kind(404, "Nothing at this address"),
+    ErrorCode.METHOD_NOT_ALLOWED: Kind(405, "This address has no such method"),
+    ErrorCode.BODY_TOO_LARGE: Kind(413, "The request body is too large"),
+    ErrorCode.TOO_MANY_DIAGNOSES: Kind(429, "Too many diagnoses are waiting"),
+    ErrorCode.SEARCH_LIMIT: Kind(503, "The search grew beyond its limit"),
+    ErrorCode.TIME_LIMIT: Kind(503, "The answer took longer than allowed"),
+    ErrorCode.DATABASE_UNAVAILABLE: Kind(503, "The vehicle database can't be reached or written"),
+    ErrorCode.NOT_READY: Kind(503, "The service is starting"),
+    ErrorCode.INTERNAL: Kind(500, "A fault of the service"),
+}
+
+
+def make_problem(code: ErrorCode, detail: str, fields: list[FieldProblem], instance: str) -> Problem:
+    """Problem details of one code."""
+    kind = KINDS[code]
+    return Problem(
+        type=f"urn:joulepath:problem:{code.value}",
+        title=kind.title,
+        status=kind.status,
+        detail=_shortened(detail, 1000),
+        instance=_shortened(instance, MAX_VALUE_CHARS),
+        code=code,
+        errors=fields,
+    )
+
+
+def problem_bytes(problem: Problem) -> bytes:
+    """A problem as JSON; refuses NaN and infinities, which JSON does not know."""
+    return json.dumps(problem.model_dump(mode="python"), allow_nan=False).encode("ascii")
+
+
+def _field(field: str, value: object, allowed: str) -> FieldProblem:
+    return FieldProblem(field=field, value=_json_value(value), allowed=_shortened(allowed, 1000))
+
+
+def _json_value(value: object) -> JsonValue:
+    """A value as sent, in valid JSON and not too long."""
+    if value is None or isinstance(value, bool):
+        return value
+    if isinstance(value, float):
+        return value if math.isfinite(value) else str(value)
+    if isinstance(value, int):
+        return value if abs(value) < 2**63 else "an integer beyond 64 bits"
+    if isinstance(value, str):
+        return _shortened(value, MAX_VALUE_CHARS)
+    if isinstance(value, dict) and len(value) <= 2 and all(isinstance(v, (int, float)) for v in value.values()):
+        return {_shortened(str(k), MAX_VALUE_CHARS): _json_value(v) for k, v in value.items()}
+    if isinstance(value, dict):
+        return "an object"
+    if isinstance(value, (list, tuple)):
+        plain = len(value) <= 8 and all(isinstance(v, (int, float, str)) for v in value)
+        return [_json_value(v) for v in value] if plain else f"a list of {len(value)}"
+    return _shortened(str(value), MAX_VALUE_CHARS)
+
+
+def _shortened(text: str, limit: int) -> str:
+    """At most so many characters, lone surrogates replaced."""
+    text = text[: limit + 1].encode("utf-8", "replace").decode("utf-8")
+    return text if len(text) <= limit else text[: limit - 1] + "…"

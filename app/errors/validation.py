@@ -1,0 +1,88 @@
+"""What pydantic says of a request, in the words of problems."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any, Final
+
+from pydantic import ValidationError
+
+from app.errors.problems import MAX_FIELDS, MAX_VALUE_CHARS, _field, _shortened, make_problem
+from app.schemas.learned_effects import EFFECTS_BRANCH, EFFECTS_ID_BRANCH
+from app.schemas.problem import ErrorCode, FieldProblem, Problem
+from app.schemas.vehicle import ID_BRANCH, PHYSICAL_BRANCH, TABLE_BRANCH
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+
+# parts of a location that name a branch of a union, not a field
+BRANCHES: Final = frozenset(
+    {
+        *("named", "pair", "metric", "epa", "count", "values", "[key]"),
+        *(ID_BRANCH, PHYSICAL_BRANCH, TABLE_BRANCH, EFFECTS_ID_BRANCH, EFFECTS_BRANCH),
+    }
+)
+
+
+def validation_detail(error: ValidationError) -> str:
+    """What is wrong with something that pydantic refused, in one line."""
+    return _validation_problem(error.errors(), "").detail.removeprefix("the body is ")
+
+
+def _validation_problem(errors: Sequence[Any], instance: str) -> Problem:
+    if any(error["type"] == "json_invalid" for error in errors):
+        reason = str(errors[0].get("ctx", {}).get("error", errors[0]["msg"]))
+        field = _field("", None, f"valid JSON: {reason}")
+        return make_problem(ErrorCode.MALFORMED_JSON, f"the body is not valid JSON: {reason}", [field], instance)
+    fields = [_validation_field(error) for error in errors[:MAX_FIELDS]]
+    first = fields[0]
+    name, value = first.field or "the request", first.value
+    if errors[0]["type"] == "missing":
+        detail = f"{name} is missing, it is required"
+    else:
+        detail = f"{name} is {json.dumps(value, ensure_ascii=False)}, allowed: {first.allowed}"
+    if len(errors) > 1:
+        detail += f" (and {len(errors) - 1} more)"
+    return make_problem(ErrorCode.INVALID_REQUEST, detail, fields, instance)
+
+
+def _validation_field(error: Any) -> FieldProblem:
+    """The field, value and allowed range of one error that pydantic reports."""
+    context = error.get("ctx") or {}
+    path = _path(error["loc"])
+    kind, value = error["type"], error.get("input")
+    if kind == "refused":
+        name = ".".join(part for part in (path, context["field"]) if part)
+        return _field(name, context["value"], context["allowed"])
+    if kind == "missing":
+        return _field(path, None, "required")
+    if kind == "extra_forbidden":
+        return _field(path, value, "no field of this name")
+    if isinstance(value, bytes):
+        return _field(path, value.decode("utf-8", "replace"), "a JSON object, sent with Content-Type: application/json")
+    return _field(path, value, _allowed(kind, context, str(error["msg"])))
+
+
+def _allowed(kind: str, context: Mapping[str, object], message: str) -> str:
+    if kind in ("model_type", "model_attributes_type", "dict_type"):
+        return "an object"
+    if kind in ("too_short", "too_long"):
+        few = kind == "too_short"
+        return f"at least {context['min_length']} items" if few else f"at most {context['max_length']} items"
+    if kind == "string_pattern_mismatch":
+        return f"text that matches {context['pattern']}"
+    for start in ("Input should be ", "String should have ", "Value error, "):
+        message = message.removeprefix(start)
+    message = message.replace("greater than or equal to", "at least").replace("less than or equal to", "at most")
+    return message.replace("greater than", "above").replace("less than", "below")
+
+
+def _path(location: Sequence[str | int]) -> str:
+    path = ""
+    for depth, part in enumerate(location):
+        if isinstance(part, int):
+            path += f"[{part}]"
+        elif not (depth == 0 and part in ("body", "query", "path")) and part not in BRANCHES:
+            path += f".{part}" if path else part
+    return _shortened(path, MAX_VALUE_CHARS)

@@ -1,0 +1,105 @@
+"""Numbers of the vehicle that its drives contradict."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from diagnosis.answer.findings import LEAST_SHARE_FRAC
+from diagnosis.answer.results import ParameterError
+from diagnosis.causes.nuisance import PARAMETERS
+from diagnosis.fit.jackknife import additions, equations, solve
+from diagnosis.fit.windows import SENSORS, measured_size_j
+from energy.units import JOULE_PER_KWH
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from diagnosis.causes.nuisance import Parameter
+    from diagnosis.fit.jackknife import Equations
+    from diagnosis.fit.model import Model
+
+
+GAINS: Final = ("acceleration_gain", "grade_gain")  # together the same as mass
+
+
+def parameter_errors(model: Model) -> tuple[ParameterError, ...]:
+    """Parameters that must differ from the file's, found like effects beside everything else that was found."""
+    system = _about_nameplate(model)
+    beside = [*(name for name in SENSORS if name not in GAINS)]
+    beside += [*(name for name in model.solution.names if name not in SENSORS and not _is_parameter(name))]
+    measured_j = measured_size_j(model.windows)
+    open_ = list(PARAMETERS)
+    wrong: list[Parameter] = []
+    while open_:
+        names = [*beside, *(one.name for one in wrong)]
+        added = additions(system, names, [one.name for one in open_])
+        gain = float(solve(system, names).losses.sum()) - added.losses.sum(axis=0)
+        share = np.abs(added.coefficients) * [_size_j(model, one.name) / measured_j for one in open_]
+        passes = (np.abs(added.z) >= model.threshold.z) & (share >= LEAST_SHARE_FRAC) & (gain > 0.0)
+        if not passes.any():
+            break
+        wrong.append(open_.pop(int(np.argmax(np.where(passes, gain, -np.inf)))))
+    solution = solve(system, [*beside, *(one.name for one in wrong)])
+    told = []
+    for one in wrong:
+        weights = np.array([float(name == one.name) for name in solution.names])
+        half, shift = solution.half_width(weights), solution.value(one.name)
+        nameplate = float(getattr(model.nameplate, one.name))
+        energy_j = shift * sum(float(trip.column(one.name).sum()) for trip in model.windows)
+        if abs(shift) <= half or abs(energy_j) < LEAST_SHARE_FRAC * measured_j:
+            continue  # another parameter that came later has taken it over
+        if not one.least <= nameplate + shift <= one.most:
+            continue  # no vehicle has that
+        others = [
+            other.name for other in PARAMETERS if other not in wrong and _alike(system, beside, wrong, one, other)
+        ]
+        told.append(
+            ParameterError(
+                parameter=one.name,
+                family=one.family,
+                unit=one.unit,
+                nameplate=nameplate,
+                fitted=nameplate + shift,
+                ci95=(nameplate + shift - half, nameplate + shift + half),
+                energy_kwh=energy_j / JOULE_PER_KWH,
+                energy_share_frac=energy_j / measured_j,
+                aliases=(*one.aliases, *others),
+                text=f"{one.name} is {nameplate:.4g} {one.unit} in the vehicle's file; the drives ask for"
+                f" {nameplate + shift:.4g} ± {half:.2g}.",
+            )
+        )
+    return tuple(told)
+
+
+def _about_nameplate(model: Model) -> Equations:
+    """The equations of what the vehicle's file leaves, its parameters about those of the file."""
+    shifts = {one.name: _shift(model, one) for one in PARAMETERS}
+    moved = []
+    for trip in model.windows:
+        more_j = sum((shift * trip.column(name) for name, shift in shifts.items()), np.zeros(trip.begin_s.size))
+        moved.append(replace(trip, simulated_j=trip.simulated_j - more_j))
+    return equations(moved, model.roots, model.system.precision, np.zeros_like(model.system.precision))
+
+
+def _shift(model: Model, one: Parameter) -> float:
+    return float(getattr(model.vehicle, one.name)) - float(getattr(model.nameplate, one.name))
+
+
+def _size_j(model: Model, name: str) -> float:
+    return sum(abs(float(trip.column(name).sum())) for trip in model.windows)
+
+
+def _is_parameter(name: str) -> bool:
+    return any(one.name == name for one in PARAMETERS)
+
+
+def _alike(
+    system: Equations, beside: Sequence[str], wrong: Sequence[Parameter], one: Parameter, other: Parameter
+) -> bool:
+    """Whether another parameter in the place of one loses no more on trips left out than chance would."""
+    names = [*beside, *(each.name for each in wrong if each is not one)]
+    worse = additions(system, names, [other.name]).losses[:, 0] - additions(system, names, [one.name]).losses[:, 0]
+    return bool(worse.sum() <= 2.0 * worse.std(ddof=1) * np.sqrt(worse.size))

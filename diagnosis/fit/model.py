@@ -1,0 +1,154 @@
+"""The linear model of the residuals of trips, its priors and its solution."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.causes.library import candidates
+from diagnosis.causes.nuisance import PARAMETERS, SENSOR_COLUMNS
+from diagnosis.causes.terms import Candidate
+from diagnosis.fit.jackknife import equations, solve
+from diagnosis.fit.noise import estimated
+from diagnosis.fit.selection import alone_z, rivals
+from diagnosis.fit.windows import FREE, measured_size_j
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from diagnosis.fit.jackknife import Equations, Solution
+    from diagnosis.fit.noise import Noise
+    from diagnosis.fit.scan import Structure
+    from diagnosis.fit.selection import Threshold
+    from diagnosis.fit.windows import Trip, Windows
+    from energy.vehicle.vehicle import Vehicle
+
+
+TRIP_SD_FRAC: Final = 0.02  # of a trip's energy, that its whole may be off
+COMPANION_SHARE: Final = 0.03  # of the energy: how much a term that does not stand out may well hold
+BOX: Final = "structure"
+
+
+@dataclass(frozen=True, slots=True)
+class Model:
+    """A fitted model: everything that predictions and findings are read from.
+
+    vehicle: about which energies are linear; nameplate: of the file. base: parameters and sensors alone, with the noise
+    that they leave. companions: terms that are not claimed but fitted about none, since a car that heats its cabin
+    will cool it too. solution: with what was found, companions and structures, in that order behind the free columns.
+    """
+
+    vehicle: Vehicle
+    nameplate: Vehicle
+    trips: tuple[Trip, ...]
+    windows: tuple[Windows, ...]
+    noise: Noise
+    roots: tuple[NDArray[np.float64], ...]
+    system: Equations
+    base: Solution
+    threshold: Threshold
+    found: tuple[Candidate, ...]
+    rivals: Mapping[str, tuple[Candidate, ...]]
+    z: Mapping[str, float]
+    shape_ci95: Mapping[str, tuple[float, float]]
+    structures: tuple[Structure, ...]
+    companions: tuple[Candidate, ...]
+    solution: Solution
+
+    def left_w(self, k: int, *, left_out: bool = False) -> NDArray[np.float64]:
+        """What the model leaves of the power of a fitted trip's windows; left_out: by the fit of the others."""
+        beta = self.solution.without[k] if left_out else self.solution.coefficients
+        return left_w(self.windows[k], self.solution, beta)
+
+
+def left_w(trip: Windows, solution: Solution, beta: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Residual power of a trip's windows after coefficients of a solution, float64 (n,) [W]."""
+    columns = trip.columns_j[:, [trip.names.index(name) for name in solution.names]]
+    return np.asarray((trip.residual_j() - columns @ beta) / trip.duration_s, np.float64)
+
+
+def priors(
+    names: Sequence[str], vehicle: Vehicle, nameplate: Vehicle
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Precision and mean of each column's prior: parameters about the file's values, sensors about none."""
+    precision, prior = np.zeros(len(names)), np.zeros(len(names))
+    for one in PARAMETERS:
+        k = names.index(one.name)
+        precision[k] = 1.0 / one.sd_of(float(getattr(nameplate, one.name))) ** 2
+        prior[k] = float(getattr(nameplate, one.name)) - float(getattr(vehicle, one.name))
+    for sensor in SENSOR_COLUMNS:
+        precision[names.index(sensor.name)] = 1.0 / sensor.sd**2
+    return precision, prior
+
+
+def _equations(
+    cut: Sequence[Windows],
+    left: Sequence[NDArray[np.float64]],
+    window_s: float,
+    precision: NDArray[np.float64],
+    prior: NDArray[np.float64],
+) -> tuple[Noise, list[NDArray[np.float64]], Equations]:
+    noise = estimated(cut, left, window_s)
+    roots = [noise.root(trip) for trip in cut]
+    return noise, roots, equations(cut, roots, precision, prior)
+
+
+def _read(model: Model, found: Sequence[Candidate]) -> Model:
+    """The model with other terms and the structures that it has."""
+    free = [*FREE, *(f"{BOX}{k}" for k in range(len(model.structures)))]
+    tried = candidates([trip.drive for trip in model.trips])
+    pool = tuple(dict.fromkeys((*found, *tried)))
+    return replace(
+        model,
+        found=tuple(found),
+        rivals={one.label: rivals(model.system, free, pool, found, one, model.threshold.z) for one in found},
+        z={one.label: alone_z(model.system, free, found, one) for one in found},
+        solution=_solution(model, found),
+    )
+
+
+def _solution(model: Model, found: Sequence[Candidate]) -> Solution:
+    """The fit of found terms, companions, each about none by COMPANION_SHARE of the energy, and structures."""
+    companions = [one for one in model.companions if all(one.term is not other.term for other in found)]
+    labels = [one.label for one in companions]
+    system = with_wholes(_held(model, labels), model.windows)
+    boxed = [f"{BOX}{k}" for k in range(len(model.structures))]
+    while True:
+        solution = solve(system, [*FREE, *(one.label for one in found), *labels, *boxed])
+        most = {one.label: one.term.most for one in companions}
+        wrong = [label for label in labels if not 0.0 <= solution.value(label) <= most[label]]
+        if not wrong:
+            return solution
+        labels = [label for label in labels if label not in wrong]
+
+
+def with_wholes(system: Equations, trips: Sequence[Windows]) -> Equations:
+    """The equations with trips' whole energies counted beside their windows, each as if known to TRIP_SD_FRAC.
+
+    What is wanted of a fit is the energy of a trip; windows alone would trade it for steady stretches.
+    """
+    gram, vector = system.gram.copy(), system.vector.copy()
+    for k, trip in enumerate(trips):
+        size_j = TRIP_SD_FRAC * max(abs(float(trip.measured_j.sum())), 1.0)
+        whole = trip.columns_j.sum(axis=0) / size_j
+        gram[k] += np.outer(whole, whole)
+        vector[k] += whole * float(trip.residual_j().sum()) / size_j
+    return replace(system, gram=gram, vector=vector)
+
+
+def _held(model: Model, labels: Sequence[str]) -> Equations:
+    """The equations with a prior about 0 on some terms."""
+    return replace(model.system, precision=companion_precision(model.system, model.windows, labels))
+
+
+def companion_precision(system: Equations, trips: Sequence[Windows], labels: Sequence[str]) -> NDArray[np.float64]:
+    """Precision of all columns with some held about 0 by COMPANION_SHARE of the energy, float64 (p,)."""
+    precision = system.precision.copy()
+    measured_j = measured_size_j(trips)
+    for label in labels:
+        size_j = sum(abs(float(trip.column(label).sum())) for trip in trips)
+        precision[system.names.index(label)] = (size_j / (COMPANION_SHARE * measured_j)) ** 2
+    return precision

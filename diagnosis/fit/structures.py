@@ -1,0 +1,135 @@
+"""Structure that no candidate explains, taken in one after the other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from diagnosis.causes.families import Family
+from diagnosis.causes.terms import Candidate
+from diagnosis.fit.jackknife import equations, solve
+from diagnosis.fit.model import BOX, Model, _held, _read
+from diagnosis.fit.noise import estimated
+from diagnosis.fit.scan import Box, boxes, leading, only, scan, strongest
+from diagnosis.fit.selection import scatter_of, still_standing
+from diagnosis.fit.windows import FREE
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from diagnosis.fit.scan import Scanned, Structure
+    from diagnosis.fit.windows import Windows
+
+
+MOST_STRUCTURES: Final = 3
+HOPES: Final = 2
+
+
+def _with_structures(model: Model, seed: int) -> Model:
+    """The model with what no effect explains, one structure after the other, the strongest first.
+
+    Axes on which found effects live themselves are left out: what departs there is their own form.
+    """
+    places = boxes(model.windows, _own_axes(model.found))
+    while len(model.structures) < MOST_STRUCTURES:
+        grown = _grown(model, places, seed + len(model.structures))
+        if grown is None:
+            break
+        model = grown
+    return model
+
+
+Places = tuple[tuple[Box, ...], list[NDArray[np.float64]]]
+
+
+def _grown(model: Model, places: Places, seed: int) -> Model | None:
+    """The model with one structure more, or None where nothing passes.
+
+    Structure that is left in the residuals makes their noise larger, so that it hides itself and its bounds. Noise is
+    therefore estimated anew with the structure in the model, and the structure's axis looked at again. Where nothing
+    passes at once, the two axes that stand out most are given the same chance.
+    """
+    scanned = _scanned(model, places, seed)
+    if scanned is None:
+        return None
+    structure = strongest(scanned, model.windows, model.threshold.z)
+    hopes = [structure] if structure is not None else leading(scanned, model.windows, HOPES)
+    for hope in hopes:
+        grown = _with_structure(model, hope)
+        if grown is None:
+            continue
+        calmer = _renoised(model, grown)
+        again = _scanned(calmer, only(places, hope.box.axis), seed)
+        better = None if again is None else strongest(again, calmer.windows, calmer.threshold.z)
+        if better is not None:
+            return _with_structure(calmer, better)
+        if structure is not None:
+            return grown
+    return None
+
+
+def _scanned(model: Model, places: Places, seed: int) -> Scanned | None:
+    names = model.solution.names
+    index = model.system.index(names)
+    precision = _held(model, [one.label for one in model.companions]).precision[index]
+    return scan(
+        model.windows,
+        model.roots,
+        [_powers(trip, names) for trip in model.windows],
+        precision,
+        precision * model.system.prior[index],
+        scatter_of(model.system, model.solution),
+        seed,
+        places,
+    )
+
+
+def _renoised(model: Model, grown: Model) -> Model:
+    """The model without its last structure, with the noise that is left with it."""
+    left = [grown.left_w(k, left_out=True) for k in range(len(grown.windows))]
+    noise = estimated(grown.windows, left, grown.noise.window_s)
+    roots = tuple(noise.root(trip) for trip in model.windows)
+    system = equations(model.windows, roots, model.system.precision, model.system.prior)
+    return _read(replace(model, noise=noise, roots=roots, system=system), model.found)
+
+
+def _own_axes(found: Sequence[Candidate]) -> frozenset[str]:
+    if any(one.term.needs_ambient or one.term.family is Family.THERMAL for one in found):
+        return frozenset(("ambient", "battery_temperature"))
+    return frozenset()
+
+
+def _powers(trip: Windows, names: Sequence[str]) -> NDArray[np.float64]:
+    columns = trip.columns_j[:, [trip.names.index(name) for name in names]]
+    return np.asarray(columns / trip.duration_s[:, None], np.float64)
+
+
+def _with_structure(model: Model, structure: Structure) -> Model | None:
+    """The structure as one more free column, without terms that only stood in for it; None where it stands in for them.
+
+    A term that no longer stands out beside the structure goes, if the structure alone predicts left-out trips better
+    than the term alone.
+    """
+    label = f"{BOX}{len(model.structures)}"
+    cut = tuple(
+        replace(
+            trip,
+            names=(*trip.names, label),
+            columns_j=np.column_stack((trip.columns_j, inside * trip.duration_s)),
+        )
+        for trip, inside in zip(model.windows, structure.inside, strict=True)
+    )
+    precision, prior = (np.append(values, 0.0) for values in (model.system.precision, model.system.prior))
+    system = equations(cut, model.roots, precision, prior)
+    structures = (*model.structures, structure)
+    free = [*FREE, *(f"{BOX}{k}" for k in range(len(structures)))]
+    kept = still_standing(system, free, model.found, cut, model.threshold.z)
+    if len(kept) < len(model.found):
+        by_terms = solve(system, [*free[:-1], *(one.label for one in model.found)])
+        by_structure = solve(system, [*free, *(one.label for one in kept)])
+        if by_terms.losses.sum() <= by_structure.losses.sum():
+            return None
+    return _read(replace(model, windows=cut, system=system, structures=structures), kept)
