@@ -16,12 +16,7 @@ from app.errors.diagnosing import (
     UnsupportedMediaTypeError,
     UnusableRecordingsError,
 )
-from app.errors.problems import (
-    KINDS,
-    MAX_FIELDS,
-    _field,
-    make_problem,
-)
+from app.errors.problems import KINDS, MAX_FIELDS, _field, make_problem
 from app.errors.raised import BodyTooLargeError, ChainLinkError, NotReadyError, TimeLimitError
 from app.errors.validation import _validation_problem
 from app.schemas.problem import ErrorCode, FieldProblem, Problem

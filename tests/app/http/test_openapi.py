@@ -1,0 +1,116 @@
+"""The OpenAPI document: complete, true to its own schemas, and readable without a network."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import jsonschema_rs
+import pytest
+
+from app.schemas.problem import ErrorCode
+from app.settings import Settings
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from fastapi import FastAPI
+    from starlette.testclient import TestClient
+
+
+def operations(document: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    for path, methods in document["paths"].items():
+        for method, operation in methods.items():
+            yield f"{method.upper()} {path}", operation
+
+
+def examples_of(content: dict[str, Any]) -> list[Any]:
+    if "example" in content:
+        return [content["example"]]
+    return [example["value"] for example in content.get("examples", {}).values()]
+
+
+def invalid_reason(document: dict[str, Any], schema: dict[str, Any], value: object) -> str | None:
+    whole = {**schema, "components": document["components"]}
+    errors = list(jsonschema_rs.Draft202012Validator(whole).iter_errors(value))
+    return f"{errors[0].instance_path}: {errors[0].message[:300]}" if errors else None
+
+
+def test_every_operation_has_summary_description_and_error_responses(app: FastAPI) -> None:
+    for name, operation in operations(app.openapi()):
+        assert operation["summary"], name
+        assert operation["description"], name
+        if name != "GET /healthz":
+            assert "503" in operation["responses"], name
+
+
+def test_every_error_response_is_a_problem_with_examples_of_known_codes(app: FastAPI) -> None:
+    document = app.openapi()
+    for name, operation in operations(document):
+        for status, response in operation["responses"].items():
+            if int(status) < 400:
+                continue
+            assert list(response["content"]) == ["application/problem+json"], name
+            content = response["content"]["application/problem+json"]
+            assert content["schema"] == {"$ref": "#/components/schemas/Problem"}
+            for example in examples_of(content):
+                assert example["code"] in set(ErrorCode)
+                assert example["status"] == int(status)
+
+
+@pytest.mark.parametrize("name", ["POST /route", "POST /matrix", "GET /range", "POST /range", "POST /simulate"])
+def test_operation_that_takes_conditions_documents_their_error(app: FastAPI, name: str) -> None:
+    (operation,) = (operation for known, operation in operations(app.openapi()) if known == name)
+    content = operation["responses"]["422"]["content"]["application/problem+json"]
+    assert "invalid_conditions" in {example["code"] for example in examples_of(content)}
+
+
+def test_every_example_is_valid_against_its_schema(app: FastAPI) -> None:
+    document = app.openapi()
+    checked = 0
+    for name, operation in operations(document):
+        bodies = [operation["requestBody"]["content"]] if "requestBody" in operation else []
+        for contents in [*bodies, *(response.get("content", {}) for response in operation["responses"].values())]:
+            for media_type, content in contents.items():
+                examples = examples_of(content)
+                assert examples, f"{name} has no example of {media_type}"
+                for example in examples:
+                    assert invalid_reason(document, content["schema"], example) is None, f"{name} {media_type}"
+                    checked += 1
+    assert checked > 30
+
+
+def test_api_page_lists_every_error_code_and_setting() -> None:
+    page = (Path(__file__).resolve().parents[3] / "docs" / "http-api.md").read_text(encoding="utf-8")
+    for code in ErrorCode:
+        assert f"`{code.value}`" in page
+    for name in Settings.model_fields:
+        assert f"`JOULEPATH_{name.upper()}`" in page
+
+
+def test_error_codes_are_a_closed_list_in_the_document(app: FastAPI) -> None:
+    assert app.openapi()["components"]["schemas"]["ErrorCode"]["enum"] == [code.value for code in ErrorCode]
+
+
+def test_every_reference_of_the_document_resolves(app: FastAPI) -> None:
+    document = app.openapi()
+    for name in re.findall(r'"#/components/schemas/([^"]+)"', json.dumps(document)):
+        assert name in document["components"]["schemas"]
+
+
+@pytest.mark.parametrize("path", ["/docs", "/redoc"])
+def test_documentation_pages_load_nothing_from_another_host(client: TestClient, path: str) -> None:
+    page = client.get(path)
+    assert page.status_code == 200
+    assert re.search(r"https?://|[\"'(]//", page.text) is None
+    assert "default-src 'self'" in page.headers["content-security-policy"]
+    for asset in re.findall(r'(?:src|href)="([^"]+)"', page.text):
+        assert client.get(asset).status_code == 200, asset
+
+
+def test_root_leads_to_the_documentation(client: TestClient) -> None:
+    page = client.get("/")
+    assert page.status_code == 200
+    assert '<a href="docs">' in page.text
