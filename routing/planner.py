@@ -67,7 +67,7 @@ class Planner:
     def warm_up(self, vehicle: AnyVehicle) -> None:
         """Compile the kernels on a few links, and make what the first query of a vehicle needs of this graph."""
         Planner(practice_graph())._ask_once(vehicle)  # compiled code is for any graph's arrays
-        self._search.space(vehicle, LinkModel.INTEGRATED, StopRule.EXPECTED, StopSettings()).guide.costs()
+        self._search.space(vehicle, LinkModel.INTEGRATED, StopRule.EXPECTED, StopSettings()).lower_bound.costs()
         west, south, east, north = self.graph.meta.bbox
         self._roads.snap("warm-up", Point((south + north) / 2.0, (west + east) / 2.0), math.inf)
 

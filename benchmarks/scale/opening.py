@@ -129,7 +129,7 @@ def _walk(folder: Path, vehicle: AnyVehicle, seed: int, steps: _Steps) -> tuple[
     _, starts = steps.take("first place on a road", lambda: index.snap("start", pair.start, math.inf))
     _, goals = index.snap("goal", pair.goal, math.inf)
     space = steps.take("vehicle and conditions", lambda: space_of(graph, vehicle))
-    steps.take("room for least costs", space.guide.costs)
+    steps.take("room for least costs", space.lower_bound.costs)
     pool = WorkspacePool(graph.link_count)
 
     def search(begin: tuple[LinkPosition, ...], end: tuple[LinkPosition, ...]) -> None:
@@ -149,7 +149,7 @@ def _array_sizes(graph: RoadGraph, space: SearchSpace, pool: WorkspacePool) -> t
     of_space = [(n, a) for n, a in space.arrays._asdict().items() if id(a) not in known and a.base is None]
     with space.drives.lent() as lent:
         of_drives = [(name, kept) for name, kept in lent.table._asdict().items() if isinstance(kept, np.ndarray)]
-    costs = space.guide.costs()
+    costs = space.lower_bound.costs()
     guide = {field.name: getattr(costs, field.name) for field in fields(costs)}
     of_guide = [(name, array) for name, array in guide.items() if isinstance(array, np.ndarray)]
     ws, epoch = pool.take()

@@ -105,7 +105,7 @@ def _searches(
     """Of first and later searches [s], labels settled, and of putting both places on roads [s]."""
     index, pool = RoadIndex(graph), WorkspacePool(graph.link_count)
     index.snap("start", pairs[0].start, math.inf)
-    space.guide.costs()
+    space.lower_bound.costs()
     first, again, snapping, settled = [], [], [], []
     for pair in pairs:
         began = time.process_time()

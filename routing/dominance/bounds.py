@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.force import kernels_physics
-from routing.dominance import kernels_gap
-from routing.dominance.kernels_rules import GapRules
+from routing.dominance import kernels_slack
+from routing.dominance.kernels_rules import SlackRules
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 SLOW_MPS: Final = 3.0  # below it a difference of drag is too small to matter to losses
 
 
-def gap_rules(physics: LinkPhysics, roads: NDArray[np.float64], driven_mps: NDArray[np.float64]) -> GapRules:
+def slack_rules(physics: LinkPhysics, roads: NDArray[np.float64], driven_mps: NDArray[np.float64]) -> SlackRules:
     """The vehicle as dominance sees it: bounds on what a difference of states can cost that hold on every link."""
     linear, aero = roads[:, kernels_physics.ROAD_LINEAR], roads[:, kernels_physics.ROAD_AERO]
     wind = roads[:, kernels_physics.ROAD_WIND]
@@ -38,7 +38,7 @@ def gap_rules(physics: LinkPhysics, roads: NDArray[np.float64], driven_mps: NDAr
         loss_w = physics.loss_per_n2 * force_n**2 + physics.loss_per_w * power_w**2
         drive = drive * (1.0 + 2.0 * physics.loss_per_w * power_w) + 2.0 * physics.loss_per_n2 * force_n / SLOW_MPS
     capped = math.isfinite(physics.regen_cap_w)
-    return GapRules(
+    return SlackRules(
         drive_factor=drive,
         recuperation_factor=0.0 if capped or physics.regen_min_mps > 0.0 else physics.recuperation_factor,
         linear_n_per_mps=max(float((linear + 2.0 * aero * np.abs(wind)).max()), 0.0),
@@ -92,14 +92,14 @@ def _sag_n(
 
 
 def warm_up_w(
-    physics: LinkPhysics, gap: GapRules, roads: NDArray[np.float64], driven_mps: NDArray[np.float64]
+    physics: LinkPhysics, slack: SlackRules, roads: NDArray[np.float64], driven_mps: NDArray[np.float64]
 ) -> tuple[float, float]:
     """Most that tyres cold as at departure take, and most that warm ones can cost instead [W] (lemma 8)."""
     cold_w = float(roads[:, kernels_physics.ROAD_WARM_UP].max()) * float(driven_mps.max())
-    return gap.drive_factor * cold_w, (gap.drive_factor - physics.drive_factor) * cold_w
+    return slack.drive_factor * cold_w, (slack.drive_factor - physics.drive_factor) * cold_w
 
 
-def _cut_j(physics: LinkPhysics, roads: NDArray[np.float64]) -> float:
+def _no_regen_j(physics: LinkPhysics, roads: NDArray[np.float64]) -> float:
     """Most that braking could give back at speeds at which it doesn't: downhill while gaining the speed, and of it."""
     v2 = physics.regen_min_mps**2
     steepest_n = physics.weight_n * float(np.abs(roads[:, kernels_physics.ROAD_GRADE]).max())
@@ -107,9 +107,9 @@ def _cut_j(physics: LinkPhysics, roads: NDArray[np.float64]) -> float:
     return physics.recuperation_factor * (steepest_n * gaining_m + 0.5 * physics.inertia_kg * v2)
 
 
-def gap_bounds(
+def slack_bounds(
     physics: LinkPhysics,
-    gap: GapRules,
+    slack: SlackRules,
     half_inertia_kg: float,
     roads: NDArray[np.float64],
     driven_mps: NDArray[np.float64],
@@ -122,26 +122,26 @@ def gap_bounds(
     mean = np.array(
         [[(running[k + 1] - running[i]) / (k + 1 - i) if i <= k else np.inf for k in range(n)] for i in range(n)]
     )
-    c, b = gap.aero_n_per_mps2, gap.linear_n_per_mps
-    least, distance, slack_j, slack_s, gain, drift = (np.empty(n) for _ in range(6))
+    c, b = slack.aero_n_per_mps2, slack.linear_n_per_mps
+    least, distance, uneven_j, slack_s, gain, drift = (np.empty(n) for _ in range(6))
     for k in range(n):
         top = fastest_mps if k == n - 1 else float(bound[k + 1])
         least[k] = mean[: k + 1, : k + 1].min()
         distance[k] = 2.0 * top**2 / (2.0 * least[k])
         ratio, overshoot = _swing(mean, bound, k, top)
         swing = 2.0 * ratio * top**2
-        slack_s[k] = 2.0 * kernels_gap.LOST_TIME_COEF * math.sqrt(overshoot) / least[k]
-        slack_j[k] = (gap.drive_factor - gap.recuperation_factor) * half_inertia_kg * swing
+        slack_s[k] = 2.0 * kernels_slack.LOST_TIME_COEF * math.sqrt(overshoot) / least[k]
+        uneven_j[k] = (slack.drive_factor - slack.recuperation_factor) * half_inertia_kg * swing
         # on the way they may be as far apart as one link can drive them, before that is made good again
-        slack_j[k] += gap.recuperation_factor * half_inertia_kg * overshoot
-        slack_j[k] += gap.drive_factor * distance[k] * (c * overshoot + b * math.sqrt(overshoot) + gap.sag_n)
+        uneven_j[k] += slack.recuperation_factor * half_inertia_kg * overshoot
+        uneven_j[k] += slack.drive_factor * distance[k] * (c * overshoot + b * math.sqrt(overshoot) + slack.sag_n)
         gain[k] = physics.recuperation_factor * (
             physics.weight_n * steepest_frac * distance[k] + half_inertia_kg * top**2
         )
         drift[k] = 2.0 * ratio * top / least[k]
-    same = (physics.regen_min_mps, _cut_j(physics, roads), *warm_up_w(physics, gap, roads, driven_mps))
+    same = (physics.regen_min_mps, _no_regen_j(physics, roads), *warm_up_w(physics, slack, roads, driven_mps))
     rest = np.repeat([[*same, physics.tyre_time_s]], n, axis=0).T
-    return np.ascontiguousarray(np.vstack((least, distance, slack_j, slack_s, gain, drift, rest)))
+    return np.ascontiguousarray(np.vstack((least, distance, uneven_j, slack_s, gain, drift, rest)))
 
 
 def _swing(mean: NDArray[np.float64], bound: NDArray[np.float64], k: int, top: float) -> tuple[float, float]:

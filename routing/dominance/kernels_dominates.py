@@ -15,13 +15,13 @@ from routing.dominance.kernels_rules import (
     TYRE_TIME_S,
     WARM_LATE_W,
     WARM_UP_W,
-    GapRules,
     SearchRules,
+    SlackRules,
 )
 
 
 @njit(nogil=True, cache=True)
-def climate_due_j(q: GapRules, t_a: float, t_b: float) -> float:
+def climate_debt_j(q: SlackRules, t_a: float, t_b: float) -> float:
     """Most that a drive that is earlier still has to spend on the climate's start and the later one has behind it."""
     if q.cabin_start_w == 0.0 or t_a >= t_b:
         return 0.0
@@ -30,7 +30,7 @@ def climate_due_j(q: GapRules, t_a: float, t_b: float) -> float:
 
 
 @njit(nogil=True, cache=True)
-def warm_up_due_j(bounds: NDArray[np.float64], k: int, t_a: float, t_b: float) -> float:
+def warm_up_debt_j(bounds: NDArray[np.float64], k: int, t_a: float, t_b: float) -> float:
     """Most that tyres colder or warmer by the time between two drives can still cost the first one (lemma 8)."""
     tau = bounds[TYRE_TIME_S, k]
     colder = tau * (math.exp(-t_a / tau) - math.exp(-t_b / tau))
@@ -53,7 +53,7 @@ def leads(
 ) -> bool:
     """Whether label a makes label b in another state of the same link superfluous, whatever follows.
 
-    energy, lost, gain: what gap_of says of their states. due: what a may still spend because it is earlier or later
+    energy, lost, gain: what slack_of says of their states. due: what a may still spend because it is earlier or later
     [J]. fade_frac: share of a lead that a battery may lose until they meet whose acceptance falls with charge.
     """
     if energy == math.inf or fade_frac >= 1.0:
@@ -76,7 +76,7 @@ def leads(
 
 
 @njit(nogil=True, cache=True)
-def least_worth_j(
+def least_slack_j(
     kinetic_j: float,
     most_accel: float,
     slack_j: float,
@@ -87,10 +87,10 @@ def least_worth_j(
     v_b: float,
     p_b: float,
 ) -> float:
-    """Lead in energy without which state A leads no label in another state B [J], never more than state_gap asks for.
+    """Lead in energy without which state A leads no label in another state B [J], never more than state_slack asks for.
 
     It spares most comparisons of labels on short links. kinetic_j: drive_factor · half_inertia_kg, 0 for a model whose
-    gaps are exact; slack_j: row SLACK_J of the bounds; most_accel: no mean acceleration is greater [m/s²].
+    gaps are exact; slack_j: row UNEVEN_J of the bounds; most_accel: no mean acceleration is greater [m/s²].
     """
     none = 1.0 - max(p_a, p_b)
     worth = none * max(0.0, v_b * v_b - v_a * v_a)

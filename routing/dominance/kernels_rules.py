@@ -21,11 +21,12 @@ DESCENT_J, DESCENT_MPS = range(2)
 # least mean acceleration [m/s²]; distance until they meet, weighted and doubled [m]; what differing mean accelerations
 # can add [J] and [s]; most that can be recuperated until they meet [J]
 # DRIFT_S: time by which differing mean accelerations shift the same phase [s]
-# The rest is the same in every column. CUT_MPS: speed below which braking gives nothing back, CUT_J: most that it costs
-# to be slower than that. WARM_UP_W: most that cold tyres take at departure, WARM_LATE_W: most that warmer ones can cost
-# instead, where losses grow with the square of the force, of which braking has then more; TYRE_TIME_S: they warm up in
-LEAST_ACCEL, MEETING_DISTANCE, SLACK_J, SLACK_S, GAIN_J, DRIFT_S = range(6)
-CUT_MPS, CUT_J, WARM_UP_W, WARM_LATE_W, TYRE_TIME_S = range(6, 11)
+# The rest is the same in every column. NO_REGEN_MPS: speed below which braking gives nothing back, NO_REGEN_J: most
+# that it costs to be slower than that. WARM_UP_W: most that cold tyres take at departure, WARM_LATE_W: most that
+# warmer ones can cost instead, where losses grow with the square of the force, of which braking has then more;
+# TYRE_TIME_S: they warm up in
+LEAST_ACCEL, MEETING_DISTANCE, UNEVEN_J, UNEVEN_S, GAIN_J, DRIFT_S = range(6)
+NO_REGEN_MPS, NO_REGEN_J, WARM_UP_W, WARM_LATE_W, TYRE_TIME_S = range(6, 11)
 
 
 class SearchRules(NamedTuple):
@@ -54,7 +55,7 @@ class SearchRules(NamedTuple):
     descent: NDArray[np.float64]
 
 
-class GapRules(NamedTuple):
+class SlackRules(NamedTuple):
     """The vehicle and its conditions as dominance sees them: bounds that hold on every link.
 
     drive_factor, recuperation_factor: greatest and least battery energy for a unit of work at the wheels.
@@ -82,9 +83,9 @@ class GapRules(NamedTuple):
 
 
 @njit(nogil=True, cache=True)
-def borrowed_rules(q: GapRules) -> GapRules:
+def borrowed_slack_rules(q: SlackRules) -> SlackRules:
     """The same rules with borrowed arrays."""
-    return GapRules(
+    return SlackRules(
         q.drive_factor,
         q.recuperation_factor,
         q.linear_n_per_mps,

@@ -19,7 +19,7 @@ ENTRY_MPS, ENTRY_STOPPED, EARLIER, TURNS, ENTRY_LENGTH, ENTRY_STOP = range(6)
 # columns of a drive's row
 DRIVE_J, DRIVE_S, DRIVE_END, DRIVE_STATE, DRIVE_POTENTIAL, DRIVE_LINK = range(6)
 COLUMNS = 6
-# columns of a pair of states, of which the first is asked whether it leads the second: both, and what gap_of says
+# columns of a pair of states, of which the first is asked whether it leads the second: both, and what slack_of says
 PAIR, PAIR_J, PAIR_S, PAIR_GAIN_J = range(4)
 PAIR_COLUMNS = 4
 MOST_STATES = 1 << 24

@@ -31,7 +31,7 @@ FARTHEST_FRAC = 1.25
 FARTHEST_J, FARTHEST_S, FARTHEST_M = 5e5, 60.0, 1000.0
 
 
-class Homing(NamedTuple):
+class GoalBound(NamedTuple):
     """Least costs to the goal, for one search.
 
     used: false where the search is not directed. into_first: (N + 1,), into: (M, 4) links by head, their energy and
@@ -69,9 +69,9 @@ class Homing(NamedTuple):
 
 
 @njit(nogil=True, cache=True)
-def borrowed_homing(h: Homing) -> Homing:
+def borrowed_goal_bound(h: GoalBound) -> GoalBound:
     """The same with borrowed arrays."""
-    return Homing(
+    return GoalBound(
         h.used,
         borrowed(h.into_first),
         borrowed(h.into),
@@ -112,7 +112,7 @@ def links_by_head(head: NDArray[np.int32], first: NDArray[np.int64], link: NDArr
 
 
 @njit(nogil=True, cache=True)
-def least_into(h: Homing, k: int) -> tuple[float, float]:
+def least_into(h: GoalBound, k: int) -> tuple[float, float]:
     """Compute least energy above the potential [J] and least time [s] of a link, by its place in `into`, and keep them.
 
     They are no less than the straight line is counted with, so that what a search back settles is final.
@@ -135,13 +135,13 @@ def least_into(h: Homing, k: int) -> tuple[float, float]:
 
 
 @njit(nogil=True, cache=True)
-def lower_levels(h: Homing, power_w: float, level_j: NDArray[np.float64]) -> None:
+def lower_levels(h: GoalBound, power_w: float, level_j: NDArray[np.float64]) -> None:
     """Lower the level of each node, float64 (N,) [J], to the least of all nodes' levels and the way there together.
 
     A way takes at least the least costs of its links and power_w for their least times, ≥ 0. The heap of h must have
     room for all nodes and links. O(M log M).
     """
-    h = borrowed_homing(h)
+    h = borrowed_goal_bound(h)
     size = 0
     for n in range(level_j.size):
         heap_push(h.heap_key, h.heap_node, size, level_j[n], n)
@@ -163,7 +163,7 @@ def lower_levels(h: Homing, power_w: float, level_j: NDArray[np.float64]) -> Non
 
 
 @njit(nogil=True, cache=True)
-def set_out(h: Homing, goal_node: NDArray[np.int64]) -> None:
+def set_out(h: GoalBound, goal_node: NDArray[np.int64]) -> None:
     """Begin a search back from the nodes at which the goals' links begin; their order among each other is free."""
     h.in_heap[HEAP_SIZE] = 0
     h.reach[RADIUS], h.reach[FARTHEST] = 0.0, math.inf
@@ -193,7 +193,7 @@ def most_straight(
 
 
 @njit(nogil=True, cache=True)
-def cost_to_goal(h: Homing, energy_weight: float, time_weight: float, distance_weight: float, asked: int) -> float:
+def cost_to_goal(h: GoalBound, energy_weight: float, time_weight: float, distance_weight: float, asked: int) -> float:
     """Least cost from a node to the goal, or less where it is far; inf where no road leads there. h: borrowed."""
     into_first, into, node = h.into_first, h.into, h.node
     heap_key, heap_node, epoch = h.heap_key, h.heap_node, h.epoch

@@ -13,7 +13,7 @@ from routing.dominance.bounds import least_load_n
 from routing.graph.earth import EARTH_RADIUS_M
 from routing.links.aligned import aligned
 from routing.lower_bound import kernels_least, kernels_lower_bound
-from routing.lower_bound.kernels_lower_bound import Homing
+from routing.lower_bound.kernels_lower_bound import GoalBound
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from energy.force.kernels_physics import LinkPhysics
-    from routing.dominance.kernels_rules import GapRules
+    from routing.dominance.kernels_rules import SlackRules
     from routing.graph.road_graph import RoadGraph
     from routing.links.kernels_tables import LinkArrays
 
@@ -47,7 +47,7 @@ def plain_physics(physics: LinkPhysics) -> LinkPhysics:
 
 @dataclass(frozen=True, slots=True)
 class LeastCosts:
-    """Links by the node that they lead into, and what is known of their least costs; shapes as in Homing."""
+    """Links by the node that they lead into, and what is known of their least costs; shapes as in GoalBound."""
 
     into_first: NDArray[np.int64]
     into: NDArray[np.float64]
@@ -59,12 +59,14 @@ class LeastCosts:
     line_to_road: float
 
 
-class Guide:
+class LowerBound:
     """The least costs of one search space, link by link as searches ask for them; safe between threads."""
 
-    def __init__(self, graph: RoadGraph, arrays: LinkArrays, physics: LinkPhysics, gap: GapRules, alpha: float) -> None:
+    def __init__(
+        self, graph: RoadGraph, arrays: LinkArrays, physics: LinkPhysics, slack: SlackRules, alpha: float
+    ) -> None:
         self._graph, self._arrays, self._physics = graph, arrays, physics
-        self._sag_n, self._alpha = gap.sag_n, alpha
+        self._sag_n, self._alpha = slack.sag_n, alpha
         self._costs: LeastCosts | None = None
         self._descent: NDArray[np.float64] | None = None
         self._lock = threading.Lock()
@@ -97,7 +99,7 @@ class Guide:
     def descent(self) -> NDArray[np.float64]:
         """What ways on give back at most, float64 (M, 2) as in SearchRules, in O(M log M) the first time (lemma 10)."""
         graph = self._graph
-        costs, h = self.costs(), self.homing(HomingScratch(graph.node_count + graph.link_count), 0, ())
+        costs, h = self.costs(), self.towards(GoalBoundScratch(graph.node_count + graph.link_count), 0, ())
         with self._lock:
             if self._descent is None:
                 height_j = self._alpha * self._physics.weight_n * graph.node_height_m
@@ -107,10 +109,10 @@ class Guide:
                 self._descent = np.column_stack(((height_j - level_j)[graph.tail], slowest_mps))
             return self._descent
 
-    def homing(self, scratch: HomingScratch, start_link: int, goal_links: Sequence[int]) -> Homing:
+    def towards(self, scratch: GoalBoundScratch, start_link: int, goal_links: Sequence[int]) -> GoalBound:
         """What directs a search from a place on a link to places on others."""
         costs, arrays, tail = self.costs(), self._arrays, self._graph.tail
-        homing = Homing(
+        bound = GoalBound(
             used=True,
             into_first=costs.into_first,
             into=costs.into,
@@ -135,8 +137,8 @@ class Guide:
             reach=scratch.reach,
             epoch=scratch.next_epoch(),
         )
-        kernels_lower_bound.set_out(homing, tail[list(goal_links)].astype(np.int64))
-        return homing
+        kernels_lower_bound.set_out(bound, tail[list(goal_links)].astype(np.int64))
+        return bound
 
 
 def _places_m(graph: RoadGraph) -> NDArray[np.float64]:
@@ -145,7 +147,7 @@ def _places_m(graph: RoadGraph) -> NDArray[np.float64]:
     return EARTH_RADIUS_M * np.column_stack((np.cos(lat) * np.cos(lon), np.cos(lat) * np.sin(lon), np.sin(lat)))
 
 
-class HomingScratch:
+class GoalBoundScratch:
     """Arrays that one search back writes; room for a node a link, of which a connected graph has no more."""
 
     def __init__(self, links: int) -> None:
@@ -162,11 +164,11 @@ class HomingScratch:
         return self.epoch
 
 
-def _undirected(arrays: LinkArrays, physics: LinkPhysics) -> Homing:
+def _undirected(arrays: LinkArrays, physics: LinkPhysics) -> GoalBound:
     """What a search without a goal is given; its arrays are of the types of any other, of which none is read."""
     none, nowhere = np.empty((0, 4)), np.zeros(0, np.int32)
     nowhere.flags.writeable = False  # as the arrays of a graph are, so that there is one compiled search
-    return Homing(
+    return GoalBound(
         used=False,
         into_first=np.zeros(1, np.int64),
         into=none,

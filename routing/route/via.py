@@ -156,7 +156,7 @@ class WayFinder:
         """Most that a better way could take less because cabin and tyres warm up (docs/search.md, lemma 9)."""
         space = self._search.space_of(self._query, self._query.vehicle)
         bound_j = sum(
-            space.still_due_j(way.clock_s[k])
+            space.still_owed_j(way.clock_s[k])
             for k in range(1, len(way.first) - 1)
             if way.first[k + 1] > way.first[k] > 0
         )

@@ -24,18 +24,18 @@ from energy.force.kernels_physics import (
     road_at,
     road_in_time,
 )
-from routing.dominance.kernels_dominates import climate_due_j, leads, least_worth_j, warm_up_due_j
-from routing.dominance.kernels_gap import gap_of, greatest_of_sums
+from routing.dominance.kernels_dominates import climate_debt_j, leads, least_slack_j, warm_up_debt_j
 from routing.dominance.kernels_rules import (
     DESCENT_J,
     DESCENT_MPS,
     GAIN_J,
     NOISE_COST,
-    SLACK_J,
-    GapRules,
+    UNEVEN_J,
     SearchRules,
-    borrowed_rules,
+    SlackRules,
+    borrowed_slack_rules,
 )
+from routing.dominance.kernels_slack import greatest_of_sums, slack_of
 from routing.kernels_heap import heap_drop, heap_push
 from routing.links.kernels_drives import (
     DRIVE_END,
@@ -66,8 +66,8 @@ from routing.lower_bound.kernels_lower_bound import (
     FARTHEST_S,
     NODE_COST,
     NODE_FINAL,
-    Homing,
-    borrowed_homing,
+    GoalBound,
+    borrowed_goal_bound,
     cost_to_goal,
 )
 from routing.search.kernels_workspace import (
@@ -143,13 +143,13 @@ def start_label(
 def run(
     g: LinkArrays,
     p: LinkPhysics,
-    q: GapRules,
+    q: SlackRules,
     bounds: NDArray[np.float64],
     r: SearchRules,
     ws: Workspace,
     d: DriveTable,
     fills: bool,
-    h: Homing,
+    h: GoalBound,
     epoch: int,
     goal_link: NDArray[np.int64],
     goal_offset: NDArray[np.float64],
@@ -163,7 +163,7 @@ def run(
     The loop reads tables by row and column: a view of a row would be counted in and out with locked instructions,
     which took a third of its time.
     """
-    p, q, bounds = borrowed_physics(p), borrowed_rules(q), borrowed(bounds)
+    p, q, bounds = borrowed_physics(p), borrowed_slack_rules(q), borrowed(bounds)
     number, index, counter = borrowed(ws.number), borrowed(ws.pointer), borrowed(ws.counter)
     heap_key, heap_label, bag = borrowed(ws.heap_key), borrowed(ws.heap_label), borrowed(ws.bag)
     row, settling_m, top_class, roads = (
@@ -189,7 +189,7 @@ def run(
     most_accel = greatest_of_sums(q.accel_sum)
     successor_first, successors = borrowed(g.successor_first), borrowed(g.successor)
     directed = h.used
-    h = borrowed_homing(h)
+    h = borrowed_goal_bound(h)
     node, gathered, tail, back_reach, back_epoch = h.node, h.entry, h.tail, h.reach, h.epoch
     time_weight, distance_weight = r.time_weight, r.distance_weight
     plain = timeless and not pareto
@@ -387,9 +387,9 @@ def run(
                     due = 0.0
                     if not timeless:
                         s_a, s_b = (one_s, now_s) if newer == 0 else (now_s, one_s)
-                        due = climate_due_j(q, s_a, s_b)
+                        due = climate_debt_j(q, s_a, s_b)
                         if warms:
-                            due += warm_up_due_j(bounds, top_class[successor], s_a, s_b)
+                            due += warm_up_debt_j(bounds, top_class[successor], s_a, s_b)
                     safe_j = -math.inf
                     if strict:
                         # with no more charge than this no way on fills the battery
@@ -409,10 +409,10 @@ def run(
                     else:
                         k_top = top_class[successor] if uneven or fades else 0
                         long, v_max = row[successor, LENGTH], row[successor, LIMIT]
-                        worth_j = least_worth_j(
+                        worth_j = least_slack_j(
                             kinetic_j,
                             most_accel,
-                            bounds[SLACK_J, k_top] if uneven else 0.0,
+                            bounds[UNEVEN_J, k_top] if uneven else 0.0,
                             long,
                             v_max,
                             v_a,
@@ -437,7 +437,7 @@ def run(
                                     pairs[slot, PAIR_GAIN_J],
                                 )
                         if math.isnan(gap_j + lost_s + gain_j):
-                            gap_j, lost_s, gain_j = gap_of(
+                            gap_j, lost_s, gain_j = slack_of(
                                 p,
                                 q,
                                 bounds,
@@ -467,7 +467,7 @@ def run(
                             owes = due > 0.0
                             if not owes:  # but once they meet it may be the earlier one
                                 behind_s = one_s - now_s if newer == 0 else now_s - one_s
-                                _, gained_s, _ = gap_of(
+                                _, gained_s, _ = slack_of(
                                     p,
                                     q,
                                     bounds,

@@ -21,7 +21,7 @@ from energy.force.effects import LinkSetting
 from energy.force.kernels_physics import accepted_j, cabin_energy_j, road_in_time
 from energy.stops import FunctionalClass, StopSettings
 from energy.units import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_HOUR
-from routing.dominance.bounds import gap_rules, warm_up_w
+from routing.dominance.bounds import slack_rules, warm_up_w
 from routing.errors import SearchLimitError
 from routing.graph.earth import EARTH_RADIUS_M
 from routing.search.found import Limits
@@ -100,8 +100,8 @@ class EnergySearch:
             self._driven_mps[key], self._roads[key] = self._road(key)
         if self.physics.tyre_time_s > 0.0:
             driven, roads = np.array(list(self._driven_mps.values())), np.vstack(list(self._roads.values()))
-            gap = gap_rules(self.physics, roads, driven)
-            object.__setattr__(self, "_warm_up_w", warm_up_w(self.physics, gap, roads, driven))
+            slack = slack_rules(self.physics, roads, driven)
+            object.__setattr__(self, "_warm_up_w", warm_up_w(self.physics, slack, roads, driven))
 
     @property
     def physics(self) -> LinkPhysics:
@@ -247,20 +247,20 @@ class EnergySearch:
     def _dominates(self, a: Label, b: Label) -> bool:
         if a.state == b.state:
             alone = not self.limits.held or (self.weights.time == 0.0 and self.weights.distance == 0.0)
-            due = 0.0
+            debt_j = 0.0
             if a.time_s < b.time_s:  # the earlier one may still have more of the climate's start before it
-                due = cabin_energy_j(self.physics, a.time_s, b.time_s) - self.physics.cabin_w * (b.time_s - a.time_s)
-            due += self._warm_up_due_j(a.time_s, b.time_s)
-            if a.cost + self.weights.energy * due / JOULE_PER_KWH > b.cost:
+                debt_j = cabin_energy_j(self.physics, a.time_s, b.time_s) - self.physics.cabin_w * (b.time_s - a.time_s)
+            debt_j += self._warm_up_debt_j(a.time_s, b.time_s)
+            if a.cost + self.weights.energy * debt_j / JOULE_PER_KWH > b.cost:
                 return False
             return (
-                a.energy_j + due <= b.energy_j
-                if due > 0.0 and self.limits.held
+                a.energy_j + debt_j <= b.energy_j
+                if debt_j > 0.0 and self.limits.held
                 else (alone or a.energy_j <= b.energy_j)
             )
         return self.dominance is not None and self.dominance(a, b)
 
-    def _warm_up_due_j(self, a_s: float, b_s: float) -> float:
+    def _warm_up_debt_j(self, a_s: float, b_s: float) -> float:
         """Most that colder or warmer tyres can still cost the drive that is there at a_s, not at b_s."""
         tau = self.physics.tyre_time_s
         if tau == 0.0:

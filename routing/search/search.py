@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from routing.lower_bound.kernels_lower_bound import Homing
+    from routing.lower_bound.kernels_lower_bound import GoalBound
     from routing.search.space import SearchSpace
     from routing.weights import Weights
 
@@ -72,7 +72,7 @@ def _proven(
     most = min(rules.label_limit, STRICT_LABELS_PER_LINK * space.arrays.length_m.size + STRICT_LABELS)
     began = time.perf_counter()
     try:
-        found, strict = search(rules._replace(descent=space.guide.descent(), label_limit=most))
+        found, strict = search(rules._replace(descent=space.lower_bound.descent(), label_limit=most))
     except SearchLimitError as error:
         seconds = counts.seconds + time.perf_counter() - began
         return found, replace(counts, labels_made=counts.labels_made + error.labels, seconds=seconds)
@@ -91,12 +91,12 @@ def _run(
     starts: Sequence[LinkPosition],
     goals: Sequence[LinkPosition],
     lent: LentDrives,
-    homing: Homing,
+    bound: GoalBound,
     begin_s: float = 0.0,
 ) -> tuple[Workspace, int, int, SearchCounts]:
     ws, epoch = pool.take()
     began = _begin(space, rules, ws, starts, begin_s)
-    ws, status = _settle(space, rules, ws, goals, lent, homing, epoch)
+    ws, status = _settle(space, rules, ws, goals, lent, bound, epoch)
     _check_settled(status, space, ws, pool, rules, epoch)
     counts = _counts(space, ws, rules, began)
     return ws, epoch, int(ws.counter[kernels_workspace.GOAL]), counts
@@ -120,7 +120,7 @@ def _settle(
     ws: Workspace,
     goals: Sequence[LinkPosition],
     lent: LentDrives,
-    homing: Homing,
+    bound: GoalBound,
     epoch: int,
 ) -> tuple[Workspace, int]:
     """Run the kernel until it is done or has met a goal, with more room wherever it asks for it."""
@@ -130,13 +130,13 @@ def _settle(
         status = kernels_search.run(
             space.arrays,
             space.physics,
-            space.gap,
+            space.slack,
             space.bounds,
             rules,
             ws,
             lent.table,
             lent.fills,
-            homing,
+            bound,
             epoch,
             goal_link,
             goal_offset,
@@ -173,7 +173,7 @@ def _counts(space: SearchSpace, ws: Workspace, rules: SearchRules, began: float)
         label_correcting=bool(rules.correcting),
         reduced_below_zero=int(ws.counter[kernels_workspace.REDUCED_BELOW_ZERO]),
         crowded=int(ws.counter[kernels_workspace.CROWDED]),
-        unpaid_j=0.0 if safe else space.still_due_j(refused_s),
+        unpaid_j=0.0 if safe else space.still_owed_j(refused_s),
     )
 
 
@@ -198,8 +198,8 @@ def find_path(
     """
     rules = _rules(space, weights, limits, pareto, label_limit)
     directed = directed and 0 < len(goals) <= MOST_GOALS and not rules.correcting
-    homing = pool.directed(space, starts, goals) if directed else nullcontext(space.guide.undirected)
-    with space.drives.lent() as lent, homing as bound:
+    directed_to = pool.directed(space, starts, goals) if directed else nullcontext(space.lower_bound.undirected)
+    with space.drives.lent() as lent, directed_to as bound:
 
         def search(by: SearchRules) -> tuple[FoundPath | None, SearchCounts]:
             ws, epoch, goal, counts = _run(space, pool, by, starts, goals, lent, bound, begin_s)
@@ -250,7 +250,7 @@ def reach(
 
         def search(by: SearchRules) -> tuple[tuple[NDArray[np.float64], NDArray[np.float64]], SearchCounts]:
             node_energy, link_reach = np.full(node_count, np.inf), np.full(head.size, -1.0)
-            ws, epoch, _, counts = _run(space, pool, by, starts, (), lent, space.guide.undirected)
+            ws, epoch, _, counts = _run(space, pool, by, starts, (), lent, space.lower_bound.undirected)
             try:
                 arrivals(space.arrays, space.physics, by, ws, lent.table, lent.fills, head, node_energy, link_reach)
             finally:
@@ -306,7 +306,7 @@ def _run_to_all(
     status = kernels_workspace.FOUND
     while status == kernels_workspace.FOUND and -1 in found:
         missing = [goal for label, goals in zip(found, targets, strict=True) if label < 0 for goal in goals]
-        ws, status = _settle(space, rules, ws, missing, lent, space.guide.undirected, epoch)
+        ws, status = _settle(space, rules, ws, missing, lent, space.lower_bound.undirected, epoch)
         for label in _labels_at_goals(ws, rules):
             link_idx, offset_m = _goal_place(ws, label)
             for at_m, k in targets_at[link_idx]:

@@ -16,13 +16,13 @@ from energy.force.effects import LinkSetting, drive_of
 from energy.force.kernels_physics import LinkPhysics
 from energy.stops import StopSettings
 from routing.dominance import kernels_rules
-from routing.dominance.bounds import gap_bounds, gap_rules, least_load_n
-from routing.dominance.kernels_rules import GapRules
+from routing.dominance.bounds import least_load_n, slack_bounds, slack_rules
+from routing.dominance.kernels_rules import SlackRules
 from routing.links import kernels_links, kernels_tables
 from routing.links.drives import Drives
 from routing.links.kernels_tables import LinkArrays
 from routing.links.stops import link_stops
-from routing.lower_bound.lower_bound import Guide
+from routing.lower_bound.lower_bound import LowerBound
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -43,11 +43,11 @@ class SearchSpace:
 
     arrays: LinkArrays
     physics: LinkPhysics
-    gap: GapRules
+    slack: SlackRules
     bounds: NDArray[np.float64]
     half_inertia_kg: float
     drives: Drives
-    guide: Guide
+    lower_bound: LowerBound
     least_load_n: float
 
     @property
@@ -55,18 +55,18 @@ class SearchSpace:
         """Whether no link gives back more than height and speed hold, so that labels can be set (lemma 1)."""
         return not self.physics.printed and self.least_load_n >= -LOAD_NOISE_N
 
-    def still_due_j(self, clock_s: float) -> float:
+    def still_owed_j(self, clock_s: float) -> float:
         """Most that an earlier drive may yet pay more than a later one while cabin and tyres warm up (lemma 8) [J].
 
         clock_s: time since departure at which the earlier one is, or any before it [s].
         """
-        due_j, tyre_s = 0.0, self.physics.tyre_time_s
-        if self.gap.cabin_start_w > 0.0:
-            due_j += self.gap.cabin_start_w * self.gap.cabin_time_s * math.exp(-clock_s / self.gap.cabin_time_s)
+        owed_j, tyre_s = 0.0, self.physics.tyre_time_s
+        if self.slack.cabin_start_w > 0.0:
+            owed_j += self.slack.cabin_start_w * self.slack.cabin_time_s * math.exp(-clock_s / self.slack.cabin_time_s)
         if tyre_s > 0.0:
             cold_w = float(self.bounds[kernels_rules.WARM_UP_W, 0]) * math.exp(-clock_s / tyre_s)
-            due_j += tyre_s * max(cold_w, float(self.bounds[kernels_rules.WARM_LATE_W, 0]))
-        return due_j
+            owed_j += tyre_s * max(cold_w, float(self.bounds[kernels_rules.WARM_LATE_W, 0]))
+        return owed_j
 
 
 def link_setting(graph: RoadGraph, drive: Drive) -> LinkSetting:
@@ -122,11 +122,13 @@ def search_space(
         top_class=top,
         settling_m=settling,
     )
-    gap = gap_rules(physics, roads, driven)
-    bounds = gap_bounds(physics, gap, half_inertia, roads, driven)
-    guide = Guide(graph, arrays, physics, gap, potential_share(physics))
+    slack = slack_rules(physics, roads, driven)
+    bounds = slack_bounds(physics, slack, half_inertia, roads, driven)
+    lower_bound = LowerBound(graph, arrays, physics, slack, potential_share(physics))
     least_n = least_load_n(physics, roads, driven)
-    return SearchSpace(arrays, physics, gap, bounds, half_inertia, Drives(graph.successor_first), guide, least_n)
+    return SearchSpace(
+        arrays, physics, slack, bounds, half_inertia, Drives(graph.successor_first), lower_bound, least_n
+    )
 
 
 def potential_share(physics: LinkPhysics) -> float:

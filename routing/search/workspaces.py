@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from routing.links.aligned import aligned
-from routing.lower_bound.lower_bound import HomingScratch
+from routing.lower_bound.lower_bound import GoalBoundScratch
 from routing.places import LinkPosition
 from routing.search.kernels_workspace import Workspace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
-    from routing.lower_bound.kernels_lower_bound import Homing
+    from routing.lower_bound.kernels_lower_bound import GoalBound
     from routing.search.space import SearchSpace
 
 
@@ -52,7 +52,7 @@ class WorkspacePool:
     def __init__(self, links: int) -> None:
         self._links = links
         self._free: list[tuple[Workspace, int]] = []
-        self._homing: list[HomingScratch] = []
+        self._homing: list[GoalBoundScratch] = []
         self._lock = threading.Lock()
 
     def take(self) -> tuple[Workspace, int]:
@@ -71,14 +71,14 @@ class WorkspacePool:
     @contextmanager
     def directed(
         self, space: SearchSpace, starts: Sequence[LinkPosition], goals: Sequence[LinkPosition]
-    ) -> Iterator[Homing]:
+    ) -> Iterator[GoalBound]:
         """What directs a search to its goals; for one search."""
         with self._lock:
             scratch = self._homing.pop() if self._homing else None
         if scratch is None:
-            scratch = HomingScratch(self._links)
+            scratch = GoalBoundScratch(self._links)
         try:
-            yield space.guide.homing(scratch, starts[0].link_idx, [goal.link_idx for goal in goals])
+            yield space.lower_bound.towards(scratch, starts[0].link_idx, [goal.link_idx for goal in goals])
         finally:
             with self._lock:
                 if len(self._homing) < WORKSPACES_KEPT:

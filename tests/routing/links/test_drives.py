@@ -17,9 +17,9 @@ from energy.stops import StopSettings
 from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from energy.vehicle.files import load_vehicles
-from routing.dominance.kernels_dominates import least_worth_j
-from routing.dominance.kernels_gap import greatest_of_sums, state_gap
-from routing.dominance.kernels_rules import SLACK_J
+from routing.dominance.kernels_dominates import least_slack_j
+from routing.dominance.kernels_rules import UNEVEN_J
+from routing.dominance.kernels_slack import greatest_of_sums, state_slack
 from routing.graph.road_graph import RoadGraph
 from routing.links.drives import LEAST_ROWS, Drives
 from routing.links.spans import ChainMaker
@@ -197,12 +197,14 @@ def test_quick_bound_asks_for_no_more_than_the_whole_one(speeds, stopped, length
     link = int(np.flatnonzero(graph.tail == 0)[0])
     (v_a, v_b), k = (min(v, limit) for v in speeds), int(space.arrays.top_class[link])
     state = (v_a, stopped[0], v_b, stopped[1])
-    whole, _, _, _ = state_gap(space.physics, space.gap, space.bounds, space.half_inertia_kg, length, limit, k, *state)
-    kinetic_j = space.gap.drive_factor * space.half_inertia_kg
-    accel = greatest_of_sums(space.gap.accel_sum)
-    slack_j = float(space.bounds[SLACK_J, k])
+    whole, _, _, _ = state_slack(
+        space.physics, space.slack, space.bounds, space.half_inertia_kg, length, limit, k, *state
+    )
+    kinetic_j = space.slack.drive_factor * space.half_inertia_kg
+    accel = greatest_of_sums(space.slack.accel_sum)
+    slack_j = float(space.bounds[UNEVEN_J, k])
     if (v_a, stopped[0]) != (v_b, stopped[1]):
-        assert least_worth_j(kinetic_j, accel, slack_j, length, limit, *state) <= whole
+        assert least_slack_j(kinetic_j, accel, slack_j, length, limit, *state) <= whole
 
 
 def test_forgotten_table_is_filled_anew_and_one_that_is_being_filled_is_kept(streets):

@@ -20,7 +20,7 @@ from energy.stops import StopSettings
 from energy.vehicle.files import load_vehicles
 from routing.lower_bound.kernels_least import SLOWEST, STOPPED_LEAST, STOPPED_MOST, least_towards_any
 from routing.lower_bound.kernels_lower_bound import FARTHEST, INTO_J, INTO_M, INTO_S, INTO_TAIL, cost_to_goal
-from routing.lower_bound.lower_bound import HomingScratch
+from routing.lower_bound.lower_bound import GoalBoundScratch
 from routing.places import LinkPosition
 from routing.search.found import Limits
 from routing.search.search import find_path
@@ -51,8 +51,8 @@ def space_of(graph, car, rule, sky=STILL):
 
 def tables_of(space):
     """Entries (M, 3) and least costs (M, 2), by link."""
-    g, costs = space.arrays, space.guide.costs()
-    known = (costs.physics, potential_share(space.physics), space.gap.sag_n, g.row, g.roads)
+    g, costs = space.arrays, space.lower_bound.costs()
+    known = (costs.physics, potential_share(space.physics), space.slack.sag_n, g.row, g.roads)
     turns = (g.successor_first, g.successor, costs.entry)
     return costs.entry, np.array([least_towards_any(*known, *turns, link) for link in range(g.row.shape[0])])
 
@@ -88,7 +88,7 @@ def test_no_entry_of_a_link_takes_less_than_the_least_and_none_leaves_it_slower(
             climb = graph.node_height_m[graph.head[link]] - graph.node_height_m[graph.tail[link]]
             assert least[link, 0] <= max(e - alpha * (p.weight_n * climb + kinetic), 0.0) + 1e-6
             assert least[link, 1] <= t * (1.0 + 1e-12) + 1e-9
-            a_metre = space.guide.costs().least_a_metre
+            a_metre = space.lower_bound.costs().least_a_metre
             taken = e - alpha * (p.weight_n * climb + kinetic), t, 1.0 * g.length_m[link]
             assert (a_metre * g.length_m[link] <= np.array(taken) * (1.0 + 1e-9) + 1e-6).all()
             assert end >= entry[following, SLOWEST]
@@ -130,14 +130,14 @@ def test_bound_of_consumption_tables_holds_on_a_chain_of_links(car):
     assert counts.reduced_below_zero == 0
 
 
-def asked(homing, weights, node):
-    return cost_to_goal(homing, *weights, node)
+def asked(bound, weights, node):
+    return cost_to_goal(bound, *weights, node)
 
 
 def test_costs_to_the_goal_are_those_of_scipy_and_never_more_beyond_the_radius(andorra):  # noqa: F811
     space = space_of(andorra, vehicle(), StopRule.EXPECTED)
     weights = (1.0 / 3.6e6, 0.002, 1e-5)
-    costs = space.guide.costs()
+    costs = space.lower_bound.costs()
     _, least = tables_of(space)
     costs.into[:, [INTO_J, INTO_S]] = np.nan
     to = np.repeat(np.arange(andorra.node_count), np.diff(costs.into_first))
@@ -154,13 +154,13 @@ def test_costs_to_the_goal_are_those_of_scipy_and_never_more_beyond_the_radius(a
     expected = dijkstra(
         coo_array((list(matrix.values()), (row, column)), shape=shape).tocsr(), indices=andorra.tail[goal]
     )
-    scratch = HomingScratch(andorra.link_count)
+    scratch = GoalBoundScratch(andorra.link_count)
     for farthest in (math.inf, float(np.median(expected))):
-        homing = space.guide.homing(scratch, 4000, [goal])
-        homing.reach[FARTHEST] = farthest
-        got = np.array([asked(homing, weights, node) for node in range(andorra.node_count)])
-        line_m = np.linalg.norm(homing.place_m - homing.start_m, axis=1)
-        left = line_m * homing.line_to_road * (homing.least_a_metre @ np.array(weights))
+        bound = space.lower_bound.towards(scratch, 4000, [goal])
+        bound.reach[FARTHEST] = farthest
+        got = np.array([asked(bound, weights, node) for node in range(andorra.node_count)])
+        line_m = np.linalg.norm(bound.place_m - bound.start_m, axis=1)
+        left = line_m * bound.line_to_road * (bound.least_a_metre @ np.array(weights))
         near = expected + left <= min(farthest, 1e9)
         assert near.sum() > 0
         assert got[near] == pytest.approx(expected[near], rel=1e-9, abs=1e-12)
@@ -171,10 +171,10 @@ def test_costs_to_the_goal_are_those_of_scipy_and_never_more_beyond_the_radius(a
 def test_nothing_leads_to_the_goal_of_a_road_that_none_enters():
     graph = graph_of([(0, 1, 300.0, 15.0, 0), (1, 0, 300.0, 15.0, 0)], [0.0, 0.0])
     space = space_of(graph, vehicle(), StopRule.NONE)
-    homing = space.guide.homing(HomingScratch(graph.link_count), 1, [0])
-    homing.into_first[:] = 0  # as if no link led anywhere
-    assert asked(homing, (1.0, 0.0, 0.0), int(graph.tail[0])) == 0.0
-    assert asked(homing, (1.0, 0.0, 0.0), int(graph.head[0])) == math.inf
+    bound = space.lower_bound.towards(GoalBoundScratch(graph.link_count), 1, [0])
+    bound.into_first[:] = 0  # as if no link led anywhere
+    assert asked(bound, (1.0, 0.0, 0.0), int(graph.tail[0])) == 0.0
+    assert asked(bound, (1.0, 0.0, 0.0), int(graph.head[0])) == math.inf
 
 
 def test_directed_searches_on_andorra_settle_less_than_half_of_the_labels(andorra):  # noqa: F811
@@ -208,7 +208,7 @@ def test_least_costs_are_kept_from_one_search_to_the_next_and_computed_where_it_
     start, goal = LinkPosition(100, 0.0), LinkPosition(int(andorra.successors(100)[0]), 1.0)
     pool = WorkspacePool(andorra.link_count)
     answers = [find_path(space, pool, ECO, Limits(), [start], [goal]) for _ in range(2)]
-    known = np.isfinite(space.guide.costs().into[:, INTO_J])
+    known = np.isfinite(space.lower_bound.costs().into[:, INTO_J])
     assert 0 < known.sum() < 0.5 * known.size
     assert answers[0][0] == answers[1][0]
     assert answers[0][1].labels_made == answers[1][1].labels_made

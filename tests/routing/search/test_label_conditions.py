@@ -17,9 +17,9 @@ from energy.force.kernels_physics import accepted_j, cabin_energy_j, road_in_tim
 from energy.stops import StopSettings
 from energy.vehicle.files import load_vehicles
 from energy.vehicle.vehicle import Vehicle
-from routing.dominance.kernels_dominates import climate_due_j, leads
-from routing.dominance.kernels_gap import gap_of
+from routing.dominance.kernels_dominates import climate_debt_j, leads
 from routing.dominance.kernels_rules import NOISE_COST, SearchRules
+from routing.dominance.kernels_slack import slack_of
 from routing.graph.road_graph import RoadGraph
 from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
 from routing.places import LinkPosition
@@ -73,7 +73,7 @@ def settled(graph: RoadGraph, space: SearchSpace, limits: Limits, weights: Weigh
     rules = search._rules(space, weights, limits, pareto, 5_000_000)
     with space.drives.lent() as lent:
         ws, _, goal, counts = search._run(
-            space, WorkspacePool(graph.link_count), rules, [start], (), lent, space.guide.undirected
+            space, WorkspacePool(graph.link_count), rules, [start], (), lent, space.lower_bound.undirected
         )
     assert goal == -1
     made = int(ws.counter[kernels_workspace.LABELS])
@@ -105,15 +105,15 @@ def makes_superfluous(space, r, link, a, b):
         return False
     if r.pareto and (a[ENERGY] > b[ENERGY] or (debt > NOISE_COST and r.least_energy_j != -math.inf)):
         return False
-    due = climate_due_j(space.gap, a[TIME], b[TIME])
+    due = climate_debt_j(space.slack, a[TIME], b[TIME])
     states = (a[SPEED], a[STOPPED], b[SPEED], b[STOPPED])
     if states[:2] == states[2:]:
         return a[COST] + r.energy_weight * due <= b[COST] and (not r.limited or a[ENERGY] + due <= b[ENERGY])
     g = space.arrays
     length, v_max, settling = g.length_m[link], g.speed_limit_mps[link], g.settling_m[link]
-    energy, lost, gain = gap_of(
+    energy, lost, gain = slack_of(
         space.physics,
-        space.gap,
+        space.slack,
         space.bounds,
         r,
         g.roads,

@@ -16,7 +16,7 @@ from energy.force.effects import drive_of
 from energy.force.kernels_force import road_load_n
 from energy.force.kernels_physics import Road
 from energy.stops import StopSettings
-from routing.dominance.bounds import gap_rules, least_load_n
+from routing.dominance.bounds import least_load_n, slack_rules
 from routing.errors import NegativeCycleError, QueryError
 from routing.places import LinkPosition, Point
 from routing.planner import Planner
@@ -44,7 +44,7 @@ def space_of(graph, car, sky):
 @given(maps(), st.one_of(vehicles, st.just(FALLING)), st.sampled_from([STILL, GALE, *WEATHER]), st.integers(0, 99))
 def test_least_load_and_its_fall_bound_the_load_at_every_speed(graph, car, sky, seed):
     space = space_of(graph, car, sky)
-    gap = gap_rules(drive_of(car, sky).physics, space.arrays.roads, space.arrays.speed_limit_mps)
+    gap = slack_rules(drive_of(car, sky).physics, space.arrays.roads, space.arrays.speed_limit_mps)
     for link in range(graph.link_count):
         speeds = np.sort(np.random.default_rng(seed).uniform(0.0, space.arrays.speed_limit_mps[link], 20))
         load = [road_load_n(Road(*space.arrays.roads[link, :5].tolist()), v) for v in speeds.tolist()]

@@ -214,7 +214,7 @@ def test_range_whose_proof_takes_too_many_labels_says_so(envalira, cars):
 @given(maps(), vehicles, rules, st.sampled_from([STILL, *WEATHER, *CLIMATE]), st.sampled_from(LEARNED), st.data())
 def test_no_way_on_gives_back_more_than_the_descent_from_its_link(graph, car, rule, sky, learned, data):
     space = search_space(graph, replace(car, effects=learned), LinkModel.INTEGRATED, rule, StopSettings(), sky)
-    states, descent, p = StateGraph(graph, space, Limits(), ECO), space.guide.descent(), space.physics
+    states, descent, p = StateGraph(graph, space, Limits(), ECO), space.lower_bound.descent(), space.physics
     alpha = potential_share(p) * space.half_inertia_kg
     state, used, clock, entered = (data.draw(st.integers(0, graph.link_count - 1)), 0.0, 0.0, 0.0), 0.0, 0.0, []
     for _ in range(10):

@@ -14,17 +14,17 @@ from numpy.typing import NDArray
 from energy.chain.kernels_link import link_energy, mean_over_intervals, speed_change_j
 from energy.force.kernels_physics import LinkPhysics, road_in_time
 from routing.dominance.kernels_rules import (
-    CUT_J,
-    CUT_MPS,
     DRIFT_S,
     GAIN_J,
     LEAST_ACCEL,
     MEETING_DISTANCE,
-    SLACK_J,
-    SLACK_S,
+    NO_REGEN_J,
+    NO_REGEN_MPS,
+    UNEVEN_J,
+    UNEVEN_S,
     WARM_UP_W,
-    GapRules,
     SearchRules,
+    SlackRules,
 )
 
 # (1 + r)(ln(2/(1 + r)) + 1/2) for r in 0..1 is at most this: time lost by starting slower, docs/search.md lemma 4
@@ -32,8 +32,8 @@ LOST_TIME_COEF = 1.2131
 
 
 @njit(nogil=True, cache=True)
-def pair_gap(
-    q: GapRules, half_inertia: float, v_a: float, v_b: float, v_max: float, warm_up_w: float
+def meeting_slack(
+    q: SlackRules, half_inertia: float, v_a: float, v_b: float, v_max: float, warm_up_w: float
 ) -> tuple[float, float]:
     """Most energy [J] and time [s] that entering at v_a instead of v_b can cost where both reach v_max in the link.
 
@@ -75,7 +75,7 @@ def pair_gap(
 
 
 @njit(nogil=True, cache=True)
-def reaches(q: GapRules, v: float, v_max: float, length: float) -> bool:
+def reaches(q: SlackRules, v: float, v_max: float, length: float) -> bool:
     """Whether an entry at v reaches v_max within a length."""
     if v >= v_max:
         return True
@@ -84,9 +84,9 @@ def reaches(q: GapRules, v: float, v_max: float, length: float) -> bool:
 
 
 @njit(nogil=True, cache=True)
-def state_gap(
+def state_slack(
     p: LinkPhysics,
-    q: GapRules,
+    q: SlackRules,
     bounds: NDArray[np.float64],
     half_inertia: float,
     length: float,
@@ -116,18 +116,18 @@ def state_gap(
     if meets and (none > 0.0 or p_a >= p_b):
         meets = reaches(q, v_b, v_max, length)
     if meets:
-        energy = bounds[CUT_J, k] if slowest < bounds[CUT_MPS, k] else 0.0
+        energy = bounds[NO_REGEN_J, k] if slowest < bounds[NO_REGEN_MPS, k] else 0.0
         lost = 0.0
         warm_up_w = bounds[WARM_UP_W, k]
         if none > 0.0 and v_a != v_b:
-            e, t = pair_gap(q, half_inertia, v_a, v_b, v_max, warm_up_w)
+            e, t = meeting_slack(q, half_inertia, v_a, v_b, v_max, warm_up_w)
             energy += none * e
             lost += none * t
         if only_one > 0.0:
             if p_a > p_b:
-                e, t = pair_gap(q, half_inertia, 0.0, v_b, v_max, warm_up_w)
+                e, t = meeting_slack(q, half_inertia, 0.0, v_b, v_max, warm_up_w)
             else:
-                e, t = pair_gap(q, half_inertia, v_a, 0.0, v_max, warm_up_w)
+                e, t = meeting_slack(q, half_inertia, v_a, 0.0, v_max, warm_up_w)
             energy += only_one * e
             lost += only_one * t
         return energy, lost, True, 0.0
@@ -139,24 +139,24 @@ def state_gap(
         slower += math.sqrt(only_one) * v_b
     else:
         excess += only_one * v_a * v_a
-    lost = 2.0 * LOST_TIME_COEF * slower / bounds[LEAST_ACCEL, k] + bounds[SLACK_S, k]
+    lost = 2.0 * LOST_TIME_COEF * slower / bounds[LEAST_ACCEL, k] + bounds[UNEVEN_S, k]
     drag = q.drive_factor * bounds[MEETING_DISTANCE, k]
     drag *= q.aero_n_per_mps2 * excess + q.linear_n_per_mps * math.sqrt(excess)
-    energy = q.drive_factor * half_inertia * deficit + q.power_w * lost + bounds[SLACK_J, k]
+    energy = q.drive_factor * half_inertia * deficit + q.power_w * lost + bounds[UNEVEN_J, k]
     # the drag comes first: kinetic energy that pays for it only later could miss the reserve meanwhile
     energy += drag
-    if slowest < bounds[CUT_MPS, k]:
-        energy += 2.0 * bounds[CUT_J, k]
+    if slowest < bounds[NO_REGEN_MPS, k]:
+        energy += 2.0 * bounds[NO_REGEN_J, k]
     if q.loss_w > 0.0 or q.cap_w > 0.0 or bounds[WARM_UP_W, k] > 0.0:
         faster = math.sqrt(none) * max(0.0, v_a - v_b) + (math.sqrt(only_one) * v_a if p_a <= p_b else 0.0)
         apart = 2.0 * LOST_TIME_COEF * max(slower, faster) / bounds[LEAST_ACCEL, k]
         energy += q.loss_w * (apart + bounds[DRIFT_S, k]) + q.cap_w * apart
-        energy += bounds[WARM_UP_W, k] * (apart + bounds[SLACK_S, k])
+        energy += bounds[WARM_UP_W, k] * (apart + bounds[UNEVEN_S, k])
     return energy, lost, False, bounds[GAIN_J, k]
 
 
 @njit(nogil=True, cache=True)
-def phase_gap(
+def phase_slack(
     p: LinkPhysics,
     roads: NDArray[np.float64],
     link: int,
@@ -170,7 +170,7 @@ def phase_gap(
 ) -> tuple[float, float]:
     """The exact difference of energy and time of two entries of a link in which all phases fit whatever follows.
 
-    begin_s: when both enter it; what it costs that they do not is climate_due_j and warm_up_due_j.
+    begin_s: when both enter it; what it costs that they do not is climate_debt_j and warm_up_debt_j.
     """
     r = road_in_time(p, roads, link, begin_s, length / v_max)
     e_a, t_a, _ = link_energy(p, r, length, v_a, p_a, v_max, v_max, 0.0, 0.0)
@@ -179,9 +179,9 @@ def phase_gap(
 
 
 @njit(nogil=True, cache=True)
-def gap_of(
+def slack_of(
     p: LinkPhysics,
-    q: GapRules,
+    q: SlackRules,
     bounds: NDArray[np.float64],
     r: SearchRules,
     roads: NDArray[np.float64],
@@ -204,9 +204,9 @@ def gap_of(
     if q.printed:
         if length < settling:
             return math.inf, 0.0, 0.0
-        energy, lost = phase_gap(p, roads, link, length, v_max, v_a, p_a, v_b, p_b, begin_s)
+        energy, lost = phase_slack(p, roads, link, length, v_max, v_a, p_a, v_b, p_b, begin_s)
         return energy + bounds[WARM_UP_W, k] * abs(lost), lost, -math.inf
-    energy, lost, meets, gain = state_gap(p, q, bounds, r.half_inertia_kg, length, v_max, k, v_a, p_a, v_b, p_b)
+    energy, lost, meets, gain = state_slack(p, q, bounds, r.half_inertia_kg, length, v_max, k, v_a, p_a, v_b, p_b)
     return energy, lost, -math.inf if meets else gain
 
 
