@@ -143,7 +143,7 @@ def cabin_energy_j(p: LinkPhysics, begin_s: float, end_s: float) -> float:
     return p.cabin_w * (end_s - begin_s) + p.cabin_start_w * tau * transient
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, inline="always")
 def borrowed_physics(p: LinkPhysics) -> LinkPhysics:
     """The same vehicle and conditions with borrowed arrays."""
     return LinkPhysics(

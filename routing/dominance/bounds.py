@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.force import kernels_physics
-from routing.dominance import kernels_slack
+from routing.dominance import kernels_rules, kernels_slack
 from routing.dominance.kernels_rules import SlackRules
 
 if TYPE_CHECKING:
@@ -20,7 +20,10 @@ SLOW_MPS: Final = 3.0  # below it a difference of drag is too small to matter to
 
 
 def slack_rules(physics: LinkPhysics, roads: NDArray[np.float64], driven_mps: NDArray[np.float64]) -> SlackRules:
-    """The vehicle as dominance sees it: bounds on what a difference of states can cost that hold on every link."""
+    """The vehicle as dominance sees it: bounds on what a difference of states can cost that hold on every link.
+
+    Those for each speed interval are slack_bounds, which start from these; here the table is empty.
+    """
     linear, aero = roads[:, kernels_physics.ROAD_LINEAR], roads[:, kernels_physics.ROAD_AERO]
     wind = roads[:, kernels_physics.ROAD_WIND]
     sag = _sag_n(linear, aero, wind, driven_mps)
@@ -54,6 +57,7 @@ def slack_rules(physics: LinkPhysics, roads: NDArray[np.float64], driven_mps: ND
         accel_sum=physics.accel_sum,
         printed=physics.printed,
         table=physics.table,
+        bounds=np.empty((kernels_rules.BOUNDS, 0)),
     )
 
 
@@ -123,14 +127,14 @@ def slack_bounds(
         [[(running[k + 1] - running[i]) / (k + 1 - i) if i <= k else np.inf for k in range(n)] for i in range(n)]
     )
     c, b = slack.aero_n_per_mps2, slack.linear_n_per_mps
-    least, distance, uneven_j, slack_s, gain, drift = (np.empty(n) for _ in range(6))
+    least, distance, uneven_j, uneven_s, gain, drift = (np.empty(n) for _ in range(6))
     for k in range(n):
         top = fastest_mps if k == n - 1 else float(bound[k + 1])
         least[k] = mean[: k + 1, : k + 1].min()
         distance[k] = 2.0 * top**2 / (2.0 * least[k])
         ratio, overshoot = _swing(mean, bound, k, top)
         swing = 2.0 * ratio * top**2
-        slack_s[k] = 2.0 * kernels_slack.LOST_TIME_COEF * math.sqrt(overshoot) / least[k]
+        uneven_s[k] = 2.0 * kernels_slack.LOST_TIME_COEF * math.sqrt(overshoot) / least[k]
         uneven_j[k] = (slack.drive_factor - slack.recuperation_factor) * half_inertia_kg * swing
         # on the way they may be as far apart as one link can drive them, before that is made good again
         uneven_j[k] += slack.recuperation_factor * half_inertia_kg * overshoot
@@ -141,7 +145,7 @@ def slack_bounds(
         drift[k] = 2.0 * ratio * top / least[k]
     same = (physics.regen_min_mps, _no_regen_j(physics, roads), *warm_up_w(physics, slack, roads, driven_mps))
     rest = np.repeat([[*same, physics.tyre_time_s]], n, axis=0).T
-    return np.ascontiguousarray(np.vstack((least, distance, uneven_j, slack_s, gain, drift, rest)))
+    return np.ascontiguousarray(np.vstack((least, distance, uneven_j, uneven_s, gain, drift, rest)))
 
 
 def _swing(mean: NDArray[np.float64], bound: NDArray[np.float64], k: int, top: float) -> tuple[float, float]:

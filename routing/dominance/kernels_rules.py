@@ -10,13 +10,14 @@ from numpy.typing import NDArray
 
 from energy.compiled.kernels_borrow import borrowed
 
-# leads this small are rounding: without them a loss-free vehicle's labels, equal but for the last digits, would pile up
+# advantages this small are rounding: without them a loss-free vehicle's labels, equal but for the last digits, would
+# pile up
 NOISE_J = 1e-6
 NOISE_S = 1e-9
 NOISE_COST = 1e-12
 # columns of SearchRules.descent
 DESCENT_J, DESCENT_MPS = range(2)
-# rows of the table of bounds on what a difference of entry states can be worth while two drives have not met again;
+# rows of SlackRules.bounds, on what a difference of entry states can be worth while two drives have not met again;
 # one column a speed interval of the vehicle, for drives that stay below its upper end (docs/search.md, lemma 6):
 # least mean acceleration [m/s²]; distance until they meet, weighted and doubled [m]; what differing mean accelerations
 # can add [J] and [s]; most that can be recuperated until they meet [J]
@@ -27,6 +28,7 @@ DESCENT_J, DESCENT_MPS = range(2)
 # TYRE_TIME_S: they warm up in
 LEAST_ACCEL, MEETING_DISTANCE, UNEVEN_J, UNEVEN_S, GAIN_J, DRIFT_S = range(6)
 NO_REGEN_MPS, NO_REGEN_J, WARM_UP_W, WARM_LATE_W, TYRE_TIME_S = range(6, 11)
+BOUNDS = 11
 
 
 class SearchRules(NamedTuple):
@@ -37,7 +39,7 @@ class SearchRules(NamedTuple):
     half_inertia_kg: ½·m·d. limited: any battery limit is held. pareto: dominance needs cost and energy.
     correcting: reduced costs may be negative (printed model). descent: (M, 2), by link the most that ways on from its
     tail give back to an entry without speed [J], and the speed below which that isn't known [m/s]. Where cabin or tyres
-    are to be paid from a lead in charge, it counts only as far as that can't fill the battery. (0, 2): it
+    are to be paid from more charge, that counts only as far as that can't fill the battery. (0, 2): it
     counts in full.
     """
 
@@ -62,7 +64,8 @@ class SlackRules(NamedTuple):
     linear_n_per_mps, aero_n_per_mps2: greatest of all links, ≥ 0; sag_n: most that the road load falls with speed.
     power_w: most that standing about costs: auxiliaries and climate. cap_w: of recuperation, 0 for none. loss_w: most
     that losses growing with the square of force or power take. fade_width_j: charge over which the cap falls.
-    cabin_start_w, cabin_time_s: the decaying part of the climate. printed, table: as in LinkPhysics.
+    cabin_start_w, cabin_time_s: the decaying part of the climate. printed, table: as in LinkPhysics. bounds: (11, K), a
+    column a speed interval, rows as named above.
     """
 
     drive_factor: float
@@ -80,9 +83,10 @@ class SlackRules(NamedTuple):
     accel_sum: NDArray[np.float64]
     printed: bool
     table: bool
+    bounds: NDArray[np.float64]
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, inline="always")
 def borrowed_slack_rules(q: SlackRules) -> SlackRules:
     """The same rules with borrowed arrays."""
     return SlackRules(
@@ -101,4 +105,5 @@ def borrowed_slack_rules(q: SlackRules) -> SlackRules:
         borrowed(q.accel_sum),
         q.printed,
         q.table,
+        borrowed(q.bounds),
     )

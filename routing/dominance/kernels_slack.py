@@ -1,11 +1,12 @@
-"""Compiled: what one label's state can be worth more than another's, on any way on; the rules of dominance.
+"""Compiled: what one label's state can be worth more than another's, on any way on.
 
-The theorem that these bounds rest on is in docs/search.md; lemma numbers are its own.
+The theorem that these bounds rest on is in docs/search-proof.md; lemma numbers are its own.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -23,12 +24,41 @@ from routing.dominance.kernels_rules import (
     UNEVEN_J,
     UNEVEN_S,
     WARM_UP_W,
-    SearchRules,
     SlackRules,
 )
+from routing.links.kernels_tables import BorrowedLinks
 
 # (1 + r)(ln(2/(1 + r)) + 1/2) for r in 0..1 is at most this: time lost by starting slower, docs/search.md lemma 4
 LOST_TIME_COEF = 1.2131
+
+
+class Entry(NamedTuple):
+    """How a label enters a link: go-speed [m/s], probability of having stopped before it, time since departure [s]."""
+
+    speed_mps: float
+    stopped_frac: float
+    time_s: float
+
+
+class LinkAhead(NamedTuple):
+    """The link that two labels are about to drive: length [m], limit [m/s], and LinkArrays.top_class."""
+
+    link: int
+    length_m: float
+    limit_mps: float
+    top_class: int
+
+
+class Slack(NamedTuple):
+    """Most energy [J] and time [s] that state A can cost over state B on any way on, and what dominance asks besides.
+
+    gain_j: most that A can recuperate until they meet [J], −inf where they meet in this link. energy_j is inf where
+    nothing is known, which is links too short for the printed model.
+    """
+
+    energy_j: float
+    time_s: float
+    gain_j: float
 
 
 @njit(nogil=True, cache=True)
@@ -85,23 +115,15 @@ def reaches(q: SlackRules, v: float, v_max: float, length: float) -> bool:
 
 @njit(nogil=True, cache=True)
 def state_slack(
-    p: LinkPhysics,
-    q: SlackRules,
-    bounds: NDArray[np.float64],
-    half_inertia: float,
-    length: float,
-    v_max: float,
-    k: int,
-    v_a: float,
-    p_a: float,
-    v_b: float,
-    p_b: float,
+    p: LinkPhysics, q: SlackRules, half_inertia: float, ahead: LinkAhead, a: Entry, b: Entry
 ) -> tuple[float, float, bool, float]:
     """Most energy [J] and time [s] that state A can cost over state B on any way on; whether they meet in this link.
 
-    If not, the last value is the most that A can recuperate until they meet [J]; k is the link's top class.
+    If not, the last value is the most that A can recuperate until they meet [J].
     The two drives are coupled: both have stopped, or only one has, or none.
     """
+    length, v_max, k, bounds = ahead.length_m, ahead.limit_mps, ahead.top_class, q.bounds
+    v_a, p_a, v_b, p_b = a.speed_mps, a.stopped_frac, b.speed_mps, b.stopped_frac
     if q.table:
         energy = (1.0 - p_a) * speed_change_j(p, v_a, v_max) + p_a * speed_change_j(p, 0.0, v_max)
         energy -= (1.0 - p_b) * speed_change_j(p, v_b, v_max) + p_b * speed_change_j(p, 0.0, v_max)
@@ -157,57 +179,31 @@ def state_slack(
 
 @njit(nogil=True, cache=True)
 def phase_slack(
-    p: LinkPhysics,
-    roads: NDArray[np.float64],
-    link: int,
-    length: float,
-    v_max: float,
-    v_a: float,
-    p_a: float,
-    v_b: float,
-    p_b: float,
-    begin_s: float,
+    p: LinkPhysics, roads: NDArray[np.float64], ahead: LinkAhead, a: Entry, b: Entry
 ) -> tuple[float, float]:
     """The exact difference of energy and time of two entries of a link in which all phases fit whatever follows.
 
-    begin_s: when both enter it; what it costs that they do not is climate_debt_j and warm_up_debt_j.
+    Both enter when B does; what it costs that they do not is climate_debt_j and warm_up_debt_j.
     """
-    r = road_in_time(p, roads, link, begin_s, length / v_max)
-    e_a, t_a, _ = link_energy(p, r, length, v_a, p_a, v_max, v_max, 0.0, 0.0)
-    e_b, t_b, _ = link_energy(p, r, length, v_b, p_b, v_max, v_max, 0.0, 0.0)
+    length, v_max = ahead.length_m, ahead.limit_mps
+    road = road_in_time(p, roads, ahead.link, b.time_s, length / v_max)
+    e_a, t_a, _ = link_energy(p, road, length, a.speed_mps, a.stopped_frac, v_max, v_max, 0.0, 0.0)
+    e_b, t_b, _ = link_energy(p, road, length, b.speed_mps, b.stopped_frac, v_max, v_max, 0.0, 0.0)
     return e_a - e_b, t_a - t_b
 
 
 @njit(nogil=True, cache=True)
 def slack_of(
-    p: LinkPhysics,
-    q: SlackRules,
-    bounds: NDArray[np.float64],
-    r: SearchRules,
-    roads: NDArray[np.float64],
-    link: int,
-    length: float,
-    v_max: float,
-    settling: float,
-    k: int,
-    v_a: float,
-    p_a: float,
-    v_b: float,
-    p_b: float,
-    begin_s: float,
-) -> tuple[float, float, float]:
-    """Most energy [J] and time [s] that state A can cost over state B on any way on, and what else `leads` asks for.
-
-    The third value is the most that A can recuperate until they meet [J], −inf where they meet in this link. The first
-    is inf where nothing is known, which is links too short for the printed model. begin_s: when B enters the link.
-    """
+    p: LinkPhysics, q: SlackRules, half_inertia: float, g: BorrowedLinks, ahead: LinkAhead, a: Entry, b: Entry
+) -> Slack:
+    """The slack of state A over state B."""
     if q.printed:
-        if length < settling:
-            return math.inf, 0.0, 0.0
-        energy, lost = phase_slack(p, roads, link, length, v_max, v_a, p_a, v_b, p_b, begin_s)
-        return energy + bounds[WARM_UP_W, k] * abs(lost), lost, -math.inf
-    energy, lost, meets, gain = state_slack(p, q, bounds, r.half_inertia_kg, length, v_max, k, v_a, p_a, v_b, p_b)
-    return energy, lost, -math.inf if meets else gain
+        if ahead.length_m < g.settling_m[ahead.link]:
+            return Slack(math.inf, 0.0, 0.0)
+        energy, lost = phase_slack(p, g.roads, ahead, a, b)
+        return Slack(energy + q.bounds[WARM_UP_W, ahead.top_class] * abs(lost), lost, -math.inf)
+    energy, lost, meets, gain = state_slack(p, q, half_inertia, ahead, a, b)
+    return Slack(energy, lost, -math.inf if meets else gain)
 
 
 @njit(nogil=True, cache=True)

@@ -88,10 +88,9 @@ class LentDrives:
     """The table of drives as one search has it."""
 
     def __init__(self, drives: Drives, table: DriveTable, *, fills: bool) -> None:
-        self.table = table
-        self.fills = fills
+        self.table = table._replace(fills=fills)
         self._drives = drives
 
     def grow(self) -> None:
         """Make more room; for a search that fills the table."""
-        self.table = self._drives.grown()
+        self.table = self._drives.grown()._replace(fills=True)

@@ -5,7 +5,10 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
+
+from energy.compiled.kernels_borrow import borrowed
 
 # columns of the table of links
 LENGTH, LIMIT, HEIGHT, STOP, CRUISE_J, CRUISE_S, REST_J, REST_S = range(8)
@@ -34,3 +37,27 @@ class LinkArrays(NamedTuple):
     successor: NDArray[np.int32]
     top_class: NDArray[np.int8]
     settling_m: NDArray[np.float64]
+
+
+class BorrowedLinks(NamedTuple):
+    """What the loop of a search reads of LinkArrays, borrowed."""
+
+    row: NDArray[np.float64]
+    roads: NDArray[np.float64]
+    successor_first: NDArray[np.int64]
+    successor: NDArray[np.int32]
+    top_class: NDArray[np.int8]
+    settling_m: NDArray[np.float64]
+
+
+@njit(nogil=True, cache=True, inline="always")
+def borrowed_links(g: LinkArrays) -> BorrowedLinks:
+    """The same links with borrowed arrays."""
+    return BorrowedLinks(
+        borrowed(g.row),
+        borrowed(g.roads),
+        borrowed(g.successor_first),
+        borrowed(g.successor),
+        borrowed(g.top_class),
+        borrowed(g.settling_m),
+    )

@@ -68,7 +68,7 @@ class GoalBound(NamedTuple):
     epoch: float
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, inline="always")
 def borrowed_goal_bound(h: GoalBound) -> GoalBound:
     """The same with borrowed arrays."""
     return GoalBound(

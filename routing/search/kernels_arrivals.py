@@ -36,7 +36,6 @@ def arrivals(
     r: SearchRules,
     ws: Workspace,
     d: DriveTable,
-    fills: bool,
     head: NDArray[np.int32],
     node_energy: NDArray[np.float64],
     link_reach_m: NDArray[np.float64],
@@ -65,7 +64,7 @@ def arrivals(
             length, v_max = row[link, LENGTH], row[link, LIMIT]
             road = road_in_time(p, roads, link, time0, (length - offset) / v_max)
             drive_j, t, _ = link_energy(p, road, length - offset, v, stopped, v_max, v_max, 1.0, 0.0)
-            if stop > 0 and fills:
+            if stop > 0 and d.fills:
                 drives[stop, DRIVE_J], drives[stop, DRIVE_S] = drive_j, t
         e = accepted_j(p, energy0, drive_j + cabin_energy_j(p, time0, time0 + t), r.least_energy_j)
         used = max(energy0 + e, r.least_energy_j)

@@ -5,14 +5,17 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
+
+from energy.compiled.kernels_borrow import borrowed
 
 # columns of the label table
 KEY, COST, ENERGY, TIME, DISTANCE, SPEED, STOPPED, OFFSET = range(8)
 
 
 LINK, PARENT, NEXT, STATE = range(4)
-DEAD = -2  # as the next label of its link: another one leads
+DEAD = -2  # as the next label of its link: another one dominates it
 # counters; REFUSED_S: when the battery first refused something while cabin or tyres warm up [s], -1 for never
 LABELS, HEAP, SETTLED, GOAL, CYCLE, REDUCED_BELOW_ZERO, CROWDED, REFUSED_S = range(8)
 BAG_LABEL, BAG_EPOCH, BAG_STATE, BAG_COST = range(4)
@@ -29,3 +32,22 @@ class Workspace(NamedTuple):
     heap_label: NDArray[np.int32]  # (C,)
     bag: NDArray[np.float64]  # (M + 1, 4)
     counter: NDArray[np.int64]  # (8,)
+
+
+@njit(nogil=True, cache=True, inline="always")
+def borrowed_workspace(ws: Workspace) -> Workspace:
+    """The same workspace with borrowed arrays."""
+    return Workspace(
+        borrowed(ws.number),
+        borrowed(ws.pointer),
+        borrowed(ws.heap_key),
+        borrowed(ws.heap_label),
+        borrowed(ws.bag),
+        borrowed(ws.counter),
+    )
+
+
+@njit(nogil=True, cache=True, inline="always")
+def whole(value: float) -> int:
+    """A stored whole number of any type as int64, which records hold."""
+    return int(np.int64(value))

@@ -124,22 +124,20 @@ def _settle(
     epoch: int,
 ) -> tuple[Workspace, int]:
     """Run the kernel until it is done or has met a goal, with more room wherever it asks for it."""
-    goal_link = np.array([g.link_idx for g in goals], np.int64)
-    goal_offset = np.array([g.offset_m for g in goals], np.float64)
+    places = kernels_search.Goals(
+        np.array([g.link_idx for g in goals], np.int64), np.array([g.offset_m for g in goals], np.float64)
+    )
     while True:
         status = kernels_search.run(
             space.arrays,
             space.physics,
             space.slack,
-            space.bounds,
             rules,
             ws,
             lent.table,
-            lent.fills,
             bound,
             epoch,
-            goal_link,
-            goal_offset,
+            places,
         )
         if status == kernels_workspace.FULL:
             ws = grown(ws)
@@ -252,7 +250,7 @@ def reach(
             node_energy, link_reach = np.full(node_count, np.inf), np.full(head.size, -1.0)
             ws, epoch, _, counts = _run(space, pool, by, starts, (), lent, space.lower_bound.undirected)
             try:
-                arrivals(space.arrays, space.physics, by, ws, lent.table, lent.fills, head, node_energy, link_reach)
+                arrivals(space.arrays, space.physics, by, ws, lent.table, head, node_energy, link_reach)
             finally:
                 pool.give_back(ws, epoch)
             return (node_energy, link_reach), counts

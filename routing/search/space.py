@@ -44,7 +44,6 @@ class SearchSpace:
     arrays: LinkArrays
     physics: LinkPhysics
     slack: SlackRules
-    bounds: NDArray[np.float64]
     half_inertia_kg: float
     drives: Drives
     lower_bound: LowerBound
@@ -64,8 +63,8 @@ class SearchSpace:
         if self.slack.cabin_start_w > 0.0:
             owed_j += self.slack.cabin_start_w * self.slack.cabin_time_s * math.exp(-clock_s / self.slack.cabin_time_s)
         if tyre_s > 0.0:
-            cold_w = float(self.bounds[kernels_rules.WARM_UP_W, 0]) * math.exp(-clock_s / tyre_s)
-            owed_j += tyre_s * max(cold_w, float(self.bounds[kernels_rules.WARM_LATE_W, 0]))
+            cold_w = float(self.slack.bounds[kernels_rules.WARM_UP_W, 0]) * math.exp(-clock_s / tyre_s)
+            owed_j += tyre_s * max(cold_w, float(self.slack.bounds[kernels_rules.WARM_LATE_W, 0]))
         return owed_j
 
 
@@ -123,12 +122,10 @@ def search_space(
         settling_m=settling,
     )
     slack = slack_rules(physics, roads, driven)
-    bounds = slack_bounds(physics, slack, half_inertia, roads, driven)
+    slack = slack._replace(bounds=slack_bounds(physics, slack, half_inertia, roads, driven))
     lower_bound = LowerBound(graph, arrays, physics, slack, potential_share(physics))
     least_n = least_load_n(physics, roads, driven)
-    return SearchSpace(
-        arrays, physics, slack, bounds, half_inertia, Drives(graph.successor_first), lower_bound, least_n
-    )
+    return SearchSpace(arrays, physics, slack, half_inertia, Drives(graph.successor_first), lower_bound, least_n)
 
 
 def potential_share(physics: LinkPhysics) -> float:

@@ -16,7 +16,7 @@ from energy.force.kernels_physics import road_in_time
 from energy.stops import StopSettings
 from energy.vehicle.coefficients import EffectCoefficients
 from routing.dominance.kernels_dominates import warm_up_debt_j
-from routing.dominance.kernels_slack import state_slack
+from routing.dominance.kernels_slack import Entry, LinkAhead, state_slack
 from routing.places import LinkPosition
 from routing.search.found import Limits
 from routing.search.search import find_path
@@ -60,12 +60,12 @@ def test_drive_costs_at_most_its_bound_more_than_one_in_another_state_at_another
             energy, clock = energy + e, clock + t
         used.append(energy)
     k = int(g.top_class[0])
-    slack, _, meets, _ = state_slack(
-        p, space.slack, space.bounds, space.half_inertia_kg, length, limit, k, entries[0], 0.0, entries[1], 0.0
-    )
+    ahead = LinkAhead(0, length, limit, k)
+    entry_a, entry_b = (Entry(speed, 0.0, 0.0) for speed in entries)
+    slack_j, _, meets, _ = state_slack(p, space.slack, space.half_inertia_kg, ahead, entry_a, entry_b)
     assert meets
-    debt_j = warm_up_debt_j(space.bounds, k, *times) if share > 0.0 else 0.0
-    assert used[0] - used[1] <= slack + debt_j + 1e-6
+    debt_j = warm_up_debt_j(space.slack.bounds, k, *times) if share > 0.0 else 0.0
+    assert used[0] - used[1] <= slack_j + debt_j + 1e-6
 
 
 def test_slow_way_that_leaves_the_tyres_warmer_is_not_given_up_for_one_that_leads_when_they_meet():

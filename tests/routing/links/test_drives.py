@@ -19,7 +19,7 @@ from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from energy.vehicle.files import load_vehicles
 from routing.dominance.kernels_dominates import least_slack_j
 from routing.dominance.kernels_rules import UNEVEN_J
-from routing.dominance.kernels_slack import greatest_of_sums, state_slack
+from routing.dominance.kernels_slack import Entry, LinkAhead, greatest_of_sums, state_slack
 from routing.graph.road_graph import RoadGraph
 from routing.links.drives import LEAST_ROWS, Drives
 from routing.links.spans import ChainMaker
@@ -156,7 +156,7 @@ def test_search_beside_one_that_fills_reads_the_table_and_leaves_it_alone(street
     reached(streets, space, Limits(most_energy_j=4e5))
     rows = space.drives.rows
     with space.drives.lent() as lent:
-        assert lent.fills
+        assert lent.table.fills
         beside = reached(streets, space)
         assert space.drives.rows == rows
     same(beside, reached(streets, space))
@@ -196,22 +196,21 @@ def test_quick_bound_asks_for_no_more_than_the_whole_one(speeds, stopped, length
     space = space_of(graph, replace(car, effects=learned))
     link = int(np.flatnonzero(graph.tail == 0)[0])
     (v_a, v_b), k = (min(v, limit) for v in speeds), int(space.arrays.top_class[link])
-    state = (v_a, stopped[0], v_b, stopped[1])
-    whole, _, _, _ = state_slack(
-        space.physics, space.slack, space.bounds, space.half_inertia_kg, length, limit, k, *state
-    )
+    ahead = LinkAhead(link, length, limit, k)
+    entry_a, entry_b = Entry(v_a, stopped[0], 0.0), Entry(v_b, stopped[1], 0.0)
+    whole_j, _, _, _ = state_slack(space.physics, space.slack, space.half_inertia_kg, ahead, entry_a, entry_b)
     kinetic_j = space.slack.drive_factor * space.half_inertia_kg
     accel = greatest_of_sums(space.slack.accel_sum)
-    slack_j = float(space.bounds[UNEVEN_J, k])
-    if (v_a, stopped[0]) != (v_b, stopped[1]):
-        assert least_slack_j(kinetic_j, accel, slack_j, length, limit, *state) <= whole
+    uneven_j = float(space.slack.bounds[UNEVEN_J, k])
+    if entry_a != entry_b:
+        assert least_slack_j(kinetic_j, accel, uneven_j, length, limit, entry_a, entry_b) <= whole_j
 
 
 def test_forgotten_table_is_filled_anew_and_one_that_is_being_filled_is_kept(streets):
     space = space_of(streets)
     first = reached(streets, space)
     with space.drives.lent() as lent:
-        assert lent.fills
+        assert lent.table.fills
         space.drives.forget()
         assert space.drives.rows > 0
     space.drives.forget()

@@ -17,11 +17,12 @@ from energy.force.kernels_physics import accepted_j, cabin_energy_j, road_in_tim
 from energy.stops import StopSettings
 from energy.vehicle.files import load_vehicles
 from energy.vehicle.vehicle import Vehicle
-from routing.dominance.kernels_dominates import climate_debt_j, leads
+from routing.dominance.kernels_dominates import climate_debt_j, dominates_by
 from routing.dominance.kernels_rules import NOISE_COST, SearchRules
-from routing.dominance.kernels_slack import slack_of
+from routing.dominance.kernels_slack import Entry, LinkAhead, slack_of
 from routing.graph.road_graph import RoadGraph
 from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
+from routing.links.kernels_tables import borrowed_links
 from routing.places import LinkPosition
 from routing.search import found, kernels_workspace, search
 from routing.search.found import Limits
@@ -34,7 +35,7 @@ pytestmark = pytest.mark.shared_data
 
 REPOSITORY = Path(__file__).resolve().parents[3]
 MAPS = REPOSITORY.parent / "shared/data/maps"
-ROUNDING = 1e-9  # leads smaller than this are rounding
+ROUNDING = 1e-9  # advantages smaller than this are rounding
 KONA, PETROL = "hyundai-kona-64", "toyota-corolla-petrol"
 
 
@@ -58,7 +59,7 @@ def cars() -> dict[str, Vehicle]:
 
 @dataclass(frozen=True, slots=True)
 class Settled:
-    """The labels of a finished search that lead on their links; by_link: their rows."""
+    """The labels of a finished search that no other dominates; by_link: their rows."""
 
     number: np.ndarray
     pointer: np.ndarray
@@ -98,34 +99,21 @@ def driven(space, limits, link, label, following):
     return max(used + e, limits.least_energy_j), clock + t, float(label[DISTANCE]) + ds, end, p_stop
 
 
-def makes_superfluous(space, r, link, a, b):
-    """Whether label a leads label b on a link, by the lemmas of docs/search-proof.md."""
+def dominates_plainly(space, r, link, a, b):
+    """Whether label a dominates label b on a link, by the lemmas of docs/search-proof.md."""
     debt = (a[COST] - r.energy_weight * a[ENERGY]) - (b[COST] - r.energy_weight * b[ENERGY])
     if a[COST] > b[COST]:
         return False
     if r.pareto and (a[ENERGY] > b[ENERGY] or (debt > NOISE_COST and r.least_energy_j != -math.inf)):
         return False
-    due = climate_debt_j(space.slack, a[TIME], b[TIME])
-    states = (a[SPEED], a[STOPPED], b[SPEED], b[STOPPED])
-    if states[:2] == states[2:]:
-        return a[COST] + r.energy_weight * due <= b[COST] and (not r.limited or a[ENERGY] + due <= b[ENERGY])
+    debt_j = climate_debt_j(space.slack, a[TIME], b[TIME])
+    entry_a, entry_b = (Entry(label[SPEED], label[STOPPED], 0.0) for label in (a, b))
+    if entry_a == entry_b:
+        return a[COST] + r.energy_weight * debt_j <= b[COST] and (not r.limited or a[ENERGY] + debt_j <= b[ENERGY])
     g = space.arrays
-    length, v_max, settling = g.length_m[link], g.speed_limit_mps[link], g.settling_m[link]
-    energy, lost, gain = slack_of(
-        space.physics,
-        space.slack,
-        space.bounds,
-        r,
-        g.roads,
-        link,
-        length,
-        v_max,
-        settling,
-        g.top_class[link],
-        *states,
-        0.0,
-    )
-    return leads(r, a[COST], a[ENERGY], b[COST], b[ENERGY], energy, lost, gain, due, 0.0)
+    ahead = LinkAhead(link, g.length_m[link], g.speed_limit_mps[link], g.top_class[link])
+    slack = slack_of(space.physics, space.slack, r.half_inertia_kg, borrowed_links(g), ahead, entry_a, entry_b)
+    return dominates_by(r, a[COST], a[ENERGY], b[COST], b[ENERGY], slack, debt_j, 0.0)
 
 
 def check_labels(graph, space, limits, weights, start):
@@ -162,7 +150,7 @@ def check_labels(graph, space, limits, weights, start):
             used, cost = used + ROUNDING * (abs(used) + 1e3), cost + ROUNDING * (abs(cost) + r.energy_weight * 1e3)
             made = np.zeros(8)
             made[[COST, ENERGY, TIME, SPEED, STOPPED]] = cost, used, clock, end, p_stop
-            assert any(makes_superfluous(space, r, following, s.number[other], made) for other in s.by_link[following])
+            assert any(dominates_plainly(space, r, following, s.number[other], made) for other in s.by_link[following])
     return s, dominated, beyond
 
 
