@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 SMOOTHING_WAY_M: Final = 5000.0  # see smoothed_m; docs/matching.md has the measurement
 SHORTEST_M: Final = 50.0  # assumed: a shorter stretch does not tell which road it is on
 TOUCH_M: Final = 1.0  # assumed: at an end of a stretch, so little of a link was not driven
+JUNCTION_M: Final = 1e-3  # assumed: of 1000 km, rounding moves a place by 1.4e-6 m; maps are stored to 11 mm
 LEAD_ON_M: Final = 25.0  # assumed: before the first and after the last place, the odometer leads on so far
 
 
@@ -93,7 +94,11 @@ class PlacedWay:
 
 
 def place_samples(recording: Recording, track: Track, runs: Sequence[Run], length_m: NDArray[np.float64]) -> PlacedWay:
-    """Every sample placed by the odometer between those that were looked at; length_m: float64 (M,) of all links."""
+    """Every sample placed by the odometer between those that were looked at; length_m: float64 (M,) of all links.
+
+    A sample where one link ends and the next begins is on the next one, at its beginning; so is one up to JUNCTION_M
+    before that. At the end of a stretch, where the next link is not driven, it is on the one before.
+    """
     n = recording.time_s.size
     link, position = np.full(n, -1, np.int64), np.full(n, np.nan)
     stretches: list[Stretch] = []
@@ -132,13 +137,24 @@ def _placed(run: Run, track: Track, length_m: float, free_from: int, free_to: in
     placed += np.minimum(here - known[0], 0.0) + np.maximum(here - known[-1], 0.0)
     if way[samples.stop - 1] - way[samples.start] < SHORTEST_M:
         return None
-    # a drive that begins where one link ends was not on it
     begin_m = np.array(run.begin_m)
+    placed = entered_m(placed, begin_m)
+    # a drive that begins where one link ends was not on it
     low = float(begin_m[min(int(np.searchsorted(begin_m, placed[0])), begin_m.size - 1)])
     high = float(begin_m[int(np.searchsorted(begin_m, placed[-1], side="right")) - 1])
     low = low if 0.0 < low - placed[0] < TOUCH_M else 0.0
     high = high if high > 0.0 and placed[-1] - high < TOUCH_M else length_m
     return _Part(samples, np.clip(placed, low, math.nextafter(high, 0.0)))
+
+
+def entered_m(along_m: NDArray[np.float64], begin_m: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Way along a run, float64 (k,) [m], led on to where a link begins from up to JUNCTION_M before; never falling.
+
+    Without it the last bit of a sum would say on which of two links a sample at their junction is, and whether the
+    second one was entered before or after a stop there. along_m: never falling; begin_m: of each link, rising [m].
+    """
+    next_m = begin_m[np.searchsorted(begin_m, along_m + JUNCTION_M, side="right") - 1]
+    return np.maximum(along_m, next_m)
 
 
 def smoothed_m(way_m: NDArray[np.float64], along_m: NDArray[np.float64]) -> NDArray[np.float64]:

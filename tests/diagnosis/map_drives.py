@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from diagnosis.matching.matched_way import JUNCTION_M
 from diagnosis.recordings.reading import Recording
 from energy.chain.profile import chain_profile
 from energy.stops import Cross, FunctionalClass
@@ -61,11 +62,14 @@ def drive_at(
     odometer_scale: float = 1.0,
     seed: int = 0,
 ) -> MapDrive:
-    """A drive over stretches of links that is way_m from their beginning at each time, float64 (n,)."""
+    """A drive over stretches of links that is way_m from their beginning at each time, float64 (n,).
+
+    A sample where one stretch ends is on the next one, whatever the last bit of the lengths' sum is.
+    """
     ends = np.concatenate(([0.0], np.cumsum([span.to_m - span.from_m for span in spans])))
-    at = np.clip(np.searchsorted(ends, way_m, side="right") - 1, 0, len(spans) - 1)
+    at = np.clip(np.searchsorted(ends, way_m + JUNCTION_M, side="right") - 1, 0, len(spans) - 1)
     link = np.array([span.link_idx for span in spans], np.int64)[at]
-    position = np.array([span.from_m for span in spans])[at] + way_m - ends[at]
+    position = np.array([span.from_m for span in spans])[at] + np.maximum(way_m - ends[at], 0.0)
     places = np.array([place_deg(graph, int(a), float(b)) for a, b in zip(link, position, strict=True)])
     north, east = error_sd_m * _errors(time_s.size, np.random.default_rng(seed))
     lat = places[:, 0] + north / METRE_PER_DEGREE

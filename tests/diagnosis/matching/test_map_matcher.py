@@ -14,7 +14,7 @@ from diagnosis.errors import DiagnosisError
 from diagnosis.matching import kernels_viterbi as kernels
 from diagnosis.matching.kernels_viterbi import Costs, Places
 from diagnosis.matching.map_matcher import GapReason, MapMatcher, MatchSettings, NoPositionsError, OutsideMapError
-from diagnosis.matching.matched_way import smoothed_m
+from diagnosis.matching.matched_way import entered_m, smoothed_m
 from diagnosis.matching.tracks import headings_rad, odometer_m, positions_deg, thinned
 from routing.graph.earth import METRE_PER_DEGREE
 from routing.graph.files import load_graph
@@ -114,6 +114,34 @@ def test_exact_positions_give_each_sample_its_link_and_place(town, matcher):
     assert match.matched_frac == pytest.approx(1.0)
     assert match.mean_offset_m < 0.02
     assert match.gaps == ()
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize("east_m", [-1e-6, -1e-9, 1e-9, 1e-6])
+def test_sample_at_a_junction_is_on_the_link_that_is_entered_whatever_its_last_bit(town, matcher, east_m):
+    drive = steady(town, whole(town, [3, 4, 5, 6, 10, 9]))
+    match = matcher.match(moved(drive.recording, east_m))
+    assert_consistent(town, match)
+    assert np.array_equal(match.link, drive.link)
+    assert match.position_m[[20, 40, 60, 80]] == pytest.approx(0.0, abs=1e-4)
+
+
+@pytest.mark.nojit
+@pytest.mark.parametrize("east_m", [-1e-6, -1e-9, 1e-9, 1e-6])
+def test_link_is_entered_before_a_stop_at_the_junction_that_it_begins_at(town, matcher, east_m):
+    spans = whole(town, [3, 4, 5, 6])
+    way_m = np.concatenate((np.arange(0.0, 200.0, 10.0), np.full(60, 200.0), np.arange(210.0, 590.0, 10.0)))
+    drive = drive_at(town, spans, np.arange(way_m.size, dtype=np.float64), way_m)
+    (stretch,) = matcher.match(moved(drive.recording, east_m)).stretches
+    assert stretch.enter_s[1] == pytest.approx(21.0, abs=0.01)  # the speed falls in the two seconds around 20
+
+
+@pytest.mark.nojit
+def test_place_up_to_a_millimetre_before_a_link_is_at_its_beginning():
+    begin_m = np.array([0.0, 200.0, 200.0005, 350.0])
+    along_m = np.array([0.0, 199.9985, np.nextafter(200.0, 0.0), 200.0, 200.0001, 201.0, 349.9995, 350.0 + 1e-9])
+    entered = entered_m(along_m, begin_m)
+    assert entered.tolist() == [0.0, 199.9985, 200.0005, 200.0005, 200.0005, 201.0, 350.0, 350.0 + 1e-9]
 
 
 @pytest.mark.nojit
