@@ -13,6 +13,7 @@ import energy.compiled.cache  # noqa: F401  (sets the cache folder before anythi
 
 E7 = 1e7
 FAN = 16  # boxes in a box
+TIE_M = 1e-7  # roads whose distances differ by at most that are equally near; rounding makes less than 1e-8 m of it
 ROUNDING_M = 1e-6  # distances to a box and to the road in it are computed differently
 WEST, SOUTH, EAST, NORTH = range(4)
 
@@ -63,9 +64,23 @@ def line_distance_m(lines: Lines, link: int, lon_deg: float, lat_deg: float, eas
 
 @njit(nogil=True, cache=True)
 def nearest_link(boxes: Boxes, lines: Lines, lon_deg: float, lat_deg: float, east_m: float, north_m: float) -> int:
-    """The link of the road nearest to a place, of those equally near the one of the least number; -1 where no road is.
+    """The link of the road nearest to a place; -1 where no road is.
 
-    east_m, north_m: metres of a degree of longitude and of latitude. O(log R) for roads that overlap little.
+    Of the roads that are at most TIE_M farther away than the nearest, it is the one of the least number: so the last
+    bit of a cosine does not decide between roads equally near. east_m, north_m: metres of a degree of longitude and of
+    latitude. O(log R) for roads that overlap little.
+    """
+    least_m, _ = roads_within(boxes, lines, lon_deg, lat_deg, east_m, north_m, math.inf)
+    return int(roads_within(boxes, lines, lon_deg, lat_deg, east_m, north_m, least_m + TIE_M)[1])
+
+
+@njit(nogil=True, cache=True)
+def roads_within(
+    boxes: Boxes, lines: Lines, lon_deg: float, lat_deg: float, east_m: float, north_m: float, within_m: float
+) -> tuple[float, int]:
+    """The least number of a link at most within_m from a place, -1 where there is none; and within_m.
+
+    For an infinite within_m, the distance of the nearest road [m] and its link. The rest as for nearest_link.
     """
     level_first, box, road = boxes.level_first, boxes.box, boxes.road
     top = level_first.size - 2
@@ -74,19 +89,24 @@ def nearest_link(boxes: Boxes, lines: Lines, lon_deg: float, lat_deg: float, eas
     stack_m = np.empty(FAN * (top + 1) + 1)
     stack_level[0], stack_box[0], stack_m[0] = top, 0, 0.0
     waiting = 1 if road.size > 0 else 0
-    best_m = math.inf
-    best_link = -1
+    nearest = within_m == math.inf
+    bound_m = within_m
+    least_link = -1
     lon_e7, lat_e7 = lon_deg * E7, lat_deg * E7
     while waiting > 0:
         waiting -= 1
         level, held = stack_level[waiting], stack_box[waiting]
-        if stack_m[waiting] > best_m + ROUNDING_M:
+        if stack_m[waiting] > bound_m + ROUNDING_M:
             continue
         if level == 0:
             link = road[held]
+            if not nearest and 0 <= least_link < link:
+                continue
             away_m = line_distance_m(lines, link, lon_deg, lat_deg, east_m, north_m)
-            if away_m < best_m or (away_m == best_m and link < best_link):
-                best_m, best_link = away_m, link
+            if away_m <= bound_m:
+                least_link = link
+                if nearest:
+                    bound_m = away_m
             continue
         below = level_first[level - 1]
         nearest_m = math.inf
@@ -96,7 +116,7 @@ def nearest_link(boxes: Boxes, lines: Lines, lon_deg: float, lat_deg: float, eas
             east = max(box[at, WEST] - lon_e7, lon_e7 - box[at, EAST], 0.0) * (east_m / E7)
             north = max(box[at, SOUTH] - lat_e7, lat_e7 - box[at, NORTH], 0.0) * (north_m / E7)
             away_m = math.hypot(east, north)
-            if away_m > best_m + ROUNDING_M:
+            if away_m > bound_m + ROUNDING_M:
                 continue
             stack_level[waiting], stack_box[waiting], stack_m[waiting] = level - 1, k, away_m
             if away_m < nearest_m:
@@ -108,4 +128,4 @@ def nearest_link(boxes: Boxes, lines: Lines, lon_deg: float, lat_deg: float, eas
             swapped, swapped_m = stack_box[last], stack_m[last]
             stack_box[last], stack_m[last] = stack_box[nearest_place], stack_m[nearest_place]
             stack_box[nearest_place], stack_m[nearest_place] = swapped, swapped_m
-    return int(best_link)
+    return bound_m, int(least_link)

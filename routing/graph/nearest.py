@@ -28,7 +28,8 @@ class RoadTree:
     def nearest(self, point: Point) -> int:
         """The link of the nearest road, of those equally near the one of the least number.
 
-        Distances are those in the plane that touches the earth at the point.
+        Equally near are roads whose distances differ by at most TIE_M. Distances are those in the plane that touches
+        the earth at the point.
         """
         east_m = METRE_PER_DEGREE * float(np.cos(np.radians(point.lat_deg)))
         return int(nearest_link(self.boxes, self._lines, point.lon_deg, point.lat_deg, east_m, METRE_PER_DEGREE))

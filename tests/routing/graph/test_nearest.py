@@ -13,6 +13,11 @@ from routing.graph.kernels_nearest import FAN
 from routing.graph.nearest import RoadTree
 from routing.graph.road_graph import RoadGraph
 from routing.places import Point
+from routing.graph.road_graph import RoadGraph
+from routing.graph.kernels_nearest import FAN
+from routing.graph.nearest import METRE_PER_DEGREE, RoadTree
+from routing.graph.practice import practice_graph
+from routing.queries import Point
 from routing.synth import synthesize
 
 pytestmark = pytest.mark.nojit
@@ -53,6 +58,20 @@ def test_nearest_at_a_junction_is_the_link_of_the_least_number(graph, tree):
         at = Point(float(graph.node_lat_deg[node]), float(graph.node_lon_deg[node]))
         met = np.flatnonzero((graph.tail == node) | (graph.head == node))
         assert tree.nearest(at) == met.min()
+
+
+@pytest.mark.parametrize(("north_deg", "east_deg"), [(1e-14, 0.0), (-1e-14, 0.0), (0.0, 1e-14), (0.0, -1e-14)])
+def test_nearest_in_the_middle_between_roads_is_the_link_of_the_least_number_whatever_the_last_bit(north_deg, east_deg):
+    block = practice_graph()  # 222 m by 222 m
+    point = Point(0.001 + north_deg, 0.001 + east_deg)
+    assert distances_m(block, point) == pytest.approx(METRE_PER_DEGREE * 0.001, abs=2e-7)
+    assert RoadTree(block).nearest(point) == 0
+
+
+def test_nearest_of_two_roads_a_hair_apart_is_the_nearer_one():
+    block = practice_graph()
+    nearest = {RoadTree(block).nearest(Point(0.001 + away, 0.001)) for away in (2e-12, -2e-12)}  # 0.2 µm
+    assert len(nearest) == 2
 
 
 def test_nearest_far_outside_of_the_map_is_a_road_at_its_rim(graph, tree):
