@@ -184,10 +184,14 @@ def _difference(size: int, weights: tuple[float, ...]) -> sparse.dia_array:
 
 
 def _eased(place: NDArray[np.float64], last: int) -> NDArray[np.float64]:
-    """Grid places that come to rest smoothly at the ends of the grid, so that no edge shows there."""
+    """Grid places that come to rest smoothly at the ends of the grid, so that no edge shows there; never falling.
+
+    place: ascending. A tanh may fall by its last bit where it should rise, and the spline takes no falling places.
+    """
     low, high = float(MARGIN_CELLS), last - MARGIN_CELLS
     eased = np.where(place < low, low + MARGIN_CELLS * np.tanh((place - low) / MARGIN_CELLS), place)
-    return np.where(place > high, high + MARGIN_CELLS * np.tanh((place - high) / MARGIN_CELLS), eased)
+    eased = np.where(place > high, high + MARGIN_CELLS * np.tanh((place - high) / MARGIN_CELLS), eased)
+    return np.maximum.accumulate(eased)
 
 
 def _kept_relief(place: NDArray[np.float64], last: int) -> NDArray[np.float64]:

@@ -114,6 +114,20 @@ def test_surface_beyond_the_roads_fades_without_a_cliff(grid: RoadGraph) -> None
     assert profile[-1] == pytest.approx(100.0, abs=10.0)
 
 
+def test_surface_beyond_the_roads_is_found_with_a_tanh_that_wavers_in_its_last_bit(
+    grid: RoadGraph, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    lon, lat = np.linspace(WEST, WEST + 1.0, 2001), np.array([SOUTH + SPACING_DEG])
+    wanted = heights_at(grid, lon, lat)
+    exact = np.tanh
+
+    def wavering(x: np.ndarray) -> np.ndarray:
+        return np.nextafter(exact(x), np.where(np.arange(x.size) % 2, np.inf, -np.inf))
+
+    monkeypatch.setattr(np, "tanh", wavering)
+    np.testing.assert_allclose(heights_at(grid, lon, lat), wanted, rtol=1e-12)
+
+
 @pytest.mark.parametrize("sides", [(True, False), (False, True)])
 def test_surface_of_roads_on_one_line_is_found(grid: RoadGraph, sides: tuple[bool, bool]) -> None:
     squeezed = replace(
