@@ -10,7 +10,7 @@ import numpy as np
 from diagnosis.answer.findings import LEAST_SHARE_FRAC
 from diagnosis.answer.results import ParameterError
 from diagnosis.causes.nuisance import PARAMETERS
-from diagnosis.fit.jackknife import additions, equations, solve
+from diagnosis.fit.jackknife import additions, equations, first_least, solve
 from diagnosis.fit.windows import SENSORS, measured_size_j
 from energy.units import JOULE_PER_KWH
 
@@ -41,7 +41,7 @@ def parameter_errors(model: Model) -> tuple[ParameterError, ...]:
         passes = (np.abs(added.z) >= model.threshold.z) & (share >= LEAST_SHARE_FRAC) & (gain > 0.0)
         if not passes.any():
             break
-        wrong.append(open_.pop(int(np.argmax(np.where(passes, gain, -np.inf)))))
+        wrong.append(open_.pop(int(first_least(np.where(passes, -gain, np.inf)))))
     solution = solve(system, [*beside, *(one.name for one in wrong)])
     told = []
     for one in wrong:

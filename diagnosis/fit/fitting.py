@@ -12,7 +12,7 @@ from diagnosis.causes.families import Family
 from diagnosis.causes.library import candidates
 from diagnosis.causes.nuisance import PARAMETERS
 from diagnosis.causes.terms import Candidate
-from diagnosis.fit.jackknife import additions, equations, solve
+from diagnosis.fit.jackknife import additions, equations, first_least, solve
 from diagnosis.fit.model import BOX, Model, _equations, _held, _read, left_w, priors
 from diagnosis.fit.selection import Selection, scatter_of, select, still_standing, threshold
 from diagnosis.fit.structures import _with_structures
@@ -142,10 +142,10 @@ def _refined(model: Model) -> Model:
         beside = [*FREE, *(other.label for key, other in chosen.items() if key != one.label)]
         added = additions(system, beside, [v.label for v in variants[one.label]])
         shapes = np.array([v.shape for v in variants[one.label]])
-        chosen[one.label] = variants[one.label][int(np.argmin(added.losses.sum(axis=0)))]
+        chosen[one.label] = variants[one.label][int(first_least(added.losses.sum(axis=0)))]
         rng = np.random.default_rng(len(spread))
         drawn = rng.multinomial(len(cut), np.full(len(cut), 1.0 / len(cut)), size=400)
-        best = shapes[np.argmin(drawn @ added.losses, axis=1)]
+        best = shapes[first_least(drawn @ added.losses)]
         low, high = np.quantile(best, (0.025, 0.975))
         spread[chosen[one.label].label] = (float(low), float(high))
     found = tuple(chosen[one.label] for one in model.found)
@@ -187,7 +187,7 @@ def _accompanied(model: Model) -> Model:
         shapes = [one for one in open_ if one.term is term]
         beside = [*FREE, *(one.label for one in (*model.found, *chosen))]
         added = additions(system, beside, [one.label for one in shapes])
-        best = int(np.argmin(added.losses.sum(axis=0)))
+        best = int(first_least(added.losses.sum(axis=0)))
         if 0.0 < float(added.coefficients[best]) <= term.most:
             chosen.append(shapes[best])
     return _read(replace(model, companions=tuple(chosen)), model.found)

@@ -27,7 +27,26 @@ EVENING: Final = (0.95, 0.9, 0.8, 0.7, 0.6, 0.5)  # quantiles of the trips' info
 TINY: Final = 1e-30
 RIDGE: Final = 1e-12  # on normal equations in units of 1, against columns that are the same
 FORM_SD_FRAC: Final = 0.15  # assumed: an effect's real form differs from the library's, which no spread of trips shows
+TIE_FRAC: Final = 1e-9  # losses and z that differ by less are the same; between processors they differ by up to 1e-12
 LEAST_EFFECTIVE: Final = 3.0  # fewer trips that carry a column say nothing of how trips differ
+
+
+def first_least(values: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Index of the least value along the last axis; of those that exceed it by at most TIE_FRAC of it the first.
+
+    Columns that are the same in these drives, such as two boxes that hold the same windows, have the same loss up to
+    the order of a sum, which differs between processors.
+    """
+    least = values.min(axis=-1, keepdims=True)
+    return np.asarray(np.argmax(values <= least + TIE_FRAC * np.abs(least), axis=-1), np.int64)
+
+
+def ranked(values: NDArray[np.float64]) -> list[int]:
+    """Indices of values, float64 (n,), from the least up, those that first_least takes for the same in their order."""
+    left, order = list(range(values.size)), []
+    while left:
+        order.append(left.pop(int(first_least(values[left]))))
+    return order
 
 
 @dataclass(frozen=True, slots=True)

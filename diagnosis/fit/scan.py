@@ -13,9 +13,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from scipy import stats
 
-from diagnosis.fit.jackknife import Added, simulated_z, tried
+from diagnosis.fit.jackknife import Added, first_least, ranked, simulated_z, tried
 from diagnosis.fit.noise import whitened
 from diagnosis.fit.windows import measured_size_j
+from energy.conditions import ZERO_CELSIUS_K
 from energy.units import KMH_PER_MPS, ZERO_CELSIUS_K
 
 if TYPE_CHECKING:
@@ -177,22 +178,26 @@ def scan(
 
 
 def strongest(scanned: Scanned, trips: Sequence[Windows], least_z: float) -> Structure | None:
-    """The box that stands out most, if it passes the threshold and holds a share of the energy."""
+    """The box that stands out most, if it passes the threshold and holds a share of the energy.
+
+    Of boxes that stand out alike, as those that hold the same windows, it is the first.
+    """
     passes = _large(scanned, trips) & (np.abs(scanned.added.z) >= max(scanned.threshold, least_z))
     if not passes.any():
         return None
-    return _structure(scanned, trips, int(np.argmax(np.where(passes, np.abs(scanned.added.z), -1.0))))
+    return _structure(scanned, trips, int(first_least(np.where(passes, -np.abs(scanned.added.z), 1.0))))
 
 
 def leading(scanned: Scanned, trips: Sequence[Windows], count: int) -> list[Structure]:
     """The box that predicts left-out trips best of each axis, of the axes where this is most, thresholds aside."""
     loss = scanned.added.losses.sum(axis=0)
     large = _large(scanned, trips)
-    best: dict[str, int] = {}
+    by_axis: dict[str, list[int]] = {}
     for k, box in enumerate(scanned.boxes):
-        if large[k] and (box.axis not in best or loss[k] < loss[best[box.axis]]):
-            best[box.axis] = k
-    return [_structure(scanned, trips, k) for k in sorted(best.values(), key=lambda k: float(loss[k]))[:count]]
+        if large[k]:
+            by_axis.setdefault(box.axis, []).append(k)
+    best = [own[int(first_least(loss[own]))] for own in by_axis.values()]
+    return [_structure(scanned, trips, best[k]) for k in ranked(loss[best])[:count]]
 
 
 def only(

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from diagnosis.fit.jackknife import additions, simulated_additions, solve
+from diagnosis.fit.jackknife import additions, first_least, ranked, simulated_additions, solve
 from diagnosis.fit.windows import measured_size_j
 
 if TYPE_CHECKING:
@@ -95,7 +95,7 @@ def select(
 ) -> Selection:
     """Forward selection, a backward check, and the rivals of what is left.
 
-    One term is taken at one value of its shape only.
+    One term is taken at one value of its shape only; of terms that help alike, the first candidate.
     """
     sizes = {one.label: _size_j(one, trips) for one in candidates}
     measured_j = measured_size_j(trips)
@@ -112,7 +112,7 @@ def select(
         ) & (gain > 0.0)
         if not passes.any():
             break
-        found.append(open_[int(np.argmax(np.where(passes, gain, -np.inf)))])
+        found.append(open_[int(first_least(np.where(passes, -gain, np.inf)))])
     found = still_standing(system, free, found, trips, least_z)
     solution = solve(system, [*free, *(one.label for one in found)])
     return Selection(
@@ -153,7 +153,7 @@ def rivals(
     labels = [other.label for other in open_]
     alone = additions(system, others, labels)
     own = additions(system, others, [one.label])
-    best: dict[str, tuple[float, Candidate]] = {}
+    by_effect: dict[str, list[tuple[float, Candidate]]] = {}
     gain = float((solve(system, others).losses - own.losses[:, 0]).sum())
     for k, other in enumerate(open_):
         sign = 1.0 if other.term.positive else np.sign(alone.z[k])
@@ -165,10 +165,9 @@ def rivals(
         reverse = additions(system, [*others, one.label], [other.label]).z[0]
         if abs(beside) >= least_z and sign * reverse >= RIVAL_Z:
             continue  # both are there
-        loss = float(alone.losses[:, k].sum())
-        if other.term.effect not in best or loss < best[other.term.effect][0]:
-            best[other.term.effect] = (loss, other)
-    return tuple(other for _, other in sorted(best.values(), key=lambda pair: pair[0]))
+        by_effect.setdefault(other.term.effect, []).append((float(alone.losses[:, k].sum()), other))
+    best = [shapes[int(first_least(np.array([loss for loss, _ in shapes])))] for shapes in by_effect.values()]
+    return tuple(best[k][1] for k in ranked(np.array([loss for loss, _ in best])))
 
 
 def still_standing(

@@ -13,7 +13,9 @@ from diagnosis.fit.jackknife import (
     additions,
     as_z,
     effective_trips,
+    first_least,
     jackknife_sd,
+    ranked,
     simulated_additions,
     solve,
 )
@@ -114,3 +116,12 @@ def test_intervals_of_a_sum_cover_the_truth():
             found.half_width_by_trips(weights), 0.19 * abs(weights @ found.coefficients)
         )
     assert 0.90 <= covered / 200 <= 0.99
+
+
+@pytest.mark.parametrize("apart", [-1e-12, 0.0, 1e-12])
+def test_of_values_that_differ_in_their_last_bits_the_first_is_the_least(apart):
+    values = np.array([3.0, -7.0, 2.0, -7.0 * (1.0 + apart), 3.0 * (1.0 + apart), 2.0 * (1.0 + apart)])
+    assert first_least(values) == 1
+    assert first_least(np.vstack((values, np.abs(values)))).tolist() == [1, 2]
+    assert ranked(values) == [1, 3, 2, 5, 0, 4]
+    assert first_least(np.array([1.0, np.inf, 1.0 - 1e-6])) == 2  # no more alike than that

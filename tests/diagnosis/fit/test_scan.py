@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from diagnosis.fit.noise import KERNELS, Noise
-from diagnosis.fit.scan import boxes, cell_centre_deg, cell_of, in_box, scan, strongest
+from diagnosis.fit.scan import boxes, cell_centre_deg, cell_of, in_box, leading, scan, strongest
 from diagnosis.fit.windows import Windows
 
 VARIANCE = np.zeros(len(KERNELS))
@@ -53,6 +55,28 @@ def test_a_draw_between_two_altitudes_is_located_and_sized():
     assert found.low_w < 1500.0 < found.high_w * 1.15
     assert found.p < 0.01
     assert len(found.trips) >= 10
+
+
+def test_of_boxes_with_the_same_windows_the_first_is_told_whatever_the_last_bit():
+    trips = [trip(k, lambda z: 1500.0 * ((z > 560.0) & (z < 680.0))) for k in range(TRIPS)]
+    once = scanned(trips)
+    z, losses = once.added.z, once.added.losses
+    twice = replace(
+        once,
+        boxes=(*once.boxes, *(replace(box, unit="copy") for box in once.boxes)),
+        columns=[np.hstack((column, column)) for column in once.columns],
+        hours=np.tile(once.hours, 2),
+        added=replace(
+            once.added,
+            **{name: np.tile(getattr(once.added, name), 2) for name in ("coefficients", "sd", "effective")},
+            z=np.concatenate((z, z * (1.0 + 1e-15))),
+            losses=np.hstack((losses, losses - 1e-15 * np.abs(losses))),
+        ),
+    )
+    best = strongest(twice, trips, 3.0)
+    assert best is not None
+    told = [best, *leading(twice, trips, 4)]
+    assert [one.box for one in told] == [one.box for one in (strongest(once, trips, 3.0), *leading(once, trips, 4))]
 
 
 @pytest.mark.parametrize("seed", range(4))

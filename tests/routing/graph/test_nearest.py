@@ -11,13 +11,9 @@ import shapely
 from routing.graph.earth import METRE_PER_DEGREE
 from routing.graph.kernels_nearest import FAN
 from routing.graph.nearest import RoadTree
+from routing.graph.practice import practice_graph
 from routing.graph.road_graph import RoadGraph
 from routing.places import Point
-from routing.graph.road_graph import RoadGraph
-from routing.graph.kernels_nearest import FAN
-from routing.graph.nearest import METRE_PER_DEGREE, RoadTree
-from routing.graph.practice import practice_graph
-from routing.queries import Point
 from routing.synth import synthesize
 
 pytestmark = pytest.mark.nojit
