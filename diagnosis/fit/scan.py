@@ -16,7 +16,6 @@ from scipy import stats
 from diagnosis.fit.jackknife import Added, first_least, ranked, simulated_z, tried
 from diagnosis.fit.noise import whitened
 from diagnosis.fit.windows import measured_size_j
-from energy.conditions import ZERO_CELSIUS_K
 from energy.units import KMH_PER_MPS, ZERO_CELSIUS_K
 
 if TYPE_CHECKING:
