@@ -26,8 +26,9 @@ from routing.range.area import AreaMaker, energies_of_reach
 from routing.range.bands import RangeAnswer, RangeBand
 from routing.range.way_back import BackCharges, ReverseSearch
 from routing.route.answer import no_route, route_of
-from routing.route.best_path import RouteSearch, charge_limits, method_name
+from routing.route.best_path import RouteSearch, method_name
 from routing.route.checks import check_charge, check_pareto, check_weights
+from routing.route.limits import charge_limits
 from routing.route.matrix import MatrixSearch
 from routing.route.route import RouteAnswer, SearchStats
 from routing.route.via import WayFinder

@@ -13,7 +13,8 @@ from energy.units import JOULE_PER_KWH, JOULE_PER_WH, SECOND_PER_HOUR
 from routing.errors import NoPathError
 from routing.pareto.all_ways import Cover, is_applicable, uncovered_ways
 from routing.pareto.bounds import ROUNDING_FRAC, LowerBounds, Trade, chosen, undominated
-from routing.route.best_path import charge_limits, method_name
+from routing.route.best_path import method_name
+from routing.route.limits import charge_limits
 from routing.route.route import ParetoClaim, ParetoProof, SearchStats
 from routing.route.via import CHARGE_SLACK_FRAC, WayFinder, same_place
 from routing.search.found import Limits

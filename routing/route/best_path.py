@@ -16,6 +16,7 @@ from energy.units import JOULE_PER_WH
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from routing.errors import NoPathError, SearchLimitError
 from routing.places import LinkPosition, LinkSpan
+from routing.route.limits import charge_limits, is_best_within
 from routing.search.found import FoundPath, Limits, SearchCounts
 from routing.search.search import find_path
 from routing.search.space import SearchSpace, search_space
@@ -145,7 +146,7 @@ class RouteSearch:
             free, counts = find(weights, Limits())
             path = free
             free_cost = 0.0 if free is None else free.cost
-            if free is not None and not self._keeps(query, free, leg, limits, weights.energy):
+            if free is not None and not self._is_best_within(query, free, leg, limits, weights.energy):
                 path, counts = find(ECO, limits) if in_charge else (None, counts)
                 unpaid_j = counts.unpaid_j
                 if path is not None:
@@ -177,7 +178,7 @@ class RouteSearch:
 
         No path costs less than the best one without limits, since a battery at its limits only ever adds cost.
         """
-        kept = [least_energy, *([free] if self._keeps(query, free, leg, limits, 0.0) else [])]
+        kept = [least_energy, *([free] if self._is_best_within(query, free, leg, limits, 0.0) else [])]
         costs = [self._cost(query, path, leg, weights) for path in kept]
         best = int(np.argmin(costs))
         return BestPath(
@@ -221,24 +222,20 @@ class RouteSearch:
         used_kwh = (leg.soc_frac - float(soc[-1])) * query.vehicle.usable_capacity_wh / 1000.0
         return cost_of(weights, used_kwh, time_s, path.distance_m)
 
-    def _keeps(self, query: RouteQuery, path: FoundPath, leg: Leg, limits: Limits, energy_weight: float) -> bool:
-        """Whether a path never takes the charge below the reserve and costs what the search without limits says.
-
-        A battery that is overfilled on the way, or so full that it takes up less, loses energy, which changes the cost
-        only where energy is weighted.
-        """
+    def _is_best_within(
+        self, query: RouteQuery, path: FoundPath, leg: Leg, limits: Limits, energy_weight: float
+    ) -> bool:
+        """Whether a path found without limits never takes the charge below the reserve and costs what it said."""
         energy_j, _ = self._energies_j(query, path, leg)
-        capacity_wh = query.vehicle.usable_capacity_wh
-        soc, braked = soc_along(energy_j, leg.soc_frac, capacity_wh)
-        most_j = (leg.soc_frac - soc) * capacity_wh * JOULE_PER_WH
-        if not bool(most_j.max() <= limits.most_energy_j):
-            return False
-        if energy_weight == 0.0:
-            return True
-        # a cap on recuperation that fades with charge only ever takes energy from other paths, as overfilling does
-        limited = drive_of(query.vehicle, query.conditions).physics.fade_width_j > 0.0
-        fades = limited and not np.array_equal(energy_j, self._energies_j(query, path, leg, charged=False)[0])
-        return not (braked.any() or fades)
+        fades = drive_of(query.vehicle, query.conditions).physics.fade_width_j > 0.0
+        return is_best_within(
+            limits,
+            energy_j,
+            leg.soc_frac,
+            query.vehicle.usable_capacity_wh,
+            energy_weighted=energy_weight != 0.0,
+            accepted_whole_j=(lambda: self._energies_j(query, path, leg, charged=False)[0]) if fades else None,
+        )
 
     def spans(self, path: FoundPath) -> tuple[LinkSpan, ...]:
         """The stretches of links that a path drives."""
@@ -282,11 +279,6 @@ def _vehicle_key(vehicle: AnyVehicle) -> tuple[object, ...]:
         vehicle.decel_mps2.tobytes(),
         vehicle.effects,
     )
-
-
-def charge_limits(soc_frac: float, reserve_frac: float, capacity_j: float) -> Limits:
-    """Battery energy from departure on that fills the battery, and that reaches the reserve."""
-    return Limits(-(1.0 - soc_frac) * capacity_j, (soc_frac - reserve_frac) * capacity_j)
 
 
 def method_name(counts: SearchCounts, *, pareto: bool) -> str:

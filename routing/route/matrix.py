@@ -14,7 +14,8 @@ from energy.chain.chain import RULE_CODE, StopRule, filling_energy_j
 from energy.force import kernels_parts
 from energy.units import JOULE_PER_WH
 from routing.queries import MatrixQuery, RouteQuery
-from routing.route.best_path import Leg, charge_limits
+from routing.route.best_path import Leg
+from routing.route.limits import charge_limits, is_best_within
 from routing.route.via import CHARGE_SLACK_FRAC, same_place
 from routing.search.found import Limits
 from routing.search.search import find_path, find_paths
@@ -168,7 +169,7 @@ class MatrixSearch:
         """Enter the drives of a weighting of time or distance; the places that no way within the charge leads to."""
         # without limits costs add up, so that one search does; most often its paths keep the limits anyway
         free = self._find(row, source, there, self._weights, Limits())
-        kept = {k: path for k, path in free.items() if path is None or self._drives.keeps(path, self._limits)}
+        kept = {k: path for k, path in free.items() if path is None or self._drives.is_best_within(path, self._limits)}
         self._enter(row, kept)
         tight = [k for k in there if k not in kept]
         thrifty = self._find(row, source, tight, ECO, self._limits)
@@ -239,23 +240,19 @@ class PathDrives:
             reason=None if feasible else NotDriven.CHARGE,
         )
 
-    def keeps(self, path: FoundPath, limits: Limits) -> bool:
-        """Whether a path found without limits surely is the best with them.
-
-        It never takes the charge below the reserve, and where energy is weighted a battery that is full or nearly full
-        takes up all that is recuperated.
-        """
+    def is_best_within(self, path: FoundPath, limits: Limits) -> bool:
+        """Whether a path found without limits surely is the best with them."""
         query = self._query
         energy_j, _, _ = self._driven(path, self._search_rule)
-        capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
-        soc, braked_j = soc_along(energy_j, query.soc_frac, query.vehicle.usable_capacity_wh)
-        if float(((query.soc_frac - soc) * capacity_j).max()) > limits.most_energy_j:
-            return False
-        if query.weightings[0][1].energy == 0.0:
-            return True
-        fading = self._space.physics.fade_width_j > 0.0
-        refused = fading and not np.array_equal(energy_j, self._driven(path, self._search_rule, charged=False)[0])
-        return not (braked_j.any() or refused)
+        fades = self._space.physics.fade_width_j > 0.0
+        return is_best_within(
+            limits,
+            energy_j,
+            query.soc_frac,
+            query.vehicle.usable_capacity_wh,
+            energy_weighted=query.weightings[0][1].energy != 0.0,
+            accepted_whole_j=(lambda: self._driven(path, self._search_rule, charged=False)[0]) if fades else None,
+        )
 
     def _driven(
         self, path: FoundPath, rule: StopRule, *, charged: bool = True

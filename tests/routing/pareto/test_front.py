@@ -28,7 +28,8 @@ from routing.pareto.front import ParetoSearch
 from routing.places import LinkPosition, Point
 from routing.planner import Planner
 from routing.queries import ParetoSettings, RouteQuery
-from routing.route.best_path import RouteSearch, charge_limits
+from routing.route.best_path import RouteSearch
+from routing.route.limits import charge_limits
 from routing.route.route import ParetoProof
 from routing.search.found import Limits
 from routing.search.space import search_space

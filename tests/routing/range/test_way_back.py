@@ -17,7 +17,7 @@ from energy.vehicle.coefficients import EffectCoefficients
 from routing.errors import SearchLimitError
 from routing.places import LinkPosition
 from routing.range.way_back import BackCharges, ReverseSearch
-from routing.route.best_path import charge_limits
+from routing.route.limits import charge_limits
 from routing.search.found import Limits
 from routing.search.search import find_path, reach
 from routing.search.space import search_space
