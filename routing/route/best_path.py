@@ -17,6 +17,7 @@ from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from routing.errors import NoPathError, SearchLimitError
 from routing.places import LinkPosition, LinkSpan
 from routing.route.limits import charge_limits, is_best_within
+from routing.route.warnings import search_warnings
 from routing.search.found import FoundPath, Limits, SearchCounts
 from routing.search.search import find_path
 from routing.search.space import SearchSpace, search_space
@@ -113,6 +114,10 @@ class RouteSearch:
         for unused in longest_unused:
             unused.drives.forget()
         return space
+
+    def warnings(self, query: RouteQuery | RangeQuery, crowded: bool, unpaid_j: float) -> tuple[str, ...]:
+        """What an answer to a query is to be read with; crowded, unpaid_j: as search_warnings has them."""
+        return search_warnings(self.graph.meta, self.space_of(query, query.vehicle), query, crowded, unpaid_j)
 
     def best_path(self, query: RouteQuery, weights: Weights, leg: Leg) -> BestPath:
         """The best path that keeps the charge limits, or the one of least energy; raises NoPathError."""
