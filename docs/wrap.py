@@ -1,0 +1,90 @@
+"""Paragraphs of the pages wrapped at 120 characters: `python -m docs.wrap [FILE]...`, without files all pages.
+
+Tables, code, headings, what scripts write between two marks, and paragraphs whose lines are short enough stay.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+from typing import Final
+
+ROOT: Final = Path(__file__).resolve().parents[1]
+WIDTH: Final = 120
+ITEM: Final = re.compile(r"(?P<indent> *)(?P<mark>(?:[-*+]|\d+[.)]) +)?")
+NOT_PROSE: Final = re.compile(r" *(?:\||#|<|!?\[[^]]*\]:|>|```|~~~|    )")
+MARK: Final = re.compile(r"<!-- (/?)[\w -]+ -->")  # around what a script writes
+BREAKING: Final = re.compile(r"(?:[-*+#>|=~]|\d+[.)]|```)")  # no line may begin with it: it would become something else
+
+
+def pages() -> list[Path]:
+    """All pages that people read, but for the licence."""
+    return sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("data/**/*.md")])
+
+
+def wrapped(page: str) -> str:
+    """The page with those of its paragraphs wrapped anew that have a line longer than WIDTH."""
+    lines: list[str] = []
+    paragraph: list[str] = []
+    fenced = written = False
+
+    def close() -> None:
+        lines.extend(_wrapped(paragraph) if any(len(line) > WIDTH for line in paragraph) else paragraph)
+        paragraph.clear()
+
+    for line in page.split("\n"):
+        fence = line.lstrip().startswith(("```", "~~~"))
+        if mark := MARK.fullmatch(line.strip()):
+            written = not mark[1]
+        if fence or fenced or written or not line.strip():
+            close()
+            lines.append(line)
+            fenced ^= fence
+        elif not paragraph and NOT_PROSE.match(line):
+            lines.append(line)
+        elif paragraph and (_mark(line) or NOT_PROSE.match(line.strip())):
+            close()
+            (paragraph if _mark(line) else lines).append(line)
+        else:
+            paragraph.append(line)
+            if line.endswith("  "):  # a break that is meant
+                close()
+    close()
+    return "\n".join(lines)
+
+
+def too_long(page: str) -> list[int]:
+    """Numbers of the lines of prose longer than WIDTH."""
+    lines = wrapped(page).split("\n")
+    if lines != page.split("\n"):
+        return [k for k, line in enumerate(page.split("\n"), 1) if len(line) > WIDTH and not line.startswith("|")]
+    return []
+
+
+def _mark(line: str) -> str | None:
+    found = ITEM.match(line)
+    return found["mark"] if found else None
+
+
+def _wrapped(paragraph: list[str]) -> list[str]:
+    first = ITEM.match(paragraph[0])
+    assert first is not None, "matches any line"
+    indent = first["indent"] + " " * len(first["mark"] or "")
+    words = " ".join(line.strip() for line in paragraph)[len(first["mark"] or "") :].split(" ")
+    lines, line = [], first["indent"] + (first["mark"] or "")
+    begun = False
+    for word in words:
+        if begun and len(line) + 1 + len(word) > WIDTH and not BREAKING.match(word):
+            lines.append(line)
+            line, begun = indent, False
+        line += f" {word}" if begun else word
+        begun = True
+    return [*lines, line]
+
+
+if __name__ == "__main__":
+    for path in [Path(name) for name in sys.argv[1:]] or pages():
+        text = path.read_text(encoding="utf-8")
+        if wrapped(text) != text:
+            path.write_text(wrapped(text), encoding="utf-8")
