@@ -15,7 +15,7 @@ WIDTH: Final = 120
 ITEM: Final = re.compile(r"(?P<indent> *)(?P<mark>(?:[-*+]|\d+[.)]) +)?")
 NOT_PROSE: Final = re.compile(r" *(?:\||#|<|!?\[[^]]*\]:|>|```|~~~|    )")
 MARK: Final = re.compile(r"<!-- (/?)[\w -]+ -->")  # around what a script writes
-BREAKING: Final = re.compile(r"(?:[-*+#>|=~]|\d+[.)]|```)")  # no line may begin with it: it would become something else
+GLUED: Final = re.compile(r"(?:[-*+]|#+|=+|-+|\d+[.)])$|[>|]|```|~~~")  # begins no line, where it would mean something
 
 
 def pages() -> list[Path]:
@@ -71,15 +71,19 @@ def _wrapped(paragraph: list[str]) -> list[str]:
     first = ITEM.match(paragraph[0])
     assert first is not None, "matches any line"
     indent = first["indent"] + " " * len(first["mark"] or "")
-    words = " ".join(line.strip() for line in paragraph)[len(first["mark"] or "") :].split(" ")
-    lines, line = [], first["indent"] + (first["mark"] or "")
-    begun = False
-    for word in words:
-        if begun and len(line) + 1 + len(word) > WIDTH and not BREAKING.match(word):
+    words: list[str] = []
+    for word in " ".join(line.strip() for line in paragraph)[len(first["mark"] or "") :].split(" "):
+        if words and GLUED.match(word):
+            words[-1] += f" {word}"
+        else:
+            words.append(word)
+    lines, line = [], f"{first['indent']}{first['mark'] or ''}{words[0]}"
+    for word in words[1:]:
+        if len(line) + 1 + len(word) > WIDTH:
             lines.append(line)
-            line, begun = indent, False
-        line += f" {word}" if begun else word
-        begun = True
+            line = f"{indent}{word}"
+        else:
+            line += f" {word}"
     return [*lines, line]
 
 
