@@ -22,12 +22,11 @@ if TYPE_CHECKING:
 
 MANY_ARGUMENTS: Final = 10
 LONG_LINES: Final = 200
-EXPLAINED: Final = (
-    "Most at one level: files of the fullest folder, without `__init__.py`. Up: imports against the layers of the import"
-    " contract, or against the greater number between two siblings that import each other. Circles: sets of sibling"
-    " modules and folders that import each other, at any level. Long functions: of more than"
-    f" {LONG_LINES} lines, docstring included. Many arguments: functions that take {MANY_ARGUMENTS} or more, `self` aside."
-)
+EXPLAINED: Final = f"""\
+Most at one level: files of the fullest folder, without `__init__.py`. Up: imports against the layers of the import
+contract, or against the greater number between two siblings that import each other. Circles: sets of sibling modules
+and folders that import each other, at any level. Long functions: of more than {LONG_LINES} lines, docstring included.
+Many arguments: functions that take {MANY_ARGUMENTS} or more, `self` aside."""
 
 
 @dataclass(frozen=True, slots=True)
