@@ -190,8 +190,8 @@ def _search_stats(way: Way) -> SearchStats:
     """The work of all searches of a route."""
     counts = [found.counts for found in way.found]
     return SearchStats(
-        labels_made=sum(one.labels_made for one in counts),
-        labels_settled=sum(one.labels_settled for one in counts),
-        seconds=sum(one.seconds for one in counts),
+        labels_made=sum(count.labels_made for count in counts),
+        labels_settled=sum(count.labels_settled for count in counts),
+        seconds=sum(count.seconds for count in counts),
         method=", ".join(dict.fromkeys(found.method for found in way.found)) or "none",
     )
