@@ -100,8 +100,8 @@ def _address(process: subprocess.Popen[bytes], log: Path) -> str:
     """Where it listens, as soon as it says so."""
     until = time.monotonic() + START_S
     while time.monotonic() < until and process.poll() is None:
-        if told := LISTENING.search(log.read_text(encoding="utf-8", errors="replace")):
-            return told.group(1)
+        if listening := LISTENING.search(log.read_text(encoding="utf-8", errors="replace")):
+            return listening.group(1)
         time.sleep(0.02)
     said = log.read_text(encoding="utf-8", errors="replace")
     raise RuntimeError(f"the service did not start within {START_S:g} s:\n{said}")

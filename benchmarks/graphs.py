@@ -45,7 +45,7 @@ class Loaded:
 
     load_s: median of several; added_mb: resident after the first load; touched_mb: after reading every array to its
     end; private_mb: how much of that no file backs, which is what one more process costs. None where the system
-    does not tell.
+    does not say.
     """
 
     load_s: float
@@ -66,18 +66,18 @@ def synthesize_in_process(name: str, links: int, seed: int, folder: Path) -> Mad
 
 def load_in_process(folder: Path) -> Loaded:
     """Load a saved graph in a fresh process."""
-    return Loaded(**_told(["load", str(folder)])[0])
+    return Loaded(**_measured_in_process(["load", str(folder)])[0])
 
 
 def _made(name: str, kind: str, arguments: list[str]) -> Made:
-    told, process_s = _told([kind, *arguments])
+    measured, process_s = _measured_in_process([kind, *arguments])
     folder = Path(arguments[0])
     saved_mb = sum(path.stat().st_size for path in folder.iterdir()) / 1e6
-    nodes, links = int(told.pop("nodes")), int(told.pop("links"))
-    return Made(name=name, kind=kind, nodes=nodes, links=links, process_s=process_s, saved_mb=saved_mb, **told)
+    nodes, links = int(measured.pop("nodes")), int(measured.pop("links"))
+    return Made(name=name, kind=kind, nodes=nodes, links=links, process_s=process_s, saved_mb=saved_mb, **measured)
 
 
-def _told(arguments: list[str]) -> tuple[dict[str, float], float]:
+def _measured_in_process(arguments: list[str]) -> tuple[dict[str, float], float]:
     """What a fresh process says, and how long it took [s]; its complaints go to stderr."""
     began = time.perf_counter()
     command = [sys.executable, "-m", "benchmarks.graphs", *arguments]
@@ -144,10 +144,10 @@ def difference_mb(later: float | None, earlier: float | None) -> float | None:
 
 
 def main(arguments: list[str]) -> int:
-    """Do one thing and tell what it took."""
+    """Do one thing and print what it took."""
     kind = arguments[0]
-    told = asdict(_load(Path(arguments[1]))) if kind == "load" else _make(kind, arguments[1:])
-    print(json.dumps(told))
+    measured = asdict(_load(Path(arguments[1]))) if kind == "load" else _make(kind, arguments[1:])
+    print(json.dumps(measured))
     return 0
 
 

@@ -50,24 +50,24 @@ def _cpu_model() -> str:
 def peak_memory_mb() -> float:
     """Most memory this process has held resident [MB].
 
-    VmHWM where the system tells it: after fork and exec, ru_maxrss still counts what the parent held.
+    VmHWM where the system has it: after fork and exec, ru_maxrss still counts what the parent held.
     """
-    told = _status_kib("VmHWM")
-    if told is None:
-        told = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1024 if sys.platform == "darwin" else 1)
-    return told * 1024 / 1e6
+    peak_kib = _status_kib("VmHWM")
+    if peak_kib is None:
+        peak_kib = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / (1024 if sys.platform == "darwin" else 1)
+    return peak_kib * 1024 / 1e6
 
 
 def resident_memory_mb() -> float | None:
-    """Memory this process holds resident now, shared file pages included [MB]; None where the system does not tell."""
-    told = _status_kib("VmRSS")
-    return None if told is None else told * 1024 / 1e6
+    """Memory this process holds resident now, shared file pages included [MB]; None where the system does not say."""
+    resident_kib = _status_kib("VmRSS")
+    return None if resident_kib is None else resident_kib * 1024 / 1e6
 
 
 def private_memory_mb() -> float | None:
-    """Memory this process holds resident that no file backs [MB]; None where the system does not tell."""
-    told = _status_kib("RssAnon")
-    return None if told is None else told * 1024 / 1e6
+    """Memory this process holds resident that no file backs [MB]; None where the system does not say."""
+    private_kib = _status_kib("RssAnon")
+    return None if private_kib is None else private_kib * 1024 / 1e6
 
 
 def _status_kib(key: str) -> float | None:

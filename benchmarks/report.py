@@ -57,12 +57,12 @@ class Report:
 
 def report_json(report: Report) -> str:
     """The report as one JSON object, verdicts included."""
-    told = asdict(report)
-    told["target_ratio"] = TARGET_RATIO
-    for graph, said in zip(report.graphs, told["graphs"], strict=True):
+    fields = asdict(report)
+    fields["target_ratio"] = TARGET_RATIO
+    for graph, said in zip(report.graphs, fields["graphs"], strict=True):
         for figures, row in zip(graph.searches, said["searches"], strict=True):
             row["met"] = figures.met
-    return json.dumps(told, indent=2)
+    return json.dumps(fields, indent=2)
 
 
 def print_report(report: Report, console: Console) -> None:
@@ -90,12 +90,12 @@ def print_report(report: Report, console: Console) -> None:
         )
 
 
-def markdown_table(title: str, left: tuple[str, ...], right: tuple[str, ...]) -> Table:
+def markdown_table(title: str, words: tuple[str, ...], numbers: tuple[str, ...]) -> Table:
     """An empty table that is Markdown when printed; columns of words, then columns of figures."""
     table = Table(title=title, title_justify="left", title_style="bold", box=box.MARKDOWN)
-    for heading in left:
+    for heading in words:
         table.add_column(heading, overflow="fold")
-    for heading in right:
+    for heading in numbers:
         table.add_column(heading, justify="right", overflow="fold")
     return table
 

@@ -163,7 +163,7 @@ def measure_searches(
         for r in range(repeat):
             for c, case in enumerate(CASES):
                 space, limits = spaces[case.stops], _limits(case, vehicle)
-                times[c, s, r] = _one_round(yardstick, space, pool, limits, source)
+                times[c, s, r] = _round(yardstick, space, pool, limits, source)
         progress((s + 1) / len(sources))
     return [_figures(case, times[c], counts[c], reached[c], graph.link_count) for c, case in enumerate(CASES)]
 
@@ -175,7 +175,7 @@ def _limits(case: SearchCase, vehicle: Vehicle) -> Limits:
     return Limits(-(1.0 - case.soc_frac) * capacity_j, (case.soc_frac - RESERVE_SOC_FRAC) * capacity_j)
 
 
-def _one_round(
+def _round(
     yardstick: Yardstick, space: SearchSpace, pool: WorkspacePool, limits: Limits, source: int
 ) -> tuple[float, float, float]:
     """Times of the scalar runs by length and by free-flow time, and of the search [s]."""

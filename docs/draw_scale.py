@@ -29,15 +29,15 @@ GUIDE: Final = "#9aa4ad"
 Size = dict[str, Any]
 
 
-def draw(told: dict[str, Any], out: Path) -> None:
+def draw(report: dict[str, Any], out: Path) -> None:
     """One to all against the links, and what a route of 25 km and loading take; both axes logarithmic."""
-    sizes: list[Size] = told["sizes"]
+    sizes: list[Size] = report["sizes"]
     links = np.array([size["made"]["links"] for size in sizes], np.float64)
     figure = Figure(figsize=SIZE_IN, dpi=DPI, layout="constrained")
     FigureCanvasAgg(figure)
-    left, right = figure.subplots(1, 2)
-    _draw_to_all(left, sizes, links, float(told["exponent"]))
-    _draw_route(right, sizes, links)
+    to_all_axes, route_axes = figure.subplots(1, 2)
+    _draw_to_all(to_all_axes, sizes, links, float(report["exponent"]))
+    _draw_route(route_axes, sizes, links)
     figure.savefig(out)
 
 
@@ -77,7 +77,7 @@ def _line(
     """Medians with their quartiles as bars; the medians [s]."""
     spreads = [figure_of(size) for size in sizes]
     middle, low, high = (
-        np.array([one[name] for one in spreads]) for name in ("median", "lower_quartile", "upper_quartile")
+        np.array([spread[name] for spread in spreads]) for name in ("median", "lower_quartile", "upper_quartile")
     )
     axes.errorbar(links, middle, yerr=(middle - low, high - middle), color=colour, marker="o", capsize=3, label=label)
     return middle

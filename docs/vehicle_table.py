@@ -94,12 +94,12 @@ def summary(vehicles: dict[str, AnyVehicle], checks: dict[str, SelfCheck]) -> st
     checked = [checks[car.id] for car in cars if checks[car.id].met is not None]
     medians = []
     for cycle in CYCLES:
-        ratios = sorted(check.ratio for one in checked for check in one.checks if check.cycle == cycle)
+        ratios = sorted(check.ratio for check in checked for check in check.checks if check.cycle == cycle)
         middle = len(ratios) // 2
         median = ratios[middle] if len(ratios) % 2 else 0.5 * (ratios[middle - 1] + ratios[middle])
         inside = sum(BAND[0] <= ratio <= BAND[1] for ratio in ratios)
         medians.append(f"{median:.2f} on {cycle.upper()} ({inside} of {len(ratios)} within the band)")
-    met = sum(one.met is True for one in checked)
+    met = sum(check.met is True for check in checked)
     return (
         f"{len(cars)} electric cars; {len(checked)} have figures to compare with, and {met} of these are within the\n"
         f"band on every cycle measured. The median ratio is {' and '.join(medians)}."

@@ -92,7 +92,7 @@ class Answer:
     @property
     def held_out(self) -> tuple[TripEnergy, ...]:
         """The trips that were not fitted."""
-        return tuple(one for one in self.trips if one.held_out)
+        return tuple(trip for trip in self.trips if trip.held_out)
 
 
 def answer_of(world_id: str, tool: str, diagnosis: Diagnosis, rules: tuple[Rule, ...], seconds: float) -> Answer:
@@ -101,12 +101,12 @@ def answer_of(world_id: str, tool: str, diagnosis: Diagnosis, rules: tuple[Rule,
         world_id=world_id,
         tool=tool,
         verdict=diagnosis.verdict.value,
-        claims=tuple(_claim(one) for one in diagnosis.findings),
-        spots=tuple(_spot(one) for one in diagnosis.unexplained),
+        claims=tuple(_claim(finding) for finding in diagnosis.findings),
+        spots=tuple(_spot(stretch) for stretch in diagnosis.unexplained),
         parameters=tuple(
-            ClaimedParameter(one.parameter, one.nameplate, one.fitted) for one in diagnosis.parameter_errors
+            ClaimedParameter(error.parameter, error.nameplate, error.fitted) for error in diagnosis.parameter_errors
         ),
-        trips=tuple(trip_energy(one) for one in diagnosis.trips),
+        trips=tuple(trip_energy(trip) for trip in diagnosis.trips),
         rules=rules,
         threshold_z=diagnosis.model.get("threshold_z"),
         seconds=seconds,
@@ -138,12 +138,12 @@ def write_answer(answer: Answer, file: Path) -> None:
 def read_answer(file: Path) -> Answer:
     """An answer as it was written."""
     read: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-    read["claims"] = tuple(Claim(**{**one, "rivals": tuple(one["rivals"])}) for one in read["claims"])
-    read["spots"] = tuple(Spot(**one) for one in read["spots"])
-    read["parameters"] = tuple(ClaimedParameter(**one) for one in read["parameters"])
-    read["trips"] = tuple(TripEnergy(**one) for one in read["trips"])
+    read["claims"] = tuple(Claim(**{**claim, "rivals": tuple(claim["rivals"])}) for claim in read["claims"])
+    read["spots"] = tuple(Spot(**spot) for spot in read["spots"])
+    read["parameters"] = tuple(ClaimedParameter(**parameter) for parameter in read["parameters"])
+    read["trips"] = tuple(TripEnergy(**trip) for trip in read["trips"])
     read["rules"] = tuple(
-        Rule(one["name"], tuple(one["families"]), tuple(one["held_out_kwh"])) for one in read["rules"]
+        Rule(rule["name"], tuple(rule["families"]), tuple(rule["held_out_kwh"])) for rule in read["rules"]
     )
     return Answer(**read)
 
@@ -167,7 +167,7 @@ def _claim(finding: Finding) -> Claim:
     return Claim(
         effect=finding.effect,
         family=finding.family.value,
-        rivals=tuple(sorted({one.family.value for one in finding.ambiguous_with})),
+        rivals=tuple(sorted({rival.family.value for rival in finding.ambiguous_with})),
         energy_kwh=finding.energy_kwh,
         low_kwh=low,
         high_kwh=high,
@@ -176,6 +176,8 @@ def _claim(finding: Finding) -> Claim:
     )
 
 
-def _spot(one: Unexplained) -> Spot:
-    low, high = cell_centre_deg(int(one.low)) if one.axis == "place" else (one.low, one.high)
-    return Spot(one.axis, low, high, one.mean_w)
+def _spot(unexplained: Unexplained) -> Spot:
+    low, high = (
+        cell_centre_deg(int(unexplained.low)) if unexplained.axis == "place" else (unexplained.low, unexplained.high)
+    )
+    return Spot(unexplained.axis, low, high, unexplained.mean_w)

@@ -30,7 +30,7 @@ AIR_KG_PER_M3: Final = 1.2
 def carriers_of(folder: Path) -> Carried:
     """The drives of a folder that have height and temperature and no gap; raises ProofError where there is none."""
     recordings, _ = read_recordings([folder], HIDDEN)
-    found = tuple(_carrier(one) for one in recordings if _whole(one))
+    found = tuple(_carrier(recording) for recording in recordings if _whole(recording))
     if not found:
         raise ProofError(f"--recordings is {str(folder)!r}, allowed: a folder of drives with height and temperature")
     return found

@@ -34,7 +34,7 @@ class Target:
 class Figure:
     """One line of the table: value with its 95 % interval and target.
 
-    successes, trials: of a share, else None. is_share: whether the value is told in percent. value None: there was
+    successes, trials: of a share, else None. is_share: whether the value is shown in percent. value None: there was
     nothing to count.
     """
 
@@ -56,7 +56,7 @@ class Figure:
 
 def share(group: str, name: str, hits: Iterable[bool], target: Target | None = None) -> Figure:
     """The share of hits, with Wilson's interval."""
-    counted = [bool(one) for one in hits]
+    counted = [bool(hit) for hit in hits]
     if not counted:
         return Figure(group, name, None, None, None, target, 0, 0)
     low, high = wilson_interval(sum(counted), len(counted))
@@ -79,7 +79,9 @@ def drawn(
     low = high = None
     if rows.shape[0] > 2:
         picks = np.random.default_rng(SEED).integers(0, rows.shape[0], (DRAWS, rows.shape[0]))
-        low, high = (float(one) for one in np.nanquantile([figure_of(rows[pick]) for pick in picks], (0.025, 0.975)))
+        low, high = (
+            float(quantile) for quantile in np.nanquantile([figure_of(rows[pick]) for pick in picks], (0.025, 0.975))
+        )
     return Figure(group, name, value, low, high, target, is_share=is_share)
 
 
@@ -96,4 +98,4 @@ def gap_closed(mean_squares: NDArray[np.float64]) -> float:
 
 def missed(figures: Sequence[Figure]) -> tuple[Figure, ...]:
     """Figures that have a target and a value, and are off it."""
-    return tuple(one for one in figures if one.met is False)
+    return tuple(figure for figure in figures if figure.met is False)

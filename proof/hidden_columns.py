@@ -38,7 +38,7 @@ class HiddenTrip:
     """One trip: how often it was held out, mean errors then, and mean thermal power, claimed and by the hidden columns.
 
     claimed_w: of all splits; claimed_held_out_w: of those that held it out, None where none did. hidden_w: heater and
-    air conditioning, None where the columns do not tell, which `why` explains.
+    air conditioning, None where the columns do not say, which `why` explains.
     """
 
     id: str
@@ -87,14 +87,14 @@ def split_answered(recordings: Path, vehicle: Path, seed: int, file: Path) -> in
 def scored(answers: Sequence[Answer], seeds: Sequence[int], recordings: Path) -> HiddenProof:
     """Read the hidden columns, and hold the answers against them."""
     drives, _ = read_recordings([recordings])
-    hidden = {one.id: hidden_power_w(one) for one in drives}
+    hidden = {drive.id: hidden_power_w(drive) for drive in drives}
     trips = hidden_trips(answers, hidden)
     findings = tuple(tuple(f"{claim.effect} {claim.share_frac:.1%}" for claim in answer.claims) for answer in answers)
     return HiddenProof(figures_of(trips), trips, tuple(seeds), findings)
 
 
 def hidden_power_w(recording: Recording) -> tuple[float | None, str]:
-    """Mean electric power of heater and air conditioning [W], or None and why the columns do not tell it."""
+    """Mean electric power of heater and air conditioning [W], or None and why the columns do not say it."""
     if recording.hvac_w is not None:
         return _mean(recording, recording.hvac_w), ""
     if recording.heater_w is None or recording.aircon_w is None:
@@ -134,7 +134,9 @@ def hidden_trips(answers: Sequence[Answer], hidden: Mapping[str, tuple[float | N
 
 def figures_of(trips: Sequence[HiddenTrip]) -> tuple[Figure, ...]:
     """Errors of held-out trips before and after, and thermal power against the hidden columns; trips are drawn anew."""
-    errors = np.array([(one.before_frac, one.after_frac) for one in trips if one.held_out], np.float64).reshape(-1, 2)
+    errors = np.array([(trip.before_frac, trip.after_frac) for trip in trips if trip.held_out], np.float64).reshape(
+        -1, 2
+    )
     figures = [
         drawn(
             GROUP,
@@ -152,11 +154,11 @@ def figures_of(trips: Sequence[HiddenTrip]) -> tuple[Figure, ...]:
             is_share=True,
         ),
     ]
-    told = [one for one in trips if one.hidden_w is not None]
-    held_out = [(one.hidden_w, one.claimed_held_out_w) for one in told if one.claimed_held_out_w is not None]
+    known = [trip for trip in trips if trip.hidden_w is not None]
+    held_out = [(trip.hidden_w, trip.claimed_held_out_w) for trip in known if trip.claimed_held_out_w is not None]
     for text, pairs in (
         ("held-out trips", held_out),
-        ("all trips", [(one.hidden_w, one.claimed_w) for one in told]),
+        ("all trips", [(trip.hidden_w, trip.claimed_w) for trip in known]),
     ):
         rows = np.array(pairs, np.float64).reshape(-1, 2)
         figures += [

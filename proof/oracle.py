@@ -1,4 +1,4 @@
-"""The oracle: the same fit, told which effects act and nothing else, as the best that could be reached."""
+"""The oracle: the same fit, given which effects act and nothing else, as the best that could be reached."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from diagnosis.fit.jackknife import additions, solve
 from diagnosis.fit.model import left_w
 from diagnosis.fit.windows import FREE, trip_of
 from proof.answers import Rule
-from proof.prepared import cut_and_weighed, predicted_kwh, weighed
+from proof.prepared import predicted_kwh, weighed, windowed_and_weighed
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -60,7 +60,7 @@ def true_terms(effects: Iterable[str]) -> tuple[Term, ...]:
 
 def oracle(recordings: Sequence[Recording], vehicle: Vehicle, held_out: Collection[str], terms: Sequence[Term]) -> Rule:
     """Energies of the held-out trips by a fit of exactly these terms, as the tool fits: twice, with shapes profiled."""
-    trips = [trip_of(one, driven(one, vehicle)) for one in recordings]
+    trips = [trip_of(recording, driven(recording, vehicle)) for recording in recordings]
     _, solution = _fit(trips, held_out, vehicle, vehicle, terms)
     better = moved(vehicle, solution)
     again: Sequence[Trip] = [replace(trip, drive=with_vehicle(trip.drive, better)) for trip in trips]
@@ -72,29 +72,33 @@ def oracle(recordings: Sequence[Recording], vehicle: Vehicle, held_out: Collecti
 def _fit(
     trips: Sequence[Trip], held_out: Collection[str], vehicle: Vehicle, nameplate: Vehicle, terms: Sequence[Term]
 ) -> tuple[Prepared, Solution]:
-    ready = cut_and_weighed(trips, held_out, vehicle, nameplate, terms)
+    ready = windowed_and_weighed(trips, held_out, vehicle, nameplate, terms)
     system, solution = ready.system, solve(ready.system, FREE)
     for _ in range(2):  # the noise depends on what is fitted, and shapes on the noise
-        solution = solve(system, [*FREE, *(one.label for one in _shaped(system, ready.tried))])
-        left = [left_w(trip, solution, solution.without[k]) for k, trip in enumerate(ready.fitted)]
-        system = weighed(ready.fitted, left, system.precision, system.prior)
+        solution = solve(system, [*FREE, *(candidate.label for candidate in _shaped(system, ready.tried))])
+        residuals_w = [left_w(trip, solution, solution.without[k]) for k, trip in enumerate(ready.fitted)]
+        system = weighed(ready.fitted, residuals_w, system.precision, system.prior)
     return ready, solution
 
 
 def _shaped(system: Equations, tried: Sequence[Candidate]) -> list[Candidate]:
     """Each term at the shape that predicts left-out trips best beside the others; those of the wrong sign go."""
     by_term: dict[str, list[Candidate]] = {}
-    for one in tried:
-        by_term.setdefault(one.term.name, []).append(one)
+    for candidate in tried:
+        by_term.setdefault(candidate.term.name, []).append(candidate)
     chosen = {name: variants[len(variants) // 2] for name, variants in by_term.items()}
     for _ in range(2):
         for name, variants in by_term.items():
             if name in chosen:
-                beside = [*FREE, *(one.label for key, one in chosen.items() if key != name)]
-                losses = additions(system, beside, [one.label for one in variants]).losses.sum(axis=0)
+                beside = [*FREE, *(candidate.label for key, candidate in chosen.items() if key != name)]
+                losses = additions(system, beside, [candidate.label for candidate in variants]).losses.sum(axis=0)
                 chosen[name] = variants[int(np.argmin(losses))]
-        solution = solve(system, [*FREE, *(one.label for one in chosen.values())])
-        wrong = [name for name, one in chosen.items() if one.term.positive and solution.value(one.label) <= 0.0]
+        solution = solve(system, [*FREE, *(candidate.label for candidate in chosen.values())])
+        wrong = [
+            name
+            for name, candidate in chosen.items()
+            if candidate.term.positive and solution.value(candidate.label) <= 0.0
+        ]
         for name in wrong:
             del chosen[name]
     return list(chosen.values())

@@ -67,7 +67,7 @@ def full_plan(carriers: Path | None = None, vehicle: Path | None = None) -> tupl
     plan += (FastsimOrder(climate=True),) * FASTSIM_EACH + (FastsimOrder(climate=False),) * FASTSIM_EACH
     if carriers is not None and vehicle is not None:
         wanted = (None, *(Wanted(name, CARRIED_SHARE) for name in CARRIED_EFFECTS))
-        plan += tuple(CarrierOrder(carriers, vehicle, one) for one in wanted)
+        plan += tuple(CarrierOrder(carriers, vehicle, effect) for effect in wanted)
     return plan
 
 

@@ -44,11 +44,11 @@ def prepared(
     library: Sequence[Term] = LIBRARY,
 ) -> Prepared:
     """Recordings made ready about the vehicle as its file has it; the noise is what its own parameters leave."""
-    trips = [trip_of(one, driven(one, vehicle)) for one in recordings]
-    return cut_and_weighed(trips, held_out, vehicle, vehicle, library)
+    trips = [trip_of(recording, driven(recording, vehicle)) for recording in recordings]
+    return windowed_and_weighed(trips, held_out, vehicle, vehicle, library)
 
 
-def cut_and_weighed(
+def windowed_and_weighed(
     trips: Sequence[Trip],
     held_out: Collection[str],
     vehicle: Vehicle,
@@ -58,25 +58,27 @@ def cut_and_weighed(
     """Trips driven by a vehicle made ready; the prior is about the nameplate."""
     fitted = [trip for trip in trips if trip.recording.id not in held_out]
     tried = candidates([trip.drive for trip in fitted], library)
-    cut = tuple(windows(trip, tried) for trip in fitted)
-    precision, prior = priors(cut[0].names, vehicle, nameplate)
-    left = [trip.residual_j() / trip.duration_s for trip in cut]
-    system = weighed(cut, left, precision, prior)
+    in_windows = tuple(windows(trip, tried) for trip in fitted)
+    precision, prior = priors(in_windows[0].names, vehicle, nameplate)
+    residuals_w = [trip.residual_j() / trip.duration_s for trip in in_windows]
+    system = weighed(in_windows, residuals_w, precision, prior)
     base = solve(system, FREE)
-    system = weighed(cut, [left_w(trip, base, base.without[k]) for k, trip in enumerate(cut)], precision, prior)
+    system = weighed(
+        in_windows, [left_w(trip, base, base.without[k]) for k, trip in enumerate(in_windows)], precision, prior
+    )
     kept = tuple(windows(trip, tried) for trip in trips if trip.recording.id in held_out)
-    return Prepared(tried, cut, kept, system)
+    return Prepared(tried, in_windows, kept, system)
 
 
 def weighed(
-    cut: Sequence[Windows],
-    left: Sequence[NDArray[np.float64]],
+    in_windows: Sequence[Windows],
+    residuals_w: Sequence[NDArray[np.float64]],
     precision: NDArray[np.float64],
     prior: NDArray[np.float64],
 ) -> Equations:
-    """The equations of trips, whitened by the noise that residual powers [W] tell."""
-    noise = estimated(cut, left, WINDOW_S)
-    return equations(cut, [noise.root(trip) for trip in cut], precision, prior)
+    """The equations of trips, whitened by the noise of residual powers [W]."""
+    noise = estimated(in_windows, residuals_w, WINDOW_S)
+    return equations(in_windows, [noise.root(trip) for trip in in_windows], precision, prior)
 
 
 def without_noise(ready: Prepared) -> Equations:

@@ -48,8 +48,12 @@ def simpler_rules(recordings: Sequence[Recording], vehicle: Vehicle, held_out: C
 
 def ordinary(ready: Prepared, plain: Equations) -> tuple[Candidate, ...]:
     """Terms whose t exceeds OLS_T when all are fitted at once, each window as good as any; the middle of each grid."""
-    middle = [one for one in ready.tried if one.term.shape is None or one.shape == _middle(one.term.shape.grid)]
-    names = [*FREE, *(one.label for one in middle)]
+    middle = [
+        candidate
+        for candidate in ready.tried
+        if candidate.term.shape is None or candidate.shape == _middle(candidate.term.shape.grid)
+    ]
+    names = [*FREE, *(candidate.label for candidate in middle)]
     index = plain.index(names)
     gram = plain.gram.sum(axis=0)[np.ix_(index, index)]
     vector = plain.vector.sum(axis=0)[index]
@@ -60,7 +64,11 @@ def ordinary(ready: Prepared, plain: Equations) -> tuple[Candidate, ...]:
     variance = max(float(plain.square.sum() - vector @ beta), 0.0) / freedom
     t = beta / np.sqrt(np.maximum(variance * np.diag(inverse), 1e-300))
     t_of = dict(zip(names, t.tolist(), strict=True))
-    return tuple(one for one in middle if (t_of[one.label] if one.term.positive else abs(t_of[one.label])) > OLS_T)
+    return tuple(
+        candidate
+        for candidate in middle
+        if (t_of[candidate.label] if candidate.term.positive else abs(t_of[candidate.label])) > OLS_T
+    )
 
 
 def forward_bic(ready: Prepared) -> tuple[Candidate, ...]:
@@ -70,9 +78,9 @@ def forward_bic(ready: Prepared) -> tuple[Candidate, ...]:
     found: list[Candidate] = []
     best = _bic(system, list(FREE), n)
     while len(found) < MOST_TERMS:
-        names = [*FREE, *(one.label for one in found)]
-        tried = [one for one in ready.tried if all(one.term is not other.term for other in found)]
-        scored = [(_bic(system, [*names, one.label], n), k) for k, one in enumerate(tried)]
+        names = [*FREE, *(candidate.label for candidate in found)]
+        tried = [candidate for candidate in ready.tried if all(candidate.term is not other.term for other in found)]
+        scored = [(_bic(system, [*names, candidate.label], n), k) for k, candidate in enumerate(tried)]
         allowed = [(bic, k) for (bic, last), k in scored if last > 0.0 or not tried[k].term.positive]
         if not allowed or min(allowed)[0] >= best[0]:
             break
@@ -86,8 +94,8 @@ def lasso(ready: Prepared) -> tuple[Candidate, ...]:
     least; free columns are not penalised.
     """
     system = ready.system
-    labels = [one.label for one in ready.tried]
-    signed = np.array([not one.term.positive for one in ready.tried])
+    labels = [candidate.label for candidate in ready.tried]
+    signed = np.array([not candidate.term.positive for candidate in ready.tried])
     folds = np.arange(system.trips) % FOLDS
     whole = np.ones(system.trips, np.bool_)
     gram, vector, _ = _projected(system, labels, whole)
@@ -107,17 +115,17 @@ def lasso(ready: Prepared) -> tuple[Candidate, ...]:
     beta = np.zeros(len(labels))
     for penalty in path[: chosen + 1]:
         beta = _descended(gram * turned, vector * scale, float(penalty), signed, beta)
-    return tuple(one for one, value in zip(ready.tried, beta.tolist(), strict=True) if value != 0.0)
+    return tuple(candidate for candidate, value in zip(ready.tried, beta.tolist(), strict=True) if value != 0.0)
 
 
 def _rule(name: str, ready: Prepared, system: Equations, chosen: Sequence[Candidate]) -> Rule:
-    solution = solve(system, [*FREE, *(one.label for one in chosen)])
+    solution = solve(system, [*FREE, *(candidate.label for candidate in chosen)])
     measured_j = sum(float(trip.measured_j.sum()) for trip in ready.fitted)
     share: dict[str, float] = {}
-    for one in chosen:
-        size_j = sum(abs(float(trip.column(one.label).sum())) for trip in ready.fitted)
-        family = one.term.family.value
-        share[family] = share.get(family, 0.0) + abs(solution.value(one.label)) * size_j / measured_j
+    for candidate in chosen:
+        size_j = sum(abs(float(trip.column(candidate.label).sum())) for trip in ready.fitted)
+        family = candidate.term.family.value
+        share[family] = share.get(family, 0.0) + abs(solution.value(candidate.label)) * size_j / measured_j
     claimed = sorted(family for family, frac in share.items() if frac >= LEAST_SHARE_FRAC)
     return Rule(name, tuple(claimed), predicted_kwh(ready.kept, solution))
 
@@ -186,17 +194,17 @@ def _descended(
     """Coordinate descent of ½·βᵀGβ − βᵀv + penalty·Σ|β|, β ≥ 0 but where signed (Friedman et al. 2010, §2)."""
     beta = start.copy()
     own = np.diag(gram)
-    left = vector - gram @ beta
+    remainder = vector - gram @ beta
     for _ in range(SWEEPS):
         largest = 0.0
         for j in np.flatnonzero(own > 1e-9).tolist():
-            free = left[j] + own[j] * beta[j]
+            free = remainder[j] + own[j] * beta[j]
             value = max(free - penalty, 0.0) / own[j]
             if signed[j] and free < -penalty:
                 value = (free + penalty) / own[j]
             step = value - beta[j]
             if step != 0.0:
-                left -= step * gram[:, j]
+                remainder -= step * gram[:, j]
                 beta[j] = value
                 largest = max(largest, abs(step))
         if largest <= CONVERGED * max(float(np.abs(beta).max()), 1.0):

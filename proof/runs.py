@@ -89,18 +89,18 @@ def prove(order: ProofOrder, progress: Progress | None = None) -> Proof:
     not what was sealed.
     """
     began = time.perf_counter()
-    told = progress or (lambda _stage, _done: None)
+    report = progress or (lambda _stage, _done: None)
     tool = source_hash(OF_THE_TOOL)
     planned = places(order.plan, order.seed)
     before = _sealed_before(order.folder, planned)
     with workers(order.processes, order.scheduler) as spread:
-        seal = before or _made_and_sealed(spread, planned, order.folder, told)
+        seal = before or _made_and_sealed(spread, planned, order.folder, report)
         if before is not None:
             open_labels(order.folder, before.sha256)  # not to be looked at, but to stop before hours are spent
-        _answer_all(spread, seal, order, tool, told)
+        _answer_all(spread, seal, order, tool, report)
         labels = open_labels(order.folder, seal.sha256)
-        cases = _cases(spread, labels, order.folder, tool, told)
-        hidden = _hidden(spread, order, told)
+        cases = _cases(spread, labels, order.folder, tool, report)
+        hidden = _hidden(spread, order, report)
     return Proof(
         name=order.name,
         seed=order.seed,
@@ -108,7 +108,7 @@ def prove(order: ProofOrder, progress: Progress | None = None) -> Proof:
         tool=tool,
         worlds=len(cases),
         unmade=seal.unmade,
-        compared_worlds=sum(bool(one.answer.rules) for one in cases),
+        compared_worlds=sum(bool(case.answer.rules) for case in cases),
         figures=figures(cases),
         compared=compared(cases),
         hidden=hidden,
@@ -118,7 +118,7 @@ def prove(order: ProofOrder, progress: Progress | None = None) -> Proof:
 
 def plan_digest(planned: Sequence[Place]) -> str:
     """SHA-256 of all that makes the worlds of a plan."""
-    return hashlib.sha256("".join(one.digest() for one in planned).encode()).hexdigest()
+    return hashlib.sha256("".join(place.digest() for place in planned).encode()).hexdigest()
 
 
 def _sealed_before(folder: Path, planned: Sequence[Place]) -> Seal | None:
@@ -131,37 +131,37 @@ def _sealed_before(folder: Path, planned: Sequence[Place]) -> Seal | None:
     return seal
 
 
-def _made_and_sealed(spread: Workers, planned: Sequence[Place], folder: Path, told: Progress) -> Seal:
+def _made_and_sealed(spread: Workers, planned: Sequence[Place], folder: Path, report: Progress) -> Seal:
     there = made_before(folder)
-    seeds = {there[one.digest()]: one for one in planned if one.digest() in there}
-    missing = [one for one in planned if one.digest() not in there]
+    seeds = {there[place.digest()]: place for place in planned if place.digest() in there}
+    missing = [place for place in planned if place.digest() not in there]
     unmade = 0
-    told(MAKING, 0.0)
+    report(MAKING, 0.0)
     try:
-        for done, (k, world_id) in enumerate(spread.each(make_into, [(one, folder) for one in missing]), start=1):
+        for done, (k, world_id) in enumerate(spread.each(make_into, [(place, folder) for place in missing]), start=1):
             if world_id is None:
                 unmade += 1
             else:
                 seeds[world_id] = missing[k]
-            told(MAKING, done / len(missing))
+            report(MAKING, done / len(missing))
     except ModuleNotFoundError as error:
         raise ProofError(f"{error.name} is not installed: install joulepath with the extra `proof`") from error
     return seal_all(seeds, folder, plan_digest(planned), unmade)
 
 
-def _answer_all(spread: Workers, seal: Seal, order: ProofOrder, tool: str, told: Progress) -> None:
+def _answer_all(spread: Workers, seal: Seal, order: ProofOrder, tool: str, report: Progress) -> None:
     worlds = sorted(path.name for path in (order.folder / WORLDS).iterdir() if path.name in seal.worlds)
     calls = []
     for k, world_id in enumerate(worlds):
         file = order.folder / ANSWERS / f"{world_id}.json"
         if not (file.is_file() and read_answer(file).tool == tool):
             calls.append((order.folder / WORLDS / world_id, file, k % order.rules_every == 0))
-    told(ANSWERING, 0.0)
+    report(ANSWERING, 0.0)
     for done, _ in enumerate(spread.each(answered, calls), start=1):
-        told(ANSWERING, done / len(calls))
+        report(ANSWERING, done / len(calls))
 
 
-def _cases(spread: Workers, labels: Mapping[str, Label], folder: Path, tool: str, told: Progress) -> tuple[Case, ...]:
+def _cases(spread: Workers, labels: Mapping[str, Label], folder: Path, tool: str, report: Progress) -> tuple[Case, ...]:
     """Every world with its answer, and with the oracle's where it has one."""
     answers = {world_id: read_answer(folder / ANSWERS / f"{world_id}.json") for world_id in labels}
     calls = []
@@ -169,9 +169,9 @@ def _cases(spread: Workers, labels: Mapping[str, Label], folder: Path, tool: str
         enough = len(answers[world_id].trips) - len(answers[world_id].held_out) >= LEAST_TRIPS
         if enough and true_terms(label.effects):
             calls.append((folder / WORLDS / world_id, tuple(label.effects), folder / ORACLE / f"{world_id}.json", tool))
-    told(TELLING, 0.0)
+    report(TELLING, 0.0)
     for done, _ in enumerate(spread.each(oracle_answered, calls), start=1):
-        told(TELLING, done / len(calls))
+        report(TELLING, done / len(calls))
     best = {file.stem: read_rule(file)[0] for _, _, file, _ in calls}
     return tuple(Case(label, answers[world_id], best.get(world_id)) for world_id, label in labels.items())
 
@@ -184,13 +184,13 @@ def oracle_answered(world: Path, effects: tuple[str, ...], file: Path, tool: str
     return world.name
 
 
-def _hidden(spread: Workers, order: ProofOrder, told: Progress) -> HiddenProof | None:
+def _hidden(spread: Workers, order: ProofOrder, report: Progress) -> HiddenProof | None:
     if order.recordings is None or order.vehicle is None:
         return None
     seeds = split_seeds(order.seed)
     files = [order.folder / SPLITS / f"{seed}.json" for seed in seeds]
     calls = [(order.recordings, order.vehicle, seed, file) for seed, file in zip(seeds, files, strict=True)]
-    told(HIDING, 0.0)
+    report(HIDING, 0.0)
     for done, _ in enumerate(spread.each(split_answered, calls), start=1):
-        told(HIDING, done / len(calls))
+        report(HIDING, done / len(calls))
     return scored([read_answer(file) for file in files], seeds, order.recordings)

@@ -35,7 +35,7 @@ class Workers:
         """
         if not arguments:
             return
-        futures = [self._client.submit(function, *one, pure=False) for one in arguments]
+        futures = [self._client.submit(function, *call, pure=False) for call in arguments]
         place = {future.key: k for k, future in enumerate(futures)}
         try:
             for future in self._distributed.as_completed(futures):

@@ -64,18 +64,18 @@ def figures(cases: Sequence[Case]) -> tuple[Figure, ...]:
         *_energies(cases),
         *_few(cases),
         *_other_makers(cases),
-        share("all worlds", "the tool broke", (one.answer.error is not None for one in cases), Target(high=0.0)),
+        share("all worlds", "the tool broke", (case.answer.error is not None for case in cases), Target(high=0.0)),
     )
 
 
 def size_of(case: Case) -> float:
     """The ordered size that the largest effect of a world is nearest to [-]."""
-    shares = [one.energy_share for one in case.label.effects.values()]
+    shares = [truth.energy_share for truth in case.label.effects.values()]
     return min(SIZES, key=lambda size: abs(size - max(shares)))
 
 
 def _of(cases: Iterable[Case], *kinds: Kind) -> list[Case]:
-    return [one for one in cases if one.label.kind in kinds]
+    return [case for case in cases if case.label.kind in kinds]
 
 
 def _of_nothing(cases: Sequence[Case]) -> tuple[Figure, ...]:
@@ -83,18 +83,18 @@ def _of_nothing(cases: Sequence[Case]) -> tuple[Figure, ...]:
     group = "nothing left out"
     target = Target(high=0.05)
     return (
-        share(group, "a false finding", (claims_falsely(one.answer) for one in null), target),
-        share(group, "a false finding, or something unexplained", (says_anything(one.answer) for one in null)),
-        share(group, "wrong parameters: a false finding", (claims_falsely(one.answer) for one in wrong), target),
+        share(group, "a false finding", (claims_falsely(case.answer) for case in null), target),
+        share(group, "a false finding, or something unexplained", (says_anything(case.answer) for case in null)),
+        share(group, "wrong parameters: a false finding", (claims_falsely(case.answer) for case in wrong), target),
         share(
             group,
             "wrong parameters: a parameter error is told",
-            (bool(one.answer.parameters) for one in wrong),
+            (bool(case.answer.parameters) for case in wrong),
         ),
         share(
             group,
             "wrong parameters: told parameters that are off indeed",
-            (each.name in one.label.parameter_changes for one in wrong for each in one.answer.parameters),
+            (parameter.name in case.label.parameter_changes for case in wrong for parameter in case.answer.parameters),
         ),
     )
 
@@ -104,58 +104,65 @@ def _recall(cases: Sequence[Case]) -> tuple[Figure, ...]:
     targets = {0.05: Target(low=0.95), 0.12: Target(low=1.0)}
     found = []
     for size in SIZES:
-        own = [one for one in single if size_of(one) == size]
+        own = [case for case in single if size_of(case) == size]
         for text, names in (("named clearly", names_clearly), ("named or among rivals", names_at_all)):
             found.append(
                 share("recall", f"one effect of {100.0 * size:.0f} %: {text}", _named(own, names), targets.get(size))
             )
     found.append(share("recall", "several of 5 %: each named clearly", _named(several, names_clearly)))
     found.append(share("recall", "several of 5 %: each named or among rivals", _named(several, names_at_all)))
-    large = [one for one in single if size_of(one) >= SIZES[1]]
-    for family in sorted({one for case in large for one in case.label.families}):
-        own = [one for one in large if family in one.label.families]
+    large = [case for case in single if size_of(case) >= SIZES[1]]
+    for family in sorted({family for case in large for family in case.label.families}):
+        own = [case for case in large if family in case.label.families]
         found.append(share("recall by family, 5 and 12 %", f"{family}: named clearly", _named(own, names_clearly)))
-    for effect in sorted({one for case in large for one in case.label.effects}):
-        own = [one for one in large if effect in one.label.effects]
+    for effect in sorted({effect for case in large for effect in case.label.effects}):
+        own = [case for case in large if effect in case.label.effects]
         found.append(share("recall by effect, 5 and 12 %", f"`{effect}`: named clearly", _named(own, names_clearly)))
     return tuple(found)
 
 
 def _named(cases: Iterable[Case], names: Callable[[Answer, str], bool]) -> list[bool]:
-    return [names(one.answer, family) for one in cases for family in one.label.families]
+    return [names(case.answer, family) for case in cases for family in case.label.families]
 
 
 def _false_families(cases: Sequence[Case]) -> tuple[Figure, ...]:
     group, target = "false families among findings", Target(high=0.05)
     known = _of(cases, *OF_THE_LIBRARY)
-    acting = [one for one in known if one.label.effects]
+    acting = [case for case in known if case.label.effects]
     return (
         share(group, "all worlds but outside ones", _false(known), target),
         share(group, "worlds with an effect", _false(acting)),
         share(
             group,
             "worlds with an effect, findings without rivals",
-            (is_false(claim, one.label.families) for one in acting for claim in one.answer.claims if is_clear(claim)),
+            (
+                is_false(claim, case.label.families)
+                for case in acting
+                for claim in case.answer.claims
+                if is_clear(claim)
+            ),
         ),
     )
 
 
 def _false(cases: Iterable[Case]) -> list[bool]:
-    return [is_false(claim, one.label.families) for one in cases for claim in one.answer.claims]
+    return [is_false(claim, case.label.families) for case in cases for claim in case.answer.claims]
 
 
 def _confounded(cases: Sequence[Case]) -> tuple[Figure, ...]:
     open_, separated = _of(cases, Kind.CONFOUNDED), _of(cases, Kind.CONFOUNDED_SEPARATED)
     target = Target(low=0.9)
-    clear = (all(names_clearly(one.answer, family) for family in one.label.families) for one in open_)
+    clear = (all(names_clearly(case.answer, family) for family in case.label.families) for case in open_)
     return (
-        share("confounded", "says that it cannot tell", (cannot_tell(one.answer, one.label) for one in open_), target),
+        share(
+            "confounded", "says that it cannot tell", (cannot_tell(case.answer, case.label) for case in open_), target
+        ),
         share("confounded", "names the true one clearly", clear),
-        share("confounded", "names a wrong one clearly", (clearly_wrong(one.answer, one.label) for one in open_)),
+        share("confounded", "names a wrong one clearly", (clearly_wrong(case.answer, case.label) for case in open_)),
         share(
             "confounded",
             "resolves it with the separating recording",
-            (resolves(one.answer, one.label) for one in separated),
+            (resolves(case.answer, case.label) for case in separated),
             target,
         ),
     )
@@ -163,19 +170,19 @@ def _confounded(cases: Sequence[Case]) -> tuple[Figure, ...]:
 
 def _outside(cases: Sequence[Case]) -> tuple[Figure, ...]:
     outside = _of(cases, Kind.OUTSIDE)
-    located = [one.label.outside is not None and locates(one.answer, one.label.outside) for one in outside]
+    located = [case.label.outside is not None and locates(case.answer, case.label.outside) for case in outside]
     group = "outside the library"
     return (
-        share(group, "flagged", (bool(one.answer.spots) for one in outside), Target(low=0.85)),
+        share(group, "flagged", (bool(case.answer.spots) for case in outside), Target(low=0.85)),
         share(group, "located", located, Target(low=0.8)),
-        share(group, "misattributed", (misattributes(one.answer) for one in outside), Target(high=0.1)),
+        share(group, "misattributed", (misattributes(case.answer) for case in outside), Target(high=0.1)),
     )
 
 
 def _energies(cases: Sequence[Case]) -> tuple[Figure, ...]:
-    rows = _mean_squares(cases, lambda one: _energies_of(one, "after_kwh"))
+    rows = _mean_squares(cases, lambda case: _energies_of(case, "after_kwh"))
     group = "energy of held-out trips, 5 % and more"
-    cover = [hit for one in cases for hit in intervals_cover(one.answer, one.label)]
+    cover = [hit for case in cases for hit in intervals_cover(case.answer, case.label)]
     return (
         drawn(group, f"RMS over the oracle's, {rows.shape[0]} worlds", rows[:, [0, 2]], rms_ratio, Target(high=1.1)),
         drawn(
@@ -193,14 +200,14 @@ def _mean_squares(cases: Sequence[Case], predicted: Callable[[Case], Sequence[fl
     """Mean square errors of a prediction, of the base refitted, and of the oracle: float64 (worlds, 3)."""
     rows = [
         (
-            mean_square(one.answer, predicted(one)),
-            mean_square(one.answer, _energies_of(one, "before_kwh")),
-            mean_square(one.answer, one.oracle.held_out_kwh),
+            mean_square(case.answer, predicted(case)),
+            mean_square(case.answer, _energies_of(case, "before_kwh")),
+            mean_square(case.answer, case.oracle.held_out_kwh),
         )
-        for one in _of(cases, Kind.SINGLE, Kind.SEVERAL)
-        if one.oracle is not None
-        and one.answer.held_out
-        and max(each.energy_share for each in one.label.effects.values()) >= LEAST_FOR_ORACLE
+        for case in _of(cases, Kind.SINGLE, Kind.SEVERAL)
+        if case.oracle is not None
+        and case.answer.held_out
+        and max(truth.energy_share for truth in case.label.effects.values()) >= LEAST_FOR_ORACLE
     ]
     return np.array(rows, np.float64).reshape(-1, 3)
 
@@ -208,29 +215,29 @@ def _mean_squares(cases: Sequence[Case], predicted: Callable[[Case], Sequence[fl
 def _few(cases: Sequence[Case]) -> tuple[Figure, ...]:
     few = _of(cases, Kind.FEW_TRIPS)
     return (
-        share("few trips", "says too few, concludes nothing", (says_too_few(one.answer) for one in few)),
-        share("few trips", "a false finding", (clearly_wrong(one.answer, one.label) for one in few)),
+        share("few trips", "says too few, concludes nothing", (says_too_few(case.answer) for case in few)),
+        share("few trips", "a false finding", (clearly_wrong(case.answer, case.label) for case in few)),
     )
 
 
 def _other_makers(cases: Sequence[Case]) -> tuple[Figure, ...]:
-    other = [one for one in _of(cases, Kind.FASTSIM) if one.answer.error is None]
-    climate, calm = ([one for one in other if bool(one.label.effects) is with_it] for with_it in (True, False))
+    other = [case for case in _of(cases, Kind.FASTSIM) if case.answer.error is None]
+    climate, calm = ([case for case in other if bool(case.label.effects) is with_it] for with_it in (True, False))
     rows = np.array(
         [
             (
-                mape_frac(one.answer, _energies_of(one, "before_kwh")),
-                mape_frac(one.answer, _energies_of(one, "after_kwh")),
+                mape_frac(case.answer, _energies_of(case, "before_kwh")),
+                mape_frac(case.answer, _energies_of(case, "after_kwh")),
             )
-            for one in climate
+            for case in climate
         ]
     ).reshape(-1, 2)
-    carried = [one for one in _of(cases, Kind.CARRIER) if one.label.effects]
+    carried = [case for case in _of(cases, Kind.CARRIER) if case.label.effects]
     group = "worlds driven by fastsim"
     return (
         share(group, "climate: thermal named clearly", _named(climate, names_clearly)),
         share(
-            group, "climate: another family named clearly", (clearly_wrong(one.answer, one.label) for one in climate)
+            group, "climate: another family named clearly", (clearly_wrong(case.answer, case.label) for case in climate)
         ),
         drawn(
             group, "climate: mean error of held-out trips, before", rows, lambda r: float(r[:, 0].mean()), is_share=True
@@ -238,7 +245,7 @@ def _other_makers(cases: Sequence[Case]) -> tuple[Figure, ...]:
         drawn(
             group, "climate: mean error of held-out trips, after", rows, lambda r: float(r[:, 1].mean()), is_share=True
         ),
-        share(group, "no climate: a false finding", (claims_falsely(one.answer) for one in calm)),
+        share(group, "no climate: a false finding", (claims_falsely(case.answer) for case in calm)),
         share("real drives as carriers", "added effect of 5 %: named clearly", _named(carried, names_clearly)),
         share("real drives as carriers", "added effect of 5 %: named or among rivals", _named(carried, names_at_all)),
     )
@@ -246,14 +253,14 @@ def _other_makers(cases: Sequence[Case]) -> tuple[Figure, ...]:
 
 def compared(cases: Sequence[Case]) -> tuple[Compared, ...]:
     """The simpler rules, the tool and the oracle on the worlds on which all were asked."""
-    asked = [one for one in cases if one.answer.rules]
+    asked = [case for case in cases if case.answer.rules]
     names = [rule.name for rule in asked[0].answer.rules] if asked else []
     return (
-        _line("base as in the vehicle's file", asked, _nothing, lambda one: _energies_of(one, "nameplate_kwh")),
-        _line("base refitted", asked, _nothing, lambda one: _energies_of(one, "before_kwh")),
+        _line("base as in the vehicle's file", asked, _nothing, lambda case: _energies_of(case, "nameplate_kwh")),
+        _line("base refitted", asked, _nothing, lambda case: _energies_of(case, "before_kwh")),
         *(_line(name, asked, _families_of(k), _predicted_by(k)) for k, name in enumerate(names)),
-        _line("joulepath", asked, _clear_families, lambda one: _energies_of(one, "after_kwh")),
-        _line(ORACLE, asked, None, lambda one: () if one.oracle is None else one.oracle.held_out_kwh),
+        _line("joulepath", asked, _clear_families, lambda case: _energies_of(case, "after_kwh")),
+        _line(ORACLE, asked, None, lambda case: () if case.oracle is None else case.oracle.held_out_kwh),
     )
 
 
@@ -267,11 +274,11 @@ def _clear_families(case: Case) -> Sequence[str]:
 
 
 def _families_of(k: int) -> Callable[[Case], Sequence[str]]:
-    return lambda one: one.answer.rules[k].families
+    return lambda case: case.answer.rules[k].families
 
 
 def _predicted_by(k: int) -> Callable[[Case], Sequence[float]]:
-    return lambda one: one.answer.rules[k].held_out_kwh
+    return lambda case: case.answer.rules[k].held_out_kwh
 
 
 def _energies_of(case: Case, field: str) -> Sequence[float]:
@@ -284,17 +291,17 @@ def _line(
     claimed: Callable[[Case], Sequence[str]] | None,
     predicted: Callable[[Case], Sequence[float]],
 ) -> Compared:
-    """One rule; claimed: None for one that is told what acts."""
+    """One rule; claimed: None for a rule that is given what acts."""
     ratio = drawn(rule, "RMS over the oracle's", _mean_squares(cases, predicted)[:, [0, 2]], rms_ratio)
     alarms: list[bool] = []
     named: list[bool] = []
     false: list[bool] = []
     if claimed is not None:
-        alarms = [bool(claimed(one)) for one in _of(cases, *NOTHING)]
-        single = [one for one in _of(cases, Kind.SINGLE) if size_of(one) == SIZES[1]]
-        named = [family in claimed(one) for one in single for family in one.label.families]
+        alarms = [bool(claimed(case)) for case in _of(cases, *NOTHING)]
+        single = [case for case in _of(cases, Kind.SINGLE) if size_of(case) == SIZES[1]]
+        named = [family in claimed(case) for case in single for family in case.label.families]
         known = _of(cases, *OF_THE_LIBRARY)
-        false = [family not in one.label.families for one in known for family in claimed(one)]
+        false = [family not in case.label.families for case in known for family in claimed(case)]
     return Compared(
         rule,
         share(rule, "null worlds with a claim", alarms),

@@ -1,4 +1,4 @@
-"""The rules by which an answer is held against the truth; docs/proof.md tells them in words."""
+"""The rules by which an answer is held against the truth; docs/proof.md has them in words."""
 
 from __future__ import annotations
 
@@ -60,12 +60,12 @@ def is_clear(claim: Claim) -> bool:
 
 def names_clearly(answer: Answer, family: str) -> bool:
     """Whether a finding is of the family and nothing else would do: the strict recall."""
-    return any(one.family == family and is_clear(one) for one in answer.claims)
+    return any(claim.family == family and is_clear(claim) for claim in answer.claims)
 
 
 def names_at_all(answer: Answer, family: str) -> bool:
     """Whether a finding is of the family or has it among its rivals: the lenient recall."""
-    return any(family in (one.family, *one.rivals) for one in answer.claims)
+    return any(family in (claim.family, *claim.rivals) for claim in answer.claims)
 
 
 def is_false(claim: Claim, families: Sequence[str]) -> bool:
@@ -74,7 +74,7 @@ def is_false(claim: Claim, families: Sequence[str]) -> bool:
 
 
 def cannot_tell(answer: Answer, label: Label) -> bool:
-    """Whether a finding leaves open a true family and one that is declared not to be told from it."""
+    """Whether a finding leaves open a true family and one that is declared to be confounded with it."""
     return any(
         {claim.family, *claim.rivals} & set(label.families)
         and {claim.family, *claim.rivals} & set(label.confounded_with)
@@ -84,17 +84,17 @@ def cannot_tell(answer: Answer, label: Label) -> bool:
 
 def clearly_wrong(answer: Answer, label: Label) -> bool:
     """Whether a finding without rivals is of a family that is not true."""
-    return any(is_clear(one) and is_false(one, label.families) for one in answer.claims)
+    return any(is_clear(claim) and is_false(claim, label.families) for claim in answer.claims)
 
 
 def resolves(answer: Answer, label: Label) -> bool:
     """Whether every true family is named clearly, and none that is not true."""
-    return all(names_clearly(answer, one) for one in label.families) and not clearly_wrong(answer, label)
+    return all(names_clearly(answer, family) for family in label.families) and not clearly_wrong(answer, label)
 
 
 def misattributes(answer: Answer) -> bool:
     """Of a world whose cause no library has: a finding that holds a share of the energy, or one without a flag."""
-    large = any(abs(one.share_frac) >= LEAST_SHARE_FRAC for one in answer.claims)
+    large = any(abs(claim.share_frac) >= LEAST_SHARE_FRAC for claim in answer.claims)
     return large or bool(answer.claims and not answer.spots) or answer.error is not None
 
 
@@ -141,12 +141,14 @@ def intervals_cover(answer: Answer, label: Label) -> tuple[bool, ...]:
     True is the net energy of all effects of the family over the fitted trips: with them less without, signs kept.
     Findings of one family are added, their half widths in quadrature.
     """
-    fitted = {one.id for one in answer.trips if not one.held_out}
+    fitted = {trip.id for trip in answer.trips if not trip.held_out}
     found = []
     for family in label.families:
-        own = [one for one in answer.claims if one.family == family]
+        own = [claim for claim in answer.claims if claim.family == family]
         widths = [
-            0.5 * (one.high_kwh - one.low_kwh) for one in own if one.low_kwh is not None and one.high_kwh is not None
+            0.5 * (claim.high_kwh - claim.low_kwh)
+            for claim in own
+            if claim.low_kwh is not None and claim.high_kwh is not None
         ]
         if not own or len(widths) < len(own):
             continue
@@ -157,19 +159,19 @@ def intervals_cover(answer: Answer, label: Label) -> tuple[bool, ...]:
             for trip, kwh in effect.energy_kwh.items()
             if trip in fitted
         )
-        claimed_kwh = sum(one.energy_kwh for one in own)
+        claimed_kwh = sum(claim.energy_kwh for claim in own)
         found.append(abs(claimed_kwh - true_kwh) <= math.hypot(*widths))
     return tuple(found)
 
 
 def mean_square(answer: Answer, predicted_kwh: Sequence[float]) -> float:
     """Mean square error of the held-out trips' energies, by the square of their mean measured energy [-]."""
-    measured = np.array([one.measured_kwh for one in answer.held_out])
+    measured = np.array([trip.measured_kwh for trip in answer.held_out])
     error = (np.array(predicted_kwh) - measured) / measured.mean()
     return float(np.mean(error**2))
 
 
 def mape_frac(answer: Answer, predicted_kwh: Sequence[float]) -> float:
     """Mean size of the relative error of the held-out trips' energies [-]."""
-    measured = np.array([one.measured_kwh for one in answer.held_out])
+    measured = np.array([trip.measured_kwh for trip in answer.held_out])
     return float(np.mean(np.abs(np.array(predicted_kwh) / measured - 1.0)))

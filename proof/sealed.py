@@ -74,8 +74,8 @@ def seal_all(seeds: Mapping[str, Place], folder: Path, plan: str, unmade: int) -
         if other.parent.name not in seeds:
             shutil.rmtree(other.parent)
     write_labels((read_label(labels / world_id / LABEL_FILE) for world_id in sorted(seeds)), labels)
-    told = {world_id: [seeds[world_id].entropy, *seeds[world_id].key] for world_id in sorted(seeds)}
-    (labels / SEEDS_FILE).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+    seed_of = {world_id: [seeds[world_id].entropy, *seeds[world_id].key] for world_id in sorted(seeds)}
+    (labels / SEEDS_FILE).write_text(json.dumps(seed_of, indent=1) + "\n", encoding="utf-8")
     seal = Seal(_digest(folder), plan, tuple(sorted(seeds)), unmade)
     (folder / SEALED_FILE).write_text(json.dumps(asdict(seal), indent=1) + "\n", encoding="utf-8")
     return seal
@@ -110,7 +110,7 @@ def read_label(file: Path) -> Label:
     read: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
     read["kind"] = Kind(read["kind"])
     read["effects"] = {
-        name: EffectTruth(**{**one, "trips": tuple(one["trips"])}) for name, one in read["effects"].items()
+        name: EffectTruth(**{**truth, "trips": tuple(truth["trips"])}) for name, truth in read["effects"].items()
     }
     read["outside"] = None if read["outside"] is None else OutsideTruth(**read["outside"])
     for name in ("families", "confounded_with", "separating_trips"):

@@ -89,8 +89,8 @@ def hidden_row(trip: HiddenTrip) -> tuple[str, ...]:
 def summary(proof: Proof) -> str:
     """What the tables rest on, in a few sentences."""
     unmade = f" {proof.unmade} orders could not be made, as no drives carried them." if proof.unmade else ""
-    missed = sum(one.met is False for one in every_figure(proof))
-    targets = sum(one.met is not None for one in every_figure(proof))
+    missed = sum(figure.met is False for figure in every_figure(proof))
+    targets = sum(figure.met is not None for figure in every_figure(proof))
     return (
         f"Plan {proof.name}, seed {proof.seed}: {proof.worlds} worlds in {proof.seconds / 60.0:.0f} min.{unmade}"
         f" {targets - missed} of {targets} targets met. Seal {proof.seal[:16]}…, tool {proof.tool[:16]}…."
@@ -100,24 +100,24 @@ def summary(proof: Proof) -> str:
 def every_figure(proof: Proof) -> tuple[Figure, ...]:
     """The figures of made-up worlds and those of real drives, without groups that this proof has nothing on."""
     found = proof.figures + (() if proof.hidden is None else proof.hidden.figures)
-    known = {one.group for one in found if one.value is not None}
-    return tuple(one for one in found if one.group in known)
+    known = {figure.group for figure in found if figure.value is not None}
+    return tuple(figure for figure in found if figure.group in known)
 
 
 def markdown(proof: Proof) -> str:
     """The proof as a section of Markdown without a heading."""
     parts = [summary(proof)]
-    for group in dict.fromkeys(one.group for one in every_figure(proof)):
-        rows = [figure_row(one) for one in every_figure(proof) if one.group == group]
+    for group in dict.fromkeys(figure.group for figure in every_figure(proof)):
+        rows = [figure_row(figure) for figure in every_figure(proof) if figure.group == group]
         parts += [f"### {group[0].upper()}{group[1:]}", markdown_table(HEADER, rows)]
     parts += [
         "### Simpler rules",
         f"On {proof.compared_worlds} of the worlds; of the tool, only findings without rivals count as claims here.",
-        markdown_table(COMPARED_HEADER, [compared_row(one) for one in proof.compared]),
+        markdown_table(COMPARED_HEADER, [compared_row(line) for line in proof.compared]),
     ]
     if proof.hidden is not None:
         parts += ["### Real drives, trip by trip", _splits(proof.hidden)]
-        parts.append(markdown_table(HIDDEN_HEADER, [hidden_row(one) for one in proof.hidden.trips]))
+        parts.append(markdown_table(HIDDEN_HEADER, [hidden_row(trip) for trip in proof.hidden.trips]))
     return "\n\n".join(parts) + "\n"
 
 
@@ -132,37 +132,37 @@ def as_json(proof: Proof) -> dict[str, Any]:
         "worlds": proof.worlds,
         "unmade": proof.unmade,
         "seconds": round(proof.seconds, 1),
-        "figures": [_figure_json(one) for one in every_figure(proof)],
+        "figures": [_figure_json(figure) for figure in every_figure(proof)],
         "compared": {
             "worlds": proof.compared_worlds,
             "rules": [
                 {
-                    "rule": one.rule,
-                    "null_alarms": _figure_json(one.null_alarms),
-                    "recall": _figure_json(one.recall),
-                    "false_families": _figure_json(one.false_families),
-                    "rms_ratio": _figure_json(one.rms_ratio),
+                    "rule": line.rule,
+                    "null_alarms": _figure_json(line.null_alarms),
+                    "recall": _figure_json(line.recall),
+                    "false_families": _figure_json(line.false_families),
+                    "rms_ratio": _figure_json(line.rms_ratio),
                 }
-                for one in proof.compared
+                for line in proof.compared
             ],
         },
         "hidden_columns": None
         if hidden is None
         else {
             "seeds": list(hidden.seeds),
-            "findings": [list(one) for one in hidden.findings],
+            "findings": [list(split) for split in hidden.findings],
             "trips": [
                 {
-                    "id": one.id,
-                    "held_out": one.held_out,
-                    "before": one.before_frac,
-                    "after": one.after_frac,
-                    "claimed_w": one.claimed_w,
-                    "claimed_held_out_w": one.claimed_held_out_w,
-                    "hidden_w": one.hidden_w,
-                    "why": one.why,
+                    "id": trip.id,
+                    "held_out": trip.held_out,
+                    "before": trip.before_frac,
+                    "after": trip.after_frac,
+                    "claimed_w": trip.claimed_w,
+                    "claimed_held_out_w": trip.claimed_held_out_w,
+                    "hidden_w": trip.hidden_w,
+                    "why": trip.why,
                 }
-                for one in hidden.trips
+                for trip in hidden.trips
             ],
         },
     }
@@ -178,11 +178,11 @@ def write_proof(proof: Proof, folder: Path) -> None:
 def _splits(hidden: HiddenProof) -> str:
     found: dict[str, int] = {}
     for split in hidden.findings:
-        for one in split:
-            effect = one.split(" ")[0]
+        for finding in split:
+            effect = finding.split(" ")[0]
             found[effect] = found.get(effect, 0) + 1
-    told = ", ".join(f"`{effect}` in {count}" for effect, count in sorted(found.items(), key=lambda pair: -pair[1]))
-    return f"{len(hidden.seeds)} splits. Found: {told or 'nothing'}. Seeds: {', '.join(map(str, hidden.seeds))}."
+    effects = ", ".join(f"`{effect}` in {count}" for effect, count in sorted(found.items(), key=lambda pair: -pair[1]))
+    return f"{len(hidden.seeds)} splits. Found: {effects or 'nothing'}. Seeds: {', '.join(map(str, hidden.seeds))}."
 
 
 def _share(figure: Figure) -> str:

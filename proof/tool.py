@@ -63,8 +63,10 @@ def read(world: Path) -> tuple[list[Recording], Vehicle, frozenset[str]]:
 
 def held_out_of(recordings: Sequence[Recording], seed: int) -> frozenset[str]:
     """HOLDOUT_FRAC of the trips, as warm and as cold as the others."""
-    warmth = [None if one.ambient_k is None else float(np.nanmean(one.ambient_k)) for one in recordings]
-    return drawn_trips([one.id for one in recordings], warmth, HOLDOUT_FRAC, seed)
+    warmth = [
+        None if recording.ambient_k is None else float(np.nanmean(recording.ambient_k)) for recording in recordings
+    ]
+    return drawn_trips([recording.id for recording in recordings], warmth, HOLDOUT_FRAC, seed)
 
 
 def seed_of(name: str) -> int:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Drive(Protocol):
-    """What any model tells of a drive: sums over its route in SI units."""
+    """What any model says of a drive: sums over its route in SI units."""
 
     @property
     def distance_m(self) -> float:

@@ -62,9 +62,9 @@ def measure_routes(
     looked = 0
     for start, goal in pairs:
         question = Question(start, goal)
-        told = _ask_all(competitors, [question] * len(competitors), first=looked)
-        if all(answer.refused is None and on_those_roads(question, answer) for answer in told):
-            answers.append(told)
+        answered = _ask_all(competitors, [question] * len(competitors), first=looked)
+        if all(answer.refused is None and on_those_roads(question, answer) for answer in answered):
+            answers.append(answered)
         looked += 1
         progress(min(1.0, len(answers) / (count + WARM_UP)))
         if len(answers) == count + WARM_UP or looked == TRIES * (count + WARM_UP):
@@ -87,13 +87,15 @@ def measure_ranges(
         charge_frac = _charge_as_far(competitors, graph, origin, minutes)
         if charge_frac is not None:
             questions = [
-                Question(origin, None, minutes if one.charge_scale is None else charge_frac * one.charge_scale)
-                for one in competitors
+                Question(
+                    origin, None, minutes if competitor.charge_scale is None else charge_frac * competitor.charge_scale
+                )
+                for competitor in competitors
             ]
-            told = _ask_all(competitors, questions, first=looked)
-            if all(answer.refused is None for answer in told):
-                answers.append(told)
-                reached.append([_nodes(graph, answer) for answer in told])
+            answered = _ask_all(competitors, questions, first=looked)
+            if all(answer.refused is None for answer in answered):
+                answers.append(answered)
+                reached.append([_nodes(graph, answer) for answer in answered])
         progress(min(1.0, len(answers) / count))
         if len(answers) == count or looked == TRIES * count:
             break
@@ -101,9 +103,9 @@ def measure_ranges(
 
 
 def energy_ratio(rounds: Rounds, name: str) -> float:
-    """Median over routes of the energy that an engine tells over that of ours; 1 where it tells none."""
+    """Median over routes of the energy that an engine states over that of ours; 1 where it states none."""
     column = rounds.names.index(name)
-    energies_kwh = ((told[column].energy_kwh, told[0].energy_kwh) for told in rounds.answers)
+    energies_kwh = ((answered[column].energy_kwh, answered[0].energy_kwh) for answered in rounds.answers)
     ratios = [theirs / own for theirs, own in energies_kwh if theirs and own]
     return statistics.median(ratios) if ratios else 1.0
 
@@ -131,7 +133,7 @@ def nodes_within(graph: RoadGraph, shape: list[Any]) -> int:
 
 
 def _charge_as_far(competitors: Sequence[Competitor], graph: RoadGraph, origin: Place, minutes: float) -> float | None:
-    timed = next((one for one in competitors if one.charge_scale is None), None)
+    timed = next((competitor for competitor in competitors if competitor.charge_scale is None), None)
     if timed is None:
         return DEFAULT_CHARGE_FRAC
     answer = timed.engine.ask(Question(origin, None, minutes))
@@ -145,12 +147,12 @@ def _nodes(graph: RoadGraph, answer: Answer) -> int:
 
 def _ask_all(competitors: Sequence[Competitor], questions: Sequence[Question], first: int) -> list[Answer]:
     """Answers in the order of the competitors, of whom another one begins each time."""
-    told: list[Answer | None] = [None] * len(competitors)
+    answers: list[Answer | None] = [None] * len(competitors)
     for k in range(len(competitors)):
         i = (first + k) % len(competitors)
-        told[i] = competitors[i].engine.ask(questions[i])
-    return [answer for answer in told if answer is not None]
+        answers[i] = competitors[i].engine.ask(questions[i])
+    return [answer for answer in answers if answer is not None]
 
 
 def _names(competitors: Sequence[Competitor]) -> tuple[str, ...]:
-    return tuple(one.name for one in competitors)
+    return tuple(competitor.name for competitor in competitors)

@@ -50,7 +50,7 @@ def interpreters() -> Iterator[tuple[Path, tuple[int, int]]]:
     """Interpreters that can make environments, with their versions: this one, those in PATH and those of pyenv."""
     root = Path(os.environ.get("PYENV_ROOT") or Path("~/.pyenv").expanduser())
     found = [sys.executable, *(shutil.which(name) for name in NAMES), *sorted(root.glob("versions/3.*/bin/python"))]
-    for path in dict.fromkeys(Path(one) for one in found if one):
+    for path in dict.fromkeys(Path(path) for path in found if path):
         version = _version(path)
         if version is not None:
             yield path, version
@@ -71,7 +71,7 @@ def environment(wanted: Wanted, cache: Path, found: Iterable[tuple[Path, tuple[i
     found: interpreters to choose from, by default those of this machine. Raises PeerUnavailableError.
     """
     candidates = interpreters() if found is None else found
-    fitting = next((one for one in candidates if wanted.least <= one[1] <= wanted.most), None)
+    fitting = next((candidate for candidate in candidates if wanted.least <= candidate[1] <= wanted.most), None)
     if fitting is None:
         least, most = (".".join(map(str, version)) for version in (wanted.least, wanted.most))
         raise PeerUnavailableError(wanted.engine, f"needs Python {least} to {most}, and no such interpreter was found")

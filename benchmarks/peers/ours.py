@@ -44,16 +44,16 @@ class Ours:
     def _route(self, question: Question) -> Answer:
         body = json.dumps({"start": _place(question.start), "goal": _place(question.goal), "soc": ROUTE_CHARGE_FRAC})
         status, said, seconds = self._timed("POST", "/route", body.encode())
-        told = json.loads(said)
+        answer = json.loads(said)
         if status != HTTP_OK:
-            return Answer(refused=told["detail"])
-        route = told["routes"][0]
+            return Answer(refused=answer["detail"])
+        route = answer["routes"][0]
         if not route["feasible"]:
             return Answer(refused="not feasible on this charge")
         line = route["geometry"]["coordinates"]
         return Answer(
             seconds=seconds,
-            search_s=sum(search["seconds"] for search in told["stats"]),
+            search_s=sum(search["seconds"] for search in answer["stats"]),
             size_bytes=len(said),
             distance_m=route["distance_m"],
             energy_kwh=route["energy_kwh"],
@@ -64,13 +64,15 @@ class Ours:
         lat, lon = question.start
         asked = urlencode({"lat": lat, "lon": lon, "soc": f"{question.budget:.6f}", "bands": BANDS})
         status, said, seconds = self._timed("GET", f"/range?{asked}", None)
-        told = json.loads(said)
+        answer = json.loads(said)
         if status != HTTP_OK:
-            return Answer(refused=told["detail"])
-        widest = next(one for one in told["features"] if one["properties"]["kind"] == "band")  # outermost first
+            return Answer(refused=answer["detail"])
+        widest = next(
+            feature for feature in answer["features"] if feature["properties"]["kind"] == "band"
+        )  # outermost first
         return Answer(
             seconds=seconds,
-            search_s=told["stats"]["seconds"],
+            search_s=answer["stats"]["seconds"],
             size_bytes=len(said),
             shape=widest["geometry"]["coordinates"],
         )

@@ -39,7 +39,7 @@ def draw_places(graph: RoadGraph, rng: np.random.Generator) -> Iterator[Place]:
 
 
 def on_those_roads(question: Question, answer: Answer) -> bool:
-    """Whether a route, as far as it tells its ends, begins and ends within 100 m of the places that were asked for."""
+    """Whether a route, as far as it has its ends, begins and ends within 100 m of the places that were asked for."""
     if answer.ends is None or question.goal is None:
         return True
     asked = (question.start, question.goal)

@@ -1,4 +1,4 @@
-"""What engines are asked and what they tell, and how a process of its own is asked line by line.
+"""What engines are asked and what they answer, and how a process of its own is asked line by line.
 
 The environments of the peers run this file too: it imports the standard library alone.
 """
@@ -32,7 +32,7 @@ class Question:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """One answer; seconds: the whole call; search_s: of that the search, None where the engine does not tell.
+    """One answer; seconds: the whole call; search_s: of that the search, None where the engine does not say.
 
     distance_m, energy_kwh, ends: of a route; without ends the engine itself refuses what is far from its roads.
     reached: nodes of the engine's own graph, shape: coordinates of a GeoJSON MultiPolygon; of a range, as it has them.
@@ -64,16 +64,16 @@ def line_of(sent: Question | Answer) -> str:
 
 def question_of(line: str) -> Question:
     """A question as it was before line_of."""
-    told = json.loads(line)
-    goal = told["goal"]
-    return Question(_place(told["start"]), None if goal is None else _place(goal), told["budget"])
+    fields = json.loads(line)
+    goal = fields["goal"]
+    return Question(_place(fields["start"]), None if goal is None else _place(goal), fields["budget"])
 
 
 def answer_of(line: str) -> Answer:
     """An answer as it was before line_of."""
-    told = json.loads(line)
-    ends = told.pop("ends")
-    return Answer(ends=None if ends is None else (_place(ends[0]), _place(ends[1])), **told)
+    fields = json.loads(line)
+    ends = fields.pop("ends")
+    return Answer(ends=None if ends is None else (_place(ends[0]), _place(ends[1])), **fields)
 
 
 def serve(load: Callable[[], Callable[[Question], Answer]]) -> None:
@@ -87,10 +87,10 @@ def serve(load: Callable[[], Callable[[Question], Answer]]) -> None:
         print(READY, file=out, flush=True)
         for line in sys.stdin:
             try:
-                told = ask(question_of(line))
+                answer = ask(question_of(line))
             except Exception as error:  # of a foreign library: all that matters is that there is no answer
-                told = Answer(refused=f"{type(error).__name__}: {error}")
-            out.write(line_of(told))
+                answer = Answer(refused=f"{type(error).__name__}: {error}")
+            out.write(line_of(answer))
             out.flush()
 
 

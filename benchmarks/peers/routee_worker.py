@@ -54,13 +54,13 @@ def _route(app: Any, question: Question) -> Answer:
     """The way of least energy, link by link; places over 15 m from its links are refused."""
     lat, lon = question.goal or question.start
     asked = _from(question.start, ROUTE_CHARGE_PERCENT) | {"destination_x": lon, "destination_y": lat}
-    said, told = _timed(app, asked)
+    said, timed = _timed(app, asked)
     if said is None:
-        return told
+        return timed
     state = said["route"]["final_state"]
     return Answer(
-        seconds=told.seconds,
-        search_s=told.search_s,
+        seconds=timed.seconds,
+        search_s=timed.search_s,
         size_bytes=len(json.dumps(said)),
         distance_m=METRE_PER_MILE * state["trip_distance"],
         energy_kwh=state["trip_energy_electric"],
@@ -69,12 +69,12 @@ def _route(app: Any, question: Question) -> Answer:
 
 def _tree(app: Any, question: Question) -> Answer:
     """All roads in reach, as lines: there is no polygon."""
-    said, told = _timed(app, _from(question.start, 100.0 * question.budget))
+    said, timed = _timed(app, _from(question.start, 100.0 * question.budget))
     if said is None:
-        return told
+        return timed
     return Answer(
-        seconds=told.seconds,
-        search_s=told.search_s,
+        seconds=timed.seconds,
+        search_s=timed.search_s,
         size_bytes=len(json.dumps(said)),
         reached=said["info"]["tree_edges"] + 1,
     )

@@ -60,7 +60,7 @@ def measure_peers(order: Order, progress: Progress) -> PeerReport:
         graph = load_graph(graph_folder)
         competitors = _competitors(order, graph, graph_folder, scratch, open_engines, notes, progress)
         asked = _measured(order, graph, competitors, progress)
-    versions = {one.name: VERSIONS[one.name] for one in competitors if one.name in VERSIONS}
+    versions = {competitor.name: VERSIONS[competitor.name] for competitor in competitors if competitor.name in VERSIONS}
     return PeerReport(machine, os.getloadavg()[0], versions, order.seed, asked, notes)
 
 
@@ -109,8 +109,8 @@ def _measured(order: Order, graph: RoadGraph, competitors: list[Competitor], pro
     pairs = draw_pairs(graph, np.random.default_rng(order.seed))
     rounds = measure_routes(competitors, pairs, order.pairs, shown("routes"))
     asked = [asked_of("route of 25 km", ROUTES, rounds)]
-    competitors = [_as_far(one, rounds) for one in competitors]
-    timed = any(one.charge_scale is None for one in competitors)
+    competitors = [_as_far(competitor, rounds) for competitor in competitors]
+    timed = any(competitor.charge_scale is None for competitor in competitors)
     for minutes in MINUTES if timed else MINUTES[:1]:
         origins = draw_places(graph, np.random.default_rng(order.seed))
         title = f"range as far as {minutes:g} min" if timed else f"range on a charge of {DEFAULT_CHARGE_FRAC:.0%}"

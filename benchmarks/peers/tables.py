@@ -60,7 +60,7 @@ RANGES: Final = (
 class Line:
     """Figures of a subject over all rounds; over: whole answers of ours over it, round by round, None for ours.
 
-    distance_m, energy_kwh, reached, size_bytes: medians, None where the engine does not tell.
+    distance_m, energy_kwh, reached, size_bytes: medians, None where the engine does not say.
     """
 
     subject: Subject
@@ -110,22 +110,22 @@ def asked_of(title: str, subjects: Sequence[Subject], rounds: Rounds) -> Asked:
 def _line(subject: Subject, rounds: Rounds) -> Line:
     column = rounds.names.index(subject.engine)
     own = rounds.names.index(ours.NAME)
-    answers = [told[column] for told in rounds.answers]
+    answers = [answered[column] for answered in rounds.answers]
     seconds = np.array([_seconds(answer, subject.part) for answer in answers])
-    whole = np.array([_seconds(told[own], WHOLE) for told in rounds.answers])
+    whole = np.array([_seconds(answered[own], WHOLE) for answered in rounds.answers])
     return Line(
         subject=subject,
         seconds=spread(seconds),
         over=None if column == own else spread(whole / seconds),
         distance_m=_median([answer.distance_m for answer in answers]),
         energy_kwh=_median([answer.energy_kwh for answer in answers]),
-        reached=_median([float(told[column]) for told in rounds.reached]),
+        reached=_median([float(reached[column]) for reached in rounds.reached]),
         size_bytes=statistics.median(answer.size_bytes for answer in answers),
     )
 
 
 def _seconds(answer: Answer, part: Part) -> float:
-    """The time of a part; ValueError where the engine does not tell its search from the rest."""
+    """The time of a part; ValueError where the engine does not time its search apart from the rest."""
     if part == WHOLE:
         return answer.seconds
     if answer.search_s is None:
@@ -151,11 +151,11 @@ def verdicts(report: PeerReport) -> list[str]:
 
 def report_json(report: PeerReport) -> str:
     """The report as one JSON object, verdicts included."""
-    told = asdict(report)
-    for asked, said in zip(report.asked, told["asked"], strict=True):
+    fields = asdict(report)
+    for asked, said in zip(report.asked, fields["asked"], strict=True):
         for line, row in zip(asked.lines, said["lines"], strict=True):
             row["met"] = line.met
-    return json.dumps(told, indent=2)
+    return json.dumps(fields, indent=2)
 
 
 def print_report(report: PeerReport, console: Console) -> None:

@@ -60,7 +60,7 @@ def _route(actor: Any, question: Question) -> Answer:
 
 
 def _area(actor: Any, question: Question) -> Answer:
-    """Polygons of what is reached in a third, two thirds and all of the budget; the outermost one is told."""
+    """Polygons of what is reached in a third, two thirds and all of the budget; the outermost is answered."""
     contours = [{"time": question.budget * (k + 1) / CONTOURS} for k in range(CONTOURS)]
     asked = json.dumps(
         {"locations": [_location(question.start)], "costing": "auto", "contours": contours, "polygons": True}

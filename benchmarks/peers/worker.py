@@ -35,7 +35,7 @@ class Worker:
         """The answer, which may be a refusal; raises PeerUnavailableError where the process has ended."""
         try:
             self._write(line_of(question))
-            line = self._read()
+            line = self._line()
         except BrokenPipeError:
             line = ""
         if not line:
@@ -44,7 +44,7 @@ class Worker:
 
     def wait_until_ready(self) -> None:
         """Wait for it to load; raises PeerUnavailableError where it ends instead."""
-        if self._read().strip() != READY:
+        if self._line().strip() != READY:
             raise self.ended()
 
     def ended(self) -> PeerUnavailableError:
@@ -56,7 +56,7 @@ class Worker:
         self._process.stdin.write(line)
         self._process.stdin.flush()
 
-    def _read(self) -> str:
+    def _line(self) -> str:
         assert self._process.stdout is not None
         return self._process.stdout.readline()
 

@@ -1,4 +1,4 @@
-"""One measurement in a fresh process, told as one line of JSON; the process that asked reads it back."""
+"""One measurement in a fresh process, printed as a line of JSON; the process that asked reads it back."""
 
 from __future__ import annotations
 
@@ -18,50 +18,50 @@ from benchmarks.searches import Spread
 
 def loaded_in_process(folder: Path) -> tuple[float, float]:
     """How long a fresh process takes to load a graph, by the clock and of the processor [s]."""
-    told = _told(["load", str(folder)])
-    return float(told["load_s"]), float(told["processor_s"])
+    measured = _measured_in_process(["load", str(folder)])
+    return float(measured["load_s"]), float(measured["processor_s"])
 
 
 def opened_in_process(folder: Path, seed: int) -> Opened:
     """What opening a graph takes in a fresh process."""
-    told = _told(["open", str(folder), str(seed)])
+    measured = _measured_in_process(["open", str(folder), str(seed)])
     return Opened(
-        before_mb=told["before_mb"],
-        peak_mb=told["peak_mb"],
-        steps=tuple(Step(**step) for step in told["steps"]),
-        arrays=tuple(ArraySize(**array) for array in told["arrays"]),
+        before_mb=measured["before_mb"],
+        peak_mb=measured["peak_mb"],
+        steps=tuple(Step(**step) for step in measured["steps"]),
+        arrays=tuple(ArraySize(**array) for array in measured["arrays"]),
     )
 
 
 def searched_in_process(folder: Path, pairs: int, ranges: int, sources: int, repeat: int, seed: int) -> Searched:
     """What searches on a graph take in a fresh process."""
-    told = _told(["search", str(folder), *map(str, (pairs, ranges, sources, repeat, seed))])
-    routes = RouteFigures(**{name: Spread(**value) for name, value in told["routes"].items()})
+    measured = _measured_in_process(["search", str(folder), *map(str, (pairs, ranges, sources, repeat, seed))])
+    routes = RouteFigures(**{name: Spread(**value) for name, value in measured["routes"].items()})
     to_all: dict[str, Any] = {
-        name: Spread(**value) if isinstance(value, dict) else value for name, value in told["to_all"].items()
+        name: Spread(**value) if isinstance(value, dict) else value for name, value in measured["to_all"].items()
     }
-    return Searched(Shape(**told["shape"]), routes, AllFigures(**to_all), Spread(**told["area_s"]))
+    return Searched(Shape(**measured["shape"]), routes, AllFigures(**to_all), Spread(**measured["area_s"]))
 
 
-def _told(arguments: list[str]) -> dict[str, Any]:
+def _measured_in_process(arguments: list[str]) -> dict[str, Any]:
     command = [sys.executable, "-m", "benchmarks.scale.child", *arguments]
     done = subprocess.run(command, cwd=ROOT, stdout=subprocess.PIPE, text=True, check=True)
-    told: dict[str, Any] = json.loads(done.stdout)
-    return told
+    measured: dict[str, Any] = json.loads(done.stdout)
+    return measured
 
 
 def main(arguments: list[str]) -> int:
-    """Measure one thing and tell it."""
+    """Measure one thing and print it."""
     kind, folder = arguments[0], Path(arguments[1])
-    told: dict[str, Any]
+    measured: dict[str, Any]
     if kind == "load":
-        told = dict(zip(("load_s", "processor_s"), load_seconds(folder), strict=True))
+        measured = dict(zip(("load_s", "processor_s"), load_seconds(folder), strict=True))
     elif kind == "open":
-        told = asdict(open_graph(folder, int(arguments[2])))
+        measured = asdict(open_graph(folder, int(arguments[2])))
     else:
         pairs, ranges, sources, repeat, seed = map(int, arguments[2:])
-        told = asdict(search_graph(folder, pairs, ranges, sources, repeat, seed))
-    print(json.dumps(told))
+        measured = asdict(search_graph(folder, pairs, ranges, sources, repeat, seed))
+    print(json.dumps(measured))
     return 0
 
 

@@ -44,7 +44,7 @@ SMALL_GRAPH: Final = ROOT / "data/graphs/coquimbo"  # on which kernels are compi
 class Step:
     """One step: its time by the clock and of the processor, and the memory that it left resident.
 
-    private_mb: of this process alone; mapped_mb: pages of files. None where the system does not tell.
+    private_mb: of this process alone; mapped_mb: pages of files. None where the system does not say.
     """
 
     name: str

@@ -42,12 +42,12 @@ def cache_folder() -> Path:
 def kept_region(cache: Path, links: int, seed: int) -> tuple[Made, Path, bool]:
     """A region of about so many links, its folder, and whether it was there; one made by other code is made again."""
     name = f"synth-{links}-{seed}-{_generator_digest()}"
-    folder, told = cache / name, cache / f"{name}.json"
-    if told.is_file() and (folder / "meta.json").is_file():
-        return Made(**json.loads(told.read_text(encoding="utf-8"))), folder, True
+    folder, record = cache / name, cache / f"{name}.json"
+    if record.is_file() and (folder / "meta.json").is_file():
+        return Made(**json.loads(record.read_text(encoding="utf-8"))), folder, True
     cache.mkdir(parents=True, exist_ok=True)
     made = synthesize_in_process(f"synth-{links}", links, seed, folder)
-    told.write_text(json.dumps(asdict(made)), encoding="utf-8")
+    record.write_text(json.dumps(asdict(made)), encoding="utf-8")
     return made, folder, False
 
 

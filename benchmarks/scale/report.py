@@ -22,11 +22,11 @@ if TYPE_CHECKING:
 
 def scale_json(report: ScaleReport) -> str:
     """The report as one JSON object, verdicts included."""
-    told = asdict(report)
-    told["route_growth"], told["exponent"] = report.route_growth, report.exponent
-    for size, said in zip(report.sizes, told["sizes"], strict=True):
+    fields = asdict(report)
+    fields["route_growth"], fields["exponent"] = report.route_growth, report.exponent
+    for size, said in zip(report.sizes, fields["sizes"], strict=True):
         said["load_met"] = size.load_met
-    return json.dumps(told, indent=1)
+    return json.dumps(fields, indent=1)
 
 
 def print_scale(report: ScaleReport, console: Console) -> None:

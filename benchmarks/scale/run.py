@@ -86,7 +86,7 @@ class ScaleReport:
 
 
 def measure_scale(settings: ScaleSettings, cache: Path, progress: Callable[[str], None]) -> ScaleReport:
-    """Make what is missing and measure every size; progress is told each step.
+    """Make what is missing and measure every size; progress is called with each step.
 
     Raises CalledProcessError where a process fails.
     """

@@ -70,10 +70,10 @@ def carrier_world(
         raise ValueError("carriers is empty, allowed: at least one drive")
     key = seed_numbers(seeds)
     world_id = world_name(key, Kind.CARRIER.value, None if wanted is None else (wanted.effect, wanted.share))
-    ids = [one.id for one in carriers]
-    recorded_j = np.array([_energy_j(one.channels["time_s"], one.channels["power_w"]) for one in carriers])
+    ids = [carrier.id for carrier in carriers]
+    recorded_j = np.array([_energy_j(carrier.channels["time_s"], carrier.channels["power_w"]) for carrier in carriers])
     if wanted is None:
-        plain = tuple(WorldRecording(one.id, one.channels) for one in carriers)
+        plain = tuple(WorldRecording(carrier.id, carrier.channels) for carrier in carriers)
         label = Label(world_id, Kind.CARRIER, (), {}, None, (), {}, by_trip_kwh(ids, recorded_j))
         return World(world_id, Kind.CARRIER, key, vehicle.vehicle_toml, plain), label
     load = _load(vehicle, carriers, wanted, seeds)
@@ -113,27 +113,28 @@ class _Load:
         only: dict[str, Any] = {self.cause.strength: strength}
         on = Strengths(**only)
         return [
-            _extra_w(self.car, loop, trip, on, one) for one, (loop, trip) in zip(self.carriers, self.roads, strict=True)
+            _extra_w(self.car, loop, trip, on, carrier)
+            for carrier, (loop, trip) in zip(self.carriers, self.roads, strict=True)
         ]
 
     def energies_j(self, strength: float) -> NDArray[np.float64]:
         """Energy that it adds to each drive, float64 (drives,) [J]."""
         extra = zip(self.carriers, self.extra_w(strength), strict=True)
-        return np.array([_energy_j(one.channels["time_s"], watts) for one, watts in extra])
+        return np.array([_energy_j(carrier.channels["time_s"], watts) for carrier, watts in extra])
 
     def recordings(self, strength: float) -> tuple[WorldRecording, ...]:
         """The drives with it."""
         return tuple(
-            _with_effect(one, trip, watts, self.cause.channels, strength)
-            for one, (_, trip), watts in zip(self.carriers, self.roads, self.extra_w(strength), strict=True)
+            _with_effect(carrier, trip, watts, self.cause.channels, strength)
+            for carrier, (_, trip), watts in zip(self.carriers, self.roads, self.extra_w(strength), strict=True)
         )
 
 
 def _load(vehicle: CarrierVehicle, carriers: Sequence[Carrier], wanted: Wanted, seeds: np.random.SeedSequence) -> _Load:
     for_car, for_days = seeds.spawn(2)
     roads = tuple(
-        _traced(one, np.random.default_rng(seed))
-        for one, seed in zip(carriers, for_days.spawn(len(carriers)), strict=True)
+        _traced(carrier, np.random.default_rng(seed))
+        for carrier, seed in zip(carriers, for_days.spawn(len(carriers)), strict=True)
     )
     return _Load(CAUSES[wanted.effect], _car(vehicle, np.random.default_rng(for_car)), tuple(carriers), roads)
 

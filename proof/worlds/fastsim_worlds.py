@@ -55,7 +55,7 @@ SCOUT_W: Final = 42_000.0  # what the scouting car may use, within what either c
 MOST_CHARGE: Final = 0.85  # above 0.95 fastsim takes no recuperation and gives up the drive
 ZERO_CELSIUS_K: Final = 273.15
 GRAVITY_MPS2: Final = 9.81  # fastsim's
-AIR_KG_PER_M3: Final = 1.2  # fastsim's, whatever the temperature, unless told a height
+AIR_KG_PER_M3: Final = 1.2  # fastsim's, whatever the temperature, unless given a height
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,10 +84,10 @@ def fastsim_world(order: FastsimOrder, seeds: np.random.SeedSequence) -> tuple[W
     calm = [_driven(car, scene, trip, climate=False) for trip in seen]
     runs = [_driven(car, scene, trip, climate=True) for trip in seen] if order.climate else calm
     ids = [trip.id for trip in seen]
-    energy_j = np.array([one.power_w.sum() / STEPS_PER_S for one in runs])
+    energy_j = np.array([run.power_w.sum() / STEPS_PER_S for run in runs])
     effects = {}
     if order.climate:
-        without_j = np.array([one.power_w.sum() / STEPS_PER_S for one in calm])
+        without_j = np.array([run.power_w.sum() / STEPS_PER_S for run in calm])
         effects["cabin_climate"] = EffectTruth(
             family="thermal",
             energy_kwh=by_trip_kwh(ids, energy_j - without_j),
@@ -98,8 +98,8 @@ def fastsim_world(order: FastsimOrder, seeds: np.random.SeedSequence) -> tuple[W
     key = seed_numbers(seeds)
     world_id = world_name(key, Kind.FASTSIM.value, order)
     recordings = tuple(
-        WorldRecording(trip.id, recorded(np.random.default_rng(seed), scene.sensors, scene.loop, trip, one, ALWAYS))
-        for seed, trip, one in zip(for_sensors.spawn(count), seen, runs, strict=True)
+        WorldRecording(trip.id, recorded(np.random.default_rng(seed), scene.sensors, scene.loop, trip, run, ALWAYS))
+        for seed, trip, run in zip(for_sensors.spawn(count), seen, runs, strict=True)
     )
     label = Label(
         world_id=world_id,
@@ -168,8 +168,10 @@ def _driven(car: dict[str, Any], scene: Scene, trip: Trip, *, climate: bool) -> 
     drawn_w = np.array(battery["pwr_out_prop_watts"])
     energy_j = np.zeros(SUMS)
     energy_j[TERMINAL] = power_w.sum()
-    energy_j[DRIVE_MECH], energy_j[DRIVE_ELECTRIC] = (one[tractive_w > 0.0].sum() for one in (tractive_w, drawn_w))
-    energy_j[BRAKING_MECH], energy_j[BRAKING_ELECTRIC] = (one[tractive_w < 0.0].sum() for one in (tractive_w, drawn_w))
+    energy_j[DRIVE_MECH], energy_j[DRIVE_ELECTRIC] = (watts[tractive_w > 0.0].sum() for watts in (tractive_w, drawn_w))
+    energy_j[BRAKING_MECH], energy_j[BRAKING_ELECTRIC] = (
+        watts[tractive_w < 0.0].sum() for watts in (tractive_w, drawn_w)
+    )
     return scouted._replace(power_w=fine, states=states, energy_j=energy_j)
 
 
@@ -197,7 +199,7 @@ def _nameplate(car: dict[str, Any], calm: Sequence[Driven]) -> Nameplate:
     spin_kg = (
         chassis["num_wheels"] * chassis["wheel_inertia_kilogram_square_meters"] / chassis["wheel_radius_meters"] ** 2
     )
-    total = np.sum([one.energy_j for one in calm], axis=0)
+    total = np.sum([run.energy_j for run in calm], axis=0)
     battery = car["pt_type"]["BEV"]["res"]
     return Nameplate(
         mass_kg=mass_kg,

@@ -87,7 +87,9 @@ def _zones(
     while begin < n:
         # the zone that lags most behind its share comes next, so that the mix holds on every loop
         wanted = {name: share * (begin + 1.0) - covered[name] for name, share in zip(names, mix, strict=True)}
-        name = max((one for one, share in zip(names, mix, strict=True) if share > 0.0), key=wanted.__getitem__)
+        name = max(
+            (zone_name for zone_name, share in zip(names, mix, strict=True) if share > 0.0), key=wanted.__getitem__
+        )
         end = min(n, begin + int(rng.uniform(*lengths_m[name]) / STEP_M))
         covered[name] += end - begin
         zone = ZONES[name]

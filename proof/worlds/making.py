@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from proof.worlds.scene import Scene
 
 ATTEMPTS: Final = 12
-# Channels that a logger may have or not, whatever the world hides, so that their being there tells nothing.
+# Channels that a logger may have or not, whatever the world hides, so that their being there gives nothing away.
 OPTIONAL: Final = (
     ("heading_deg", "lat", "lon"),
     ("battery_c",),
@@ -141,8 +141,8 @@ def _recordings(
     seen = loaded(scene.trips, strengths.payload, strengths.wind, strengths.wet_road)
     own = seeds.spawn(len(seen))
     return tuple(
-        WorldRecording(trip.id, recorded(np.random.default_rng(seed), scene.sensors, scene.loop, trip, one, names))
-        for seed, trip, one in zip(own, seen, driven, strict=True)
+        WorldRecording(trip.id, recorded(np.random.default_rng(seed), scene.sensors, scene.loop, trip, drive, names))
+        for seed, trip, drive in zip(own, seen, driven, strict=True)
     )
 
 
@@ -155,7 +155,7 @@ def _label(
     spot: Spot | None,
     changes: Mapping[str, float],
 ) -> Label:
-    with_j = np.array([one.energy_j[0] for one in driven])
+    with_j = np.array([drive.energy_j[0] for drive in driven])
     ids = [trip.id for trip in scene.trips]
     effects = {wanted.effect: _truth(wanted.effect, scene, strengths, with_j) for wanted in order.effects}
     return Label(

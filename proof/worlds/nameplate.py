@@ -61,7 +61,7 @@ def nameplate_of(car: Car, driven: Iterable[Driven]) -> Nameplate:
     if b < 0.0:
         b = 0.0
         a, c = np.linalg.lstsq(columns[:, [0, 2]], force, rcond=None)[0].tolist()
-    total = np.sum([one.energy_j for one in driven], axis=0)
+    total = np.sum([drive.energy_j for drive in driven], axis=0)
     return Nameplate(
         mass_kg=car.mass_kg,
         rotating_coef=car.rotating_coef,

@@ -52,7 +52,7 @@ class Order:
 
 @dataclass(frozen=True, slots=True)
 class Confusion:
-    """Two causes that the base regime cannot tell apart, and the regime of the drives that can."""
+    """Two causes that the base regime cannot distinguish, and the regime of the drives that can."""
 
     effect: str
     share: float

@@ -73,8 +73,8 @@ def draw_spot(rng: np.random.Generator, axis: str, scene: Scene, calm: Sequence[
         spot = Spot(axis, low, high, 1.0)
     probe = with_spot(scene, spot)
     drawn = probe.drive(Strengths(draw_w=1.0))
-    seconds = sum(float(one.energy_j[dynamics.DRAW]) for one in drawn)
-    energy_j = sum(float(one.energy_j[TERMINAL]) for one in calm)
+    seconds = sum(float(drive.energy_j[dynamics.DRAW]) for drive in drawn)
+    energy_j = sum(float(drive.energy_j[TERMINAL]) for drive in calm)
     watts = SHARE / (1.0 - SHARE) * energy_j / max(seconds, 1.0)
     return replace(spot, draw_w=float(np.clip(np.rint(watts), LEAST_W, MOST_W)))
 
@@ -99,14 +99,14 @@ def with_spot(scene: Scene, spot: Spot) -> Scene:
 def _along(axis: str, calm: Sequence[Driven]) -> NDArray[np.float64]:
     """Where on the axis each second of moving was."""
     seen = []
-    for one in calm:
-        moving = one.speed_mps[::STEPS_PER_S] > 0.0
+    for drive in calm:
+        moving = drive.speed_mps[::STEPS_PER_S] > 0.0
         values = {
-            "altitude": one.states[:, HEIGHT],
-            "speed": 3.6 * one.speed_mps[::STEPS_PER_S],
+            "altitude": drive.states[:, HEIGHT],
+            "speed": 3.6 * drive.speed_mps[::STEPS_PER_S],
             "time_of_trip": np.arange(moving.size) / 60.0,
-            "soc": one.states[:, CHARGE],
-            "heading": np.degrees(one.states[:, HEADING_RAD]) % 360.0,
+            "soc": drive.states[:, CHARGE],
+            "heading": np.degrees(drive.states[:, HEADING_RAD]) % 360.0,
         }[axis]
         seen.append(values[moving])
     return np.concatenate(seen)
@@ -126,12 +126,12 @@ def _band(rng: np.random.Generator, axis: str, along: NDArray[np.float64]) -> tu
 def _place(rng: np.random.Generator, scene: Scene, calm: Sequence[Driven]) -> Spot:
     """The spot on the road that most trips come by, of twenty taken at random."""
     loop = scene.loop
-    passed = [set((one.states[:, PLACE].astype(np.int64) // 50).tolist()) for one in calm]
+    passed = [set((drive.states[:, PLACE].astype(np.int64) // 50).tolist()) for drive in calm]
     nodes = rng.integers(0, loop.height_m.size, 20)
-    starts = np.array([one.states[0, PLACE] for one in calm])
+    starts = np.array([drive.states[0, PLACE] for drive in calm])
     near = (starts[rng.integers(0, starts.size, 20)] + rng.integers(-700, 700, 20)) % loop.height_m.size
     candidates = np.concatenate([nodes, near.astype(np.int64)])
-    best = max(candidates.tolist(), key=lambda node: sum(node // 50 in one for one in passed))
+    best = max(candidates.tolist(), key=lambda node: sum(node // 50 in cells for cells in passed))
     step = AXES["place"].step
     north, east = (float(np.rint(line[best] / step) * step) for line in (loop.latitude_deg, loop.longitude_deg))
     return Spot("place", north, east, 1.0, float(np.rint(rng.uniform(*PLACE_RADIUS_M))))

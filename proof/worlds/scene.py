@@ -1,4 +1,4 @@
-"""A scene: car, road and drives of one world before it is told what it hides, and how they are driven."""
+"""A scene: car, road and drives of one world before it is given what it hides, and how they are driven."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ class Scene:
 
     def energies_j(self, strengths: Strengths) -> NDArray[np.float64]:
         """What the battery gives on each trip, float64 (trips,) [J]."""
-        return np.array([one.energy_j[TERMINAL] for one in self.drive(strengths)])
+        return np.array([driven.energy_j[TERMINAL] for driven in self.drive(strengths)])
 
     def base(self) -> Scene:
         """The scene without its separating trips."""

@@ -125,9 +125,9 @@ def _speed_demand(
         pausing = not waited_long and now_s > long_at_s
         if parking or pausing:
             target = 0.0
-        left_m = stop_node * STEP_M - at_m
-        if left_m < 400.0:
-            target = min(target, np.sqrt(max(2.0 * brake_mps2 * (left_m - 1.0), 0.0)))
+        remaining_m = stop_node * STEP_M - at_m
+        if remaining_m < 400.0:
+            target = min(target, np.sqrt(max(2.0 * brake_mps2 * (remaining_m - 1.0), 0.0)))
         wish = (target - speed) / 0.8
         most = push_mps2 * (1.0 - 0.6 * min(speed / 40.0, 1.0))
         wish = min(max(wish, -1.25 * brake_mps2), most)
@@ -136,7 +136,7 @@ def _speed_demand(
         speed = max(speed + gain * TIME_STEP_S, 0.0)
         at_m += 0.5 * (before + speed) * TIME_STEP_S
         demand[k] = speed
-        if speed < 0.15 and (left_m < 3.0 or pausing or parking):
+        if speed < 0.15 and (remaining_m < 3.0 or pausing or parking):
             speed, gain = 0.0, 0.0
             if parking:
                 break
@@ -145,7 +145,7 @@ def _speed_demand(
             else:
                 rest_s = wait_s[stop_node % limit.size]
                 stop_node = _next_stop(wait_s, stop_node + 1)
-        elif left_m < -3.0:
+        elif remaining_m < -3.0:
             stop_node = _next_stop(wait_s, node + 1)
     return demand
 

@@ -112,7 +112,7 @@ class OutsideTruth:
 class Label:
     """The truth of a world.
 
-    families: of all effects, sorted. confounded_with: families that these drives cannot tell from the true ones.
+    families: of all effects, sorted. confounded_with: families that these drives cannot distinguish from the true ones.
     parameter_changes: value in the vehicle file over the value that fits, by parameter. energy_kwh: what the battery
     gave on each trip, before any sensor.
     """
@@ -134,7 +134,7 @@ def seed_numbers(seeds: np.random.SeedSequence) -> tuple[int, ...]:
 
 
 def world_name(*facts: object) -> str:
-    """A world's id: tells worlds apart and nothing about them."""
+    """A world's id: distinguishes worlds and says nothing about them."""
     return "w" + hashlib.sha256(repr(facts).encode()).hexdigest()[:12]
 
 

@@ -17,10 +17,10 @@ BOUNDS = (-8.62, 41.14, -8.60, 41.16)
 
 def test_run_without_maps_measures_the_synthetic_region_alone(tmp_path, capsys) -> None:
     assert main(["--maps", str(tmp_path), "--json", *TINY]) == 0
-    told = json.loads(capsys.readouterr().out)
-    assert told["machine"]["cores"] >= 1
-    assert {"cpu", "python", "numpy", "numba", "load"} <= told["machine"].keys()
-    assert told["settings"] == {
+    printed = json.loads(capsys.readouterr().out)
+    assert printed["machine"]["cores"] >= 1
+    assert {"cpu", "python", "numpy", "numba", "load"} <= printed["machine"].keys()
+    assert printed["settings"] == {
         "vehicle": "hyundai-kona-64",
         "seed": 1,
         "sources": 2,
@@ -28,9 +28,9 @@ def test_run_without_maps_measures_the_synthetic_region_alone(tmp_path, capsys) 
         "pairs": 3,
         "ranges": 1,
     }
-    assert any("no porto.osm.pbf" in note for note in told["notes"])
-    assert any("no andorra.osm.pbf and no N42E001.hgt.zip" in note for note in told["notes"])
-    (graph,) = told["graphs"]
+    assert any("no porto.osm.pbf" in note for note in printed["notes"])
+    assert any("no andorra.osm.pbf and no N42E001.hgt.zip" in note for note in printed["notes"])
+    (graph,) = printed["graphs"]
     made, loaded = graph["made"], graph["loaded"]
     assert (made["name"], made["kind"]) == ("synth", "synth")
     assert made["links"] > 0
@@ -42,7 +42,7 @@ def test_run_without_maps_measures_the_synthetic_region_alone(tmp_path, capsys) 
         assert row["case"] == {"stops": case.stops.value, "soc_frac": case.soc_frac}
         for name in ("search_s", "scalar_length_s", "scalar_time_s", "over_length", "over_time"):
             assert 0.0 < row[name]["least"] <= row[name]["median"] <= row[name]["most"]
-        assert row["met"] == (max(row["over_length"]["median"], row["over_time"]["median"]) <= told["target_ratio"])
+        assert row["met"] == (max(row["over_length"]["median"], row["over_time"]["median"]) <= printed["target_ratio"])
         assert 0.0 < row["reached_frac"] <= 1.0
         assert row["labels_made_per_link"] >= row["labels_settled_per_link"] > 0.0
     assert [q["kind"] for q in graph["queries"]] == [

@@ -65,8 +65,8 @@ def report(*sizes: SizeFigures) -> ScaleReport:
 
 def test_run_measures_a_region_and_keeps_it(tmp_path, capsys) -> None:
     assert main([*TINY, "--scale-cache", str(tmp_path), "--json"]) == 0
-    told = json.loads(capsys.readouterr().out)
-    (size,) = told["sizes"]
+    printed = json.loads(capsys.readouterr().out)
+    (size,) = printed["sizes"]
     links = size["made"]["links"]
     assert 1000 < links < 3000
     assert size["kept"] is False
@@ -100,11 +100,11 @@ def test_report_of_two_sizes_judges_growth_and_loading() -> None:
     )
     slow = figures(1_000_000, 2.5, 8e-3, 5.0)
     assert [line.rsplit(" ", 1)[1] for line in verdicts(report(small, slow))] == ["missed"] * 3
-    told = json.loads(scale_json(report(small, slow)))
-    assert [size["load_met"] for size in told["sizes"]] == [True, False]
+    fields = json.loads(scale_json(report(small, slow)))
+    assert [size["load_met"] for size in fields["sizes"]] == [True, False]
     # ten times the links and a hundred times as long
-    assert told["exponent"] == pytest.approx(2.0)
-    assert told["settings"]["sources"] == MOST_SOURCES
+    assert fields["exponent"] == pytest.approx(2.0)
+    assert fields["settings"]["sources"] == MOST_SOURCES
 
 
 def test_pairs_are_as_far_apart_as_asked_and_repeat_with_the_seed(region) -> None:

@@ -1,4 +1,4 @@
-"""docs/proof.md tells the rules that the proof goes by, and has one place for its results."""
+"""docs/proof.md has the rules that the proof goes by, and has one place for its results."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ def test_a_page_without_one_place_for_results_is_refused(page: str) -> None:
 
 
 def test_the_page_names_the_seed_the_hidden_columns_and_the_bounds() -> None:
-    for told in (str(DEFAULT_SEED), f"within {NEAR_M:.0f} m", f"at least {LEAST_OVERLAP_FRAC}", *HIDDEN):
-        assert told in TEXT
+    for said in (str(DEFAULT_SEED), f"within {NEAR_M:.0f} m", f"at least {LEAST_OVERLAP_FRAC}", *HIDDEN):
+        assert said in TEXT
 
 
 def test_the_page_counts_the_worlds_of_the_whole_plan() -> None:
     plan = full_plan()
-    kinds = Counter(one.kind.value for one in plan if isinstance(one, Order))
+    kinds = Counter(order.kind.value for order in plan if isinstance(order, Order))
     rows = {
         "null": kinds["null"],
         "wrong parameters": kinds["null_wrong_parameters"],

@@ -95,16 +95,16 @@ def test_correlation_and_slope_of_a_line_and_of_nothing() -> None:
 def test_the_columns_are_hidden_from_the_tool_and_opened_for_scoring(drives: tuple[Path, Path], tmp_path: Path) -> None:
     folder, vehicle = drives
     seen, _ = read_recordings([folder], HIDDEN)
-    assert all(one.heater_w is None and one.aircon_w is None for one in seen)
+    assert all(recording.heater_w is None and recording.aircon_w is None for recording in seen)
     seeds = split_seeds(4)[:2]
     files = [tmp_path / f"{seed}.json" for seed in seeds]
     for seed, file in zip(seeds, files, strict=True):
         assert split_answered(folder, vehicle, seed, file) == seed
     proof = scored([read_answer(file) for file in files], seeds, folder)
     assert len(proof.trips) == 10
-    assert sum(one.held_out for one in proof.trips) == 6
-    assert all(one.hidden_w is not None for one in proof.trips)
-    held_out_error = {one.name: one for one in proof.figures}
+    assert sum(trip.held_out for trip in proof.trips) == 6
+    assert all(trip.hidden_w is not None for trip in proof.trips)
+    held_out_error = {figure.name: figure for figure in proof.figures}
     before, after = (held_out_error[f"held-out MAPE from recorded speed, {when}"].value for when in ("before", "after"))
     assert before is not None
     assert after is not None
@@ -126,12 +126,12 @@ def test_splits_differ_and_follow_the_seed() -> None:
 
 def test_carriers_keep_the_energy_of_the_drives_and_lose_climate_columns(drives: tuple[Path, Path]) -> None:
     folder, vehicle = drives
-    carried = {one.id: one for one in carriers_of(folder)}
-    for one in read_recordings([folder])[0]:
-        channels = carried[one.id].channels
-        assert set(channels) == {"time_s", "speed_kmh", "power_w", "elevation_m", "ambient_c", *_optional(one)}
+    carried = {carrier.id: carrier for carrier in carriers_of(folder)}
+    for recording in read_recordings([folder])[0]:
+        channels = carried[recording.id].channels
+        assert set(channels) == {"time_s", "speed_kmh", "power_w", "elevation_m", "ambient_c", *_optional(recording)}
         energy_j = np.trapezoid(channels["power_w"], channels["time_s"])
-        assert energy_j == pytest.approx(one.energy_j(), rel=0.03)
+        assert energy_j == pytest.approx(recording.energy_j(), rel=0.03)
     car = carrier_vehicle(vehicle)
     assert 900.0 < car.mass_kg < 2700.0
     assert 0.3 < car.drag_area_m2 < 1.2
@@ -147,12 +147,12 @@ def test_a_carrier_world_is_read_like_any_other_and_does_not_tell_what_carried_i
     assert world_id is not None
     recordings, car, _ = read(tmp_path / WORLDS / world_id)
     assert (car.id, len(recordings)) == ("vehicle", 10)
-    assert all(one.wet_frac is not None for one in recordings)
+    assert all(recording.wet_frac is not None for recording in recordings)
 
 
-def _optional(one: Recording) -> set[str]:
-    return {"battery_c" for _ in [0] if one.battery_k is not None} | {
-        "soc_frac" for _ in [0] if one.soc_frac is not None
+def _optional(recording: Recording) -> set[str]:
+    return {"battery_c" for _ in [0] if recording.battery_k is not None} | {
+        "soc_frac" for _ in [0] if recording.soc_frac is not None
     }
 
 

@@ -37,7 +37,7 @@ def heated(tmp_path_factory: pytest.TempPathFactory) -> World:
 
 def measured_kwh(world: World) -> np.ndarray:
     recordings, _, held_out = world
-    return np.array([one.energy_j() / 3.6e6 for one in recordings if one.id in held_out])
+    return np.array([recording.energy_j() / 3.6e6 for recording in recordings if recording.id in held_out])
 
 
 def test_a_third_of_the_trips_is_held_out_and_the_worlds_name_draws_them(heated: World) -> None:
@@ -48,25 +48,25 @@ def test_a_third_of_the_trips_is_held_out_and_the_worlds_name_draws_them(heated:
 
 def test_the_oracle_predicts_held_out_trips_far_better_than_no_effect(heated: World) -> None:
     recordings, vehicle, held_out = heated
-    told = oracle(recordings, vehicle, held_out, true_terms(["cabin_heating"]))
+    informed = oracle(recordings, vehicle, held_out, true_terms(["cabin_heating"]))
     blind = oracle(recordings, vehicle, held_out, ())
-    right, wrong = (np.abs(np.array(one.held_out_kwh) - measured_kwh(heated)).mean() for one in (told, blind))
-    assert told.families == ("thermal",)
+    right, wrong = (np.abs(np.array(rule.held_out_kwh) - measured_kwh(heated)).mean() for rule in (informed, blind))
+    assert informed.families == ("thermal",)
     assert right < 0.5 * wrong
 
 
 def test_there_is_no_oracle_without_an_effect_or_for_one_that_no_term_stands_for() -> None:
     assert true_terms([]) == ()
     assert true_terms(["cabin_heating", "roof_box"]) == ()
-    assert {one.effect for one in true_terms(["wet_road", "regen_cap"])} == {"wet_road", "recuperation_cap"}
+    assert {term.effect for term in true_terms(["wet_road", "regen_cap"])} == {"wet_road", "recuperation_cap"}
 
 
 def test_every_simpler_rule_claims_the_heating_and_predicts_all_held_out_trips(heated: World) -> None:
     rules = simpler_rules(*heated)
-    assert len({one.name for one in rules}) == 3
-    for one in rules:
-        assert "thermal" in one.families
-        assert np.array(one.held_out_kwh) == pytest.approx(measured_kwh(heated), rel=0.25)
+    assert len({rule.name for rule in rules}) == 3
+    for rule in rules:
+        assert "thermal" in rule.families
+        assert np.array(rule.held_out_kwh) == pytest.approx(measured_kwh(heated), rel=0.25)
 
 
 def test_rules_take_nothing_where_nothing_is_left(heated: World) -> None:

@@ -44,14 +44,14 @@ def done(tmp_path: Path, address: str) -> ProofOrder:
 def test_the_small_plan_is_proved_from_end_to_end(tmp_path: Path) -> None:
     stages: dict[str, float] = {}
     proof = prove(ProofOrder("small", small_plan(), 12, tmp_path, processes=2), stages.__setitem__)
-    named = {(one.group, one.name): one for one in proof.figures}
+    named = {(figure.group, figure.name): figure for figure in proof.figures}
     assert (proof.worlds, proof.unmade, proof.hidden) == (11, 0, None)
     assert named["all worlds", "the tool broke"].successes == 0
     assert named["nothing left out", "a false finding"].successes == 0
     assert named["recall", "one effect of 12 %: named or among rivals"].successes == 2
     assert named["few trips", "says too few, concludes nothing"].met is None
     assert named["few trips", "says too few, concludes nothing"].value == 1.0
-    assert [one.rule for one in proof.compared[-2:]] == ["joulepath", "oracle"]
+    assert [line.rule for line in proof.compared[-2:]] == ["joulepath", "oracle"]
     assert all(done == 1.0 for done in stages.values())
     assert next(iter(stages)) == MAKING
 

@@ -1,4 +1,4 @@
-"""Processes of Dask: every call comes back, each has one thread for linear algebra, and one that dies is told."""
+"""Processes of Dask: every call comes back, each has one thread for linear algebra, and one that dies is named."""
 
 from __future__ import annotations
 
@@ -37,6 +37,6 @@ def test_what_a_call_raises_is_raised(spread: Workers) -> None:
         list(spread.each(floordiv, [(1, 1), (1, 0)]))
 
 
-def test_a_process_that_dies_is_told(spread: Workers) -> None:
+def test_a_process_that_dies_is_named(spread: Workers) -> None:
     with pytest.raises(ProofError, match="a worker died"):
         list(spread.each(os._exit, [(1,)]))

@@ -49,7 +49,7 @@ def cases() -> list[Case]:
 
 
 def found(name: str, group: str = "") -> Figure:
-    own = [one for one in figures(cases()) if one.name == name and group in one.group]
+    own = [figure for figure in figures(cases()) if figure.name == name and group in figure.group]
     assert len(own) == 1
     return own[0]
 
@@ -91,12 +91,12 @@ def test_figures_count_what_their_rule_says(
 def test_held_out_energies_are_held_against_the_oracle_and_the_base() -> None:
     """All errors are those of one world: 0.11 kWh of the tool, 0.4 of the base, 0.1 of the oracle."""
     assert found("RMS over the oracle's, 1 worlds").value == pytest.approx(1.1)
-    gap = found("gap from base to oracle closed")
-    assert (gap.value, gap.met) == (pytest.approx(29.0 / 30.0), True)
+    closed = found("gap from base to oracle closed")
+    assert (closed.value, closed.met) == (pytest.approx(29.0 / 30.0), True)
 
 
 def test_rules_are_compared_on_worlds_on_which_they_were_asked() -> None:
-    lines = {one.rule: one for one in compared(cases())}
+    lines = {line.rule: line for line in compared(cases())}
     assert lines["other"].rms_ratio.value == pytest.approx(2.0)
     assert (lines["other"].false_families.successes, lines["other"].false_families.trials) == (1, 2)
     assert lines["base refitted"].rms_ratio.value == pytest.approx(4.0)
@@ -127,24 +127,24 @@ def test_ratio_and_gap_are_of_root_mean_squares_over_worlds() -> None:
 
 def test_a_drawn_interval_holds_the_figure_and_is_the_same_every_time() -> None:
     rows = np.arange(20.0).reshape(-1, 1)
-    one, again = (drawn("g", "n", rows, lambda chosen: float(chosen.mean())) for _ in range(2))
-    assert one == again
-    assert one.low is not None
-    assert one.high is not None
-    assert one.low < 9.5 < one.high
+    once, again = (drawn("g", "n", rows, lambda chosen: float(chosen.mean())) for _ in range(2))
+    assert once == again
+    assert once.low is not None
+    assert once.high is not None
+    assert once.low < 9.5 < once.high
 
 
 def test_a_missed_target_is_shown_as_missed_everywhere() -> None:
-    told = figures(cases())
-    proof = Proof("small", 1, "5ea1", "7001", 12, 1, 1, told, compared(cases()), None, 90.0)
+    in_order = figures(cases())
+    proof = Proof("small", 1, "5ea1", "7001", 12, 1, 1, in_order, compared(cases()), None, 90.0)
     assert figure_row(found("located"))[1:] == ("0.0 %", "0/1", "0.0 % .. 79.3 %", "≥ 80.0 %", "MISSED")
     text = markdown(proof)
     assert "| located | 0.0 % | 0/1 | 0.0 % .. 79.3 % | ≥ 80.0 % | MISSED |" in text
-    assert text.count("MISSED") == len(missed(told)) > 3
+    assert text.count("MISSED") == len(missed(in_order)) > 3
     assert "1 orders could not be made" in text
     read = json.loads(json.dumps(as_json(proof), allow_nan=False))
-    assert sum(one["met"] is False for one in read["figures"]) == len(missed(told))
-    assert "real drives as carriers" not in text  # nothing there to tell
+    assert sum(figure["met"] is False for figure in read["figures"]) == len(missed(in_order))
+    assert "real drives as carriers" not in text  # nothing there to show
 
 
 def test_an_answer_is_read_as_it_was_written(tmp_path: Path) -> None:

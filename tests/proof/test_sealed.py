@@ -28,16 +28,16 @@ PLAN = (HEATED, Order(Kind.FEW_TRIPS, trips=(2, 2), regime=SHORT))
 def sealed(tmp_path: Path) -> Seal:
     """Two small worlds in tmp_path, sealed."""
     planned = places(PLAN, 5)
-    ids = [make_into(one, tmp_path) for one in planned]
+    ids = [make_into(place, tmp_path) for place in planned]
     assert None not in ids
-    return seal_all({str(one): place for one, place in zip(ids, planned, strict=True)}, tmp_path, "a plan", 1)
+    return seal_all({str(world_id): place for world_id, place in zip(ids, planned, strict=True)}, tmp_path, "a plan", 1)
 
 
 def test_untouched_labels_open_with_what_the_worlds_hide(sealed: Seal, tmp_path: Path) -> None:
     labels = open_labels(tmp_path, sealed.sha256)
     assert sorted(labels) == list(sealed.worlds)
-    assert sorted(one.families for one in labels.values()) == [(), ("thermal",)]
-    heated = next(one for one in labels.values() if one.families)
+    assert sorted(label.families for label in labels.values()) == [(), ("thermal",)]
+    heated = next(label for label in labels.values() if label.families)
     assert heated.effects["cabin_heating"].energy_share == pytest.approx(0.1, rel=1e-3)
     assert read_seal(tmp_path) == sealed
 
@@ -78,13 +78,13 @@ def test_a_missing_seal_is_refused(sealed: Seal, tmp_path: Path) -> None:
 
 def test_worlds_made_before_are_known_by_order_and_seed(sealed: Seal, tmp_path: Path) -> None:
     there = made_before(tmp_path)
-    assert {there[one.digest()] for one in places(PLAN, 5)} == set(sealed.worlds)
-    assert not {one.digest() for one in places(PLAN, 6)} & set(there)
+    assert {there[place.digest()] for place in places(PLAN, 5)} == set(sealed.worlds)
+    assert not {place.digest() for place in places(PLAN, 6)} & set(there)
 
 
 def test_labels_of_other_worlds_do_not_come_under_the_seal(tmp_path: Path) -> None:
     first, second = places(PLAN, 5)
-    kept, other = (make_into(one, tmp_path) for one in (first, second))
+    kept, other = (make_into(place, tmp_path) for place in (first, second))
     seal = seal_all({str(kept): first}, tmp_path, "a plan", 0)
     assert list(open_labels(tmp_path, seal.sha256)) == [kept]
     assert not (tmp_path / LABELS / str(other)).exists()
@@ -93,7 +93,7 @@ def test_labels_of_other_worlds_do_not_come_under_the_seal(tmp_path: Path) -> No
 def test_twins_share_a_seed_and_others_do_not() -> None:
     plain = Order(Kind.CONFOUNDED)
     twin = Order(Kind.CONFOUNDED_SEPARATED, twin=True)
-    keys = [one.key for one in places((PLAN[0], plain, twin, plain), 5)]
+    keys = [place.key for place in places((PLAN[0], plain, twin, plain), 5)]
     assert keys == [(0,), (1,), (1,), (3,)]
 
 

@@ -86,7 +86,7 @@ def test_result_shows_findings_fit_and_drives_as_the_service_has_them(visit: Vis
     result = diagnosed["result"]
     cards = page.page.get_by_role("article")
     expect(cards).to_have_count(len(result["findings"]))
-    by_energy = sorted(result["findings"], key=lambda one: -abs(one["energy_kwh"]))
+    by_energy = sorted(result["findings"], key=lambda finding: -abs(finding["energy_kwh"]))
     for card, finding in zip(cards.all(), by_energy, strict=True):
         expect(card).to_contain_text(finding["text"])
         check_shown(card.inner_text(), "%", 100 * finding["energy_share"])
@@ -143,12 +143,12 @@ def test_earlier_diagnosis_is_opened_and_removed_after_a_question(
     newest.get_by_role("button", name=re.compile("^Remove:")).click()
     newest.get_by_role("button", name=re.compile("^Remove for good")).click()
     expect(entries).to_have_count(count - 1)
-    left = {one["id"] for one in served.ask("/diagnoses")["diagnoses"]}
-    assert queued["id"] not in left
-    assert diagnosed["id"] in left
+    remaining = {diagnosis["id"] for diagnosis in served.ask("/diagnoses")["diagnoses"]}
+    assert queued["id"] not in remaining
+    assert diagnosed["id"] in remaining
 
 
-def test_file_of_another_kind_is_left_aside_and_an_unreadable_recording_is_told(page: MapPage, tmp_path: Path):
+def test_file_of_another_kind_is_left_aside_and_an_unreadable_recording_is_named(page: MapPage, tmp_path: Path):
     open_tab(page)
     notes, broken = tmp_path / "notes.txt", tmp_path / "broken.csv"
     notes.write_text("no recording", encoding="utf-8")
@@ -164,7 +164,7 @@ def test_file_of_another_kind_is_left_aside_and_an_unreadable_recording_is_told(
     expect(page.page.get_by_role("button", name="Choose files")).to_be_visible()
 
 
-def test_unknown_diagnosis_of_an_address_is_told_with_a_way_back(visit: Visit):
+def test_unknown_diagnosis_of_an_address_is_named_with_a_way_back(visit: Visit):
     page = visit(opened=False)
     page.refused.add(404)
     page.open("?tab=diagnosis&diagnosis=nowhere")

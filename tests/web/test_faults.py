@@ -45,7 +45,7 @@ def documented_problems(served: Served, path: str) -> list[dict[str, Any]]:
     return found
 
 
-def test_place_far_from_any_road_is_told_and_another_place_mends_it(visit: Visit):
+def test_place_far_from_any_road_is_shown_and_another_place_mends_it(visit: Visit):
     page = visit(RANGE)
     page.refused.add(404)
     with page.asking("/range") as far:
@@ -58,7 +58,7 @@ def test_place_far_from_any_road_is_told_and_another_place_mends_it(visit: Visit
     expect(alert(page)).to_have_count(0)
 
 
-def test_unknown_vehicle_of_an_address_is_told_and_replaced(visit: Visit):
+def test_unknown_vehicle_of_an_address_is_shown_and_replaced(visit: Visit):
     page = visit(opened=False)
     page.refused.add(404)
     page.open(f"{ROUTE}&vehicle=moon-buggy")
@@ -93,7 +93,7 @@ def test_every_documented_problem_is_shown_and_goes_away_with_a_good_answer(visi
     expect(alert(page)).to_have_count(0)
 
 
-def test_service_out_of_reach_is_told_and_trying_again_works_when_it_is_back(visit: Visit):
+def test_service_out_of_reach_is_shown_and_trying_again_works_when_it_is_back(visit: Visit):
     page = visit(ROUTE)
     page.refused.add(0)
     page.page.route("**/route", lambda route: route.abort("connectionrefused"))
@@ -107,7 +107,7 @@ def test_service_out_of_reach_is_told_and_trying_again_works_when_it_is_back(vis
     expect(alert(page)).to_have_count(0)
 
 
-def test_answer_that_is_no_json_is_told(visit: Visit):
+def test_answer_that_is_no_json_is_shown(visit: Visit):
     page = visit(RANGE)
     page.refused.add(502)
     page.page.route("**/range", lambda route: route.fulfill(status=502, content_type="text/html", body="<h1>Bad</h1>"))

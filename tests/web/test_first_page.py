@@ -54,7 +54,7 @@ def test_picked_graph_is_drawn_in_place_of_the_other(page: MapPage):
     assert page.address_query() == {}
 
 
-def test_picked_vehicle_is_asked_for_and_told(page: MapPage, served: Served):
+def test_picked_vehicle_is_asked_for_and_shown(page: MapPage, served: Served):
     page.page.get_by_label("Vehicle", exact=True).select_option("bmw-i3-60ah")
     check_shown(
         page.page.locator("#vehicle").inner_text(),

@@ -1,4 +1,4 @@
-"""A whole journey without a mouse, told to those who listen."""
+"""A whole journey without a mouse, announced to those who listen."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_first_tab_stop_skips_the_map(page: MapPage):
     expect(page.page.locator("#panel")).to_be_focused()
 
 
-def test_results_are_told_in_a_live_region(page: MapPage):
+def test_results_are_announced_in_a_live_region(page: MapPage):
     announcer = page.page.locator("#announcer")
     assert announcer.get_attribute("aria-live") == "polite"
     page.type_place("Start", (43.872, -36.433))

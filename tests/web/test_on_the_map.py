@@ -178,8 +178,8 @@ def test_click_on_a_hot_stretchs_line_marks_it_in_the_list(looked: Looked) -> No
     expect(buttons).to_have_count(len(hot))
     pressed = buttons.and_(looked.page.page.locator("[aria-pressed=true]"))
     expect(pressed).to_have_count(0)
-    middles = np.array([looked.point_at("eco", (one["from_m"] + one["to_m"]) / 2) for one in hot])
-    lengths_m = np.array([one["to_m"] - one["from_m"] for one in hot])
+    middles = np.array([looked.point_at("eco", (stretch["from_m"] + stretch["to_m"]) / 2) for stretch in hot])
+    lengths_m = np.array([stretch["to_m"] - stretch["from_m"] for stretch in hot])
     picked = int(np.where(looked.clickable(middles), lengths_m, 0.0).argmax())
     click_map(looked.page, tuple(middles[picked]))
     expect(buttons.nth(picked)).to_have_attribute("aria-pressed", "true")
@@ -228,9 +228,9 @@ def test_dropped_recordings_are_listed_in_the_form(visit: Visit) -> None:
 def under(page: MapPage, over: str, shape: tuple[int, ...]) -> NDArray[np.bool_]:
     """Which pixels of the map's picture lie under another element."""
     map_box, box = box_of(page.page.locator("#map")), box_of(page.page.locator(over))
-    left, top = int(box["x"] - map_box["x"]), int(box["y"] - map_box["y"])
+    west_px, north_px = int(box["x"] - map_box["x"]), int(box["y"] - map_box["y"])
     covered = np.zeros(shape[:2], np.bool_)
-    covered[top : top + int(box["height"]) + 1, left : left + int(box["width"]) + 1] = True
+    covered[north_px : north_px + int(box["height"]) + 1, west_px : west_px + int(box["width"]) + 1] = True
     return covered
 
 
@@ -278,14 +278,14 @@ def driven(served: Served) -> dict[str, Any]:
     return answer
 
 
-def test_residuals_are_coloured_on_the_map_told_under_the_pointer_and_leave_with_the_tab(
+def test_residuals_are_coloured_on_the_map_shown_under_the_pointer_and_leave_with_the_tab(
     visit: Visit, driven: dict[str, Any], served: Served
 ) -> None:
     residuals = served.ask(driven["links"]["residuals"])
     assert residuals["kind"] == "links"
-    links = [one["properties"] for one in residuals["features"]]
-    most = max(links, key=lambda one: one["mean_w"])
-    coloured = [one for one in links if one["stroke"] == most["stroke"] and one["stroke-opacity"] == 1.0]
+    links = [link["properties"] for link in residuals["features"]]
+    most = max(links, key=lambda link: link["mean_w"])
+    coloured = [link for link in links if link["stroke"] == most["stroke"] and link["stroke-opacity"] == 1.0]
     assert most["mean_w"] == pytest.approx(CONSUMER_W, rel=0.1)
     page = visit(f"?graph=coquimbo&tab=diagnosis&diagnosis={driven['id']}")
     legend = page.page.locator("#legend")
@@ -300,12 +300,14 @@ def test_residuals_are_coloured_on_the_map_told_under_the_pointer_and_leave_with
     middle = rows.size // 2
     page.page.locator("#map").hover(position={"x": int(columns[middle]), "y": int(rows[middle])})
     expect(legend).to_contain_text(" W")
-    told = legend.locator(".residual-readout").inner_text()
-    shown_w = shown_number(told, "W")[0]
-    pointed = [one for one in coloured if one["name"] in told and shown_w == pytest.approx(one["mean_w"], rel=0.01)]
-    assert pointed, told
+    readout = legend.locator(".residual-readout").inner_text()
+    shown_w = shown_number(readout, "W")[0]
+    pointed = [
+        link for link in coloured if link["name"] in readout and shown_w == pytest.approx(link["mean_w"], rel=0.01)
+    ]
+    assert pointed, readout
     low_w, high_w = pointed[0]["ci95"]
-    assert ("95 %" in told) == (low_w < high_w), told
+    assert ("95 %" in readout) == (low_w < high_w), readout
     page.page.get_by_role("tab", name="Route").click()
     expect(legend).to_be_hidden()
     assert np.count_nonzero(same_colour(page.picture(), red)) < 0.02 * rows.size
@@ -313,7 +315,9 @@ def test_residuals_are_coloured_on_the_map_told_under_the_pointer_and_leave_with
 
 def test_report_of_a_result_opens_as_a_page_of_its_own(visit: Visit, driven: dict[str, Any]) -> None:
     page = visit(f"?graph=coquimbo&tab=diagnosis&diagnosis={driven['id']}").page
-    with page.context.expect_event("response", lambda one: one.url.endswith(driven["links"]["report"])) as answered:
+    with page.context.expect_event(
+        "response", lambda response: response.url.endswith(driven["links"]["report"])
+    ) as answered:
         with page.expect_popup() as opened:
             page.get_by_role("link", name="Report", exact=True).click()
         report = opened.value

@@ -39,12 +39,12 @@ def mercator(place: Place) -> tuple[float, float]:
 def pixel_of(page: MapPage, served: Served, place: Place) -> tuple[float, float]:
     """Where a place lies on the map [px from its upper left corner] as long as nobody moved it: all of it is shown."""
     west, south, east, north = served.ask("/graphs/highlands/tiles.json")["bounds"]
-    left, low = mercator((south, west))
-    right, high = mercator((north, east))
+    west_x, low = mercator((south, west))
+    east_x, high = mercator((north, east))
     box = box_of(page.page.locator("#map"))
-    scale = min((box["width"] - 2 * MARGIN_PX) / (right - left), (box["height"] - 2 * MARGIN_PX) / (low - high))
+    scale = min((box["width"] - 2 * MARGIN_PX) / (east_x - west_x), (box["height"] - 2 * MARGIN_PX) / (low - high))
     x, y = mercator(place)
-    return box["width"] / 2 + (x - (left + right) / 2) * scale, box["height"] / 2 + (y - (low + high) / 2) * scale
+    return box["width"] / 2 + (x - (west_x + east_x) / 2) * scale, box["height"] / 2 + (y - (low + high) / 2) * scale
 
 
 def box_of(element: Locator) -> dict[str, float]:

@@ -1,4 +1,4 @@
-"""The area that can be reached: follows every choice, is drawn and told as the service answers."""
+"""The area that can be reached: follows every choice, is drawn and shown as the service answers."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ASKED = {"origin": PLACE, "soc": 0.3, "reserve_soc": 0.1, "bands": [0.1, 0.15, 0
 
 def bands_of(answer: Any) -> list[dict[str, Any]]:
     """Properties of the bands of an answer, the outermost first."""
-    return [one["properties"] for one in answer["features"] if one["properties"]["kind"] == "band"]
+    return [feature["properties"] for feature in answer["features"] if feature["properties"]["kind"] == "band"]
 
 
 def areas_km2(page: MapPage) -> list[float]:
@@ -31,7 +31,7 @@ def areas_km2(page: MapPage) -> list[float]:
 
 
 def check_table(page: MapPage, answer: Any) -> None:
-    """The table shows each band of the answer, and the screen reader is told of the outermost."""
+    """The table shows each band of the answer, and the screen reader hears of the outermost."""
     bands = bands_of(answer)
     rows = page.page.locator("#range tbody tr")
     expect(rows).to_have_count(len(bands))
@@ -42,7 +42,7 @@ def check_table(page: MapPage, answer: Any) -> None:
     check_shown(page.page.locator("#announcer").inner_text(), "km²", bands[0]["area_km2"])
 
 
-def test_range_is_drawn_and_told_as_the_service_answers(visit: Visit, served: Served):
+def test_range_is_drawn_and_shown_as_the_service_answers(visit: Visit, served: Served):
     page = visit("?tab=range&soc=30")
     before = page.picture()
     with page.asking("/range") as found:

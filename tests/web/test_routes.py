@@ -123,8 +123,8 @@ def test_cursor_of_the_chart_is_moved_with_keys_and_shown_on_the_map(routes: Map
     slider.focus()
     routes.page.keyboard.press("End")
     assert float(slider.get_attribute("aria-valuenow") or "") == pytest.approx(eco["distance_m"] / 1000, abs=0.06)
-    told = slider.get_attribute("aria-valuetext") or ""
-    check_shown(told, "%", 100 * eco["soc_end"])
+    value_text = slider.get_attribute("aria-valuetext") or ""
+    check_shown(value_text, "%", 100 * eco["soc_end"])
     assert routes.changed_frac(before, 1e-5) < 0.002
     at_end = routes.picture()
     routes.page.keyboard.press("Home")
@@ -155,8 +155,8 @@ def test_hot_stretch_is_zoomed_to_marked_and_left_again(routes: MapPage, served:
     hot = served.ask("/route", ASKED)["routes"][0]["hot_links"]
     stretches = routes.page.locator("#routes ol").get_by_role("button")
     expect(stretches).to_have_count(len(hot))
-    for stretch, one in zip(stretches.all(), hot, strict=True):
-        check_shown(stretch.inner_text(), "kWh", one["energy_kwh"])
+    for stretch, link in zip(stretches.all(), hot, strict=True):
+        check_shown(stretch.inner_text(), "kWh", link["energy_kwh"])
     before = routes.picture()
     stretches.first.click()
     expect(stretches.first).to_have_attribute("aria-pressed", "true")
@@ -221,9 +221,9 @@ def test_routes_are_saved_as_geojson_that_holds_the_answer(routes: MapPage, serv
     assert name.endswith(".geojson")
     collection = json.loads(text)
     assert collection["type"] == "FeatureCollection"
-    lines = [one for one in collection["features"] if one["geometry"]["type"] == "LineString"]
+    lines = [feature for feature in collection["features"] if feature["geometry"]["type"] == "LineString"]
     answer = served.ask("/route", ASKED)["routes"]
-    assert [one["properties"]["name"] for one in lines] == [route["name"] for route in answer]
+    assert [line["properties"]["name"] for line in lines] == [route["name"] for route in answer]
     for line, route in zip(lines, answer, strict=True):
         assert line["geometry"] == route["geometry"]
         assert line["properties"]["energy_kwh"] == pytest.approx(route["energy_kwh"])

@@ -96,7 +96,7 @@ def test_pairs_that_one_engine_refuses_are_left_out_and_counted(region) -> None:
     rounds = measure_routes(engines, draw_pairs(region, np.random.default_rng(1)), 3)
     # 8 that count, of which 5 warm up, behind every third that does not
     assert (len(rounds.answers), rounds.left_out) == (3, 4)
-    assert all(answer.refused is None for told in rounds.answers for answer in told)
+    assert all(answer.refused is None for answered in rounds.answers for answer in answered)
 
 
 def test_engine_that_refuses_everything_ends_the_asking(region) -> None:
@@ -147,7 +147,7 @@ def test_nodes_in_a_hole_are_not_within(corner) -> None:
 def test_energy_ratio_is_the_median_of_the_routes_ratios(region) -> None:
     engines = [Competitor(name, Squares(name, 1.0, []), 1.0) for name in ("ours", "theirs")]
     rounds = measure_routes(engines, draw_pairs(region, np.random.default_rng(1)), 3)
-    for told, energy_kwh in zip(rounds.answers, (3.0, 5.0, 4.0), strict=True):
-        told[1] = Answer(energy_kwh=energy_kwh)
+    for answered, energy_kwh in zip(rounds.answers, (3.0, 5.0, 4.0), strict=True):
+        answered[1] = Answer(energy_kwh=energy_kwh)
     assert energy_ratio(rounds, "theirs") == 2.0  # 1.5, 2.5 and 2
     assert energy_ratio(rounds, "ours") == 1.0

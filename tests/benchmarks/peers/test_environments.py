@@ -22,7 +22,7 @@ ENGINE = Wanted("Engine", ("engine==1.2", "other"), least=(3, 12), most=(3, 13))
 
 
 @pytest.mark.parametrize("found", [[], [(Path("python3.11"), (3, 11))], [(Path("python3.14"), (3, 14))]])
-def test_no_interpreter_of_a_fitting_version_is_told_in_one_line(found, tmp_path) -> None:
+def test_no_interpreter_of_a_fitting_version_is_named_in_one_line(found, tmp_path) -> None:
     with pytest.raises(PeerUnavailableError) as raised:
         environment(ENGINE, tmp_path, found)
     assert str(raised.value) == "Engine left out: needs Python 3.12 to 3.13, and no such interpreter was found"
@@ -45,7 +45,7 @@ def test_an_interpreter_that_is_not_there_leaves_nothing_half_made(tmp_path) -> 
     assert not (tmp_path / "cache/engine-1.2-python3.12" / DONE).exists()
 
 
-def test_a_program_that_fails_is_told_with_its_last_error() -> None:
+def test_a_program_that_fails_is_named_with_its_last_error() -> None:
     script = (
         "import sys; print('ERROR: no wheel fits', file=sys.stderr); print('a notice', file=sys.stderr); sys.exit(1)"
     )

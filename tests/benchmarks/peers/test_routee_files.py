@@ -62,7 +62,7 @@ def test_every_newer_name_calls_the_older_one_of_its_own_type() -> None:
     ]
 
 
-def test_an_older_glibc_without_a_compiler_is_told_in_one_line(tmp_path, monkeypatch) -> None:
+def test_an_older_glibc_without_a_compiler_is_named_in_one_line(tmp_path, monkeypatch) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
     with pytest.raises(PeerUnavailableError) as raised:
         routee.compiled(routee.newer_names_source(), tmp_path)

@@ -103,7 +103,7 @@ def test_printed_report_has_the_tables_and_no_columns_without_figures() -> None:
 
 
 def test_json_has_the_verdicts() -> None:
-    told = json.loads(report_json(report()))
-    assert [line["met"] for line in told["asked"][0]["lines"]] == [None, None, True, None, False]
-    assert told["asked"][1]["lines"][2]["over"]["median"] == pytest.approx(0.2)
-    assert told["notes"] == ["Engine left out: none"]
+    fields = json.loads(report_json(report()))
+    assert [line["met"] for line in fields["asked"][0]["lines"]] == [None, None, True, None, False]
+    assert fields["asked"][1]["lines"][2]["over"]["median"] == pytest.approx(0.2)
+    assert fields["notes"] == ["Engine left out: none"]

@@ -1,4 +1,4 @@
-"""A straight flat road and one plain drive on it, so that what an effect does can be told by hand."""
+"""A straight flat road and one plain drive on it, so that what an effect does can be computed by hand."""
 
 from __future__ import annotations
 

@@ -19,7 +19,9 @@ def carriers() -> tuple[Carrier, ...]:
     """Recordings of another world, standing in for real ones."""
     regime = Regime(minutes=(10.0, 14.0), air_c=(-5.0, 10.0))
     world, _ = make_world(Order(Kind.NULL, trips=(4, 4), regime=regime), np.random.SeedSequence(31))
-    return tuple(Carrier(one.id, {name: one.channels[name] for name in CHANNELS}) for one in world.recordings)
+    return tuple(
+        Carrier(recording.id, {name: recording.channels[name] for name in CHANNELS}) for recording in world.recordings
+    )
 
 
 def test_a_carried_effect_adds_the_wanted_share_to_the_recorded_power(carriers: tuple[Carrier, ...]) -> None:
@@ -44,7 +46,7 @@ def test_a_carried_effect_on_forces_leaves_standstill_as_it_was(carriers: tuple[
 
 def test_a_carried_effect_brings_the_channels_that_show_it(carriers: tuple[Carrier, ...]) -> None:
     world, _ = carrier_world(VEHICLE, carriers, Wanted("wet_road", 0.02), np.random.SeedSequence(6))
-    assert all("wet" in one.channels for one in world.recordings)
+    assert all("wet" in recording.channels for recording in world.recordings)
 
 
 def test_carriers_without_an_effect_stay_as_recorded(carriers: tuple[Carrier, ...]) -> None:

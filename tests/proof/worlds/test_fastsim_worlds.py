@@ -22,8 +22,8 @@ def residual_share(world: World, folder: Path) -> tuple[np.ndarray, np.ndarray]:
     write_world(world, folder)
     vehicle = load_vehicle(folder / "vehicle.toml")
     drives = [read_recording(path) for path in sorted(folder.glob("*.csv"))]
-    missed = [1.0 - replay(vehicle, one.profile()).energy_j / one.energy_j() for one in drives]
-    return np.array(missed), np.array([one.channels["ambient_c"].mean() for one in world.recordings])
+    missed = [1.0 - replay(vehicle, drive.profile()).energy_j / drive.energy_j() for drive in drives]
+    return np.array(missed), np.array([recording.channels["ambient_c"].mean() for recording in world.recordings])
 
 
 def test_without_climate_the_nameplate_fits_fastsims_drives(tmp_path: Path) -> None:
@@ -46,6 +46,6 @@ def test_with_climate_the_replay_misses_what_the_label_says(tmp_path: Path) -> N
 def test_the_heaters_start_is_limited(tmp_path: Path) -> None:
     order = FastsimOrder(climate=True, trips=(3, 3), air_c=(-10.0, -5.0))
     world, _ = fastsim_world(order, np.random.SeedSequence(SEED))
-    for one in world.recordings:
-        standing = one.channels["speed_kmh"][:4] == 0.0
-        assert one.channels["power_w"][:4][standing].max() < START_LIMIT_W + 600.0
+    for recording in world.recordings:
+        standing = recording.channels["speed_kmh"][:4] == 0.0
+        assert recording.channels["power_w"][:4][standing].max() < START_LIMIT_W + 600.0

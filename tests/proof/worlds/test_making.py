@@ -34,8 +34,8 @@ def replayed(world: World, folder: Path) -> tuple[np.ndarray, np.ndarray]:
     vehicle = load_vehicle(folder / "vehicle.toml")
     assert isinstance(vehicle, Vehicle)
     drives = [read_recording(path) for path in sorted(folder.glob("*.csv"))]
-    recorded = np.array([one.energy_j() for one in drives])
-    return recorded, np.array([replay(vehicle, one.profile()).energy_j for one in drives])
+    recorded = np.array([drive.energy_j() for drive in drives])
+    return recorded, np.array([replay(vehicle, drive.profile()).energy_j for drive in drives])
 
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
@@ -103,16 +103,16 @@ def test_several_effects_each_take_their_share() -> None:
 
 def test_a_separated_twin_is_the_confounded_world_with_more_drives() -> None:
     plan = tuple(replace(order, trips=FEW) for order in confused(CONFUSIONS[0]))
-    (one, label), (twin, twin_label) = worlds(plan, 17)
-    assert one.vehicle_toml == twin.vehicle_toml
-    assert one.id != twin.id
+    (world, label), (twin, twin_label) = worlds(plan, 17)
+    assert world.vehicle_toml == twin.vehicle_toml
+    assert world.id != twin.id
     assert (label.confounded_with, twin_label.confounded_with) == (("rolling",), ())
     strengths = [each.effects["cabin_heating"].strength for each in (label, twin_label)]
     assert strengths[0] == strengths[1]
-    more = [recording.id for recording in twin.recordings[len(one.recordings) :]]
+    more = [recording.id for recording in twin.recordings[len(world.recordings) :]]
     assert twin_label.separating_trips == tuple(more)
     assert len(more) == CONFUSIONS[0].separating_trips
-    for first, second in zip(one.recordings, twin.recordings, strict=False):
+    for first, second in zip(world.recordings, twin.recordings, strict=False):
         assert np.array_equal(first.channels["speed_kmh"], second.channels["speed_kmh"])
         assert np.array_equal(first.channels["power_w"], second.channels["power_w"])
 
@@ -120,7 +120,9 @@ def test_a_separated_twin_is_the_confounded_world_with_more_drives() -> None:
 def test_confounded_cars_do_not_stand_and_the_separating_drives_do() -> None:
     _, twin_order = confused(CONFUSIONS[0])
     world, label = made(twin_order)
-    stands = {one.id: int(np.count_nonzero(one.channels["speed_kmh"] == 0.0)) for one in world.recordings}
+    stands = {
+        recording.id: int(np.count_nonzero(recording.channels["speed_kmh"] == 0.0)) for recording in world.recordings
+    }
     longest = max(seconds for trip, seconds in stands.items() if trip not in label.separating_trips)
     assert longest < 60 < min(stands[trip] for trip in label.separating_trips)
 
@@ -132,7 +134,7 @@ def test_an_outside_draw_is_labelled_with_its_place_and_size(axis: str) -> None:
     assert (label.outside.axis, label.families) == (axis, ())
     assert 400.0 <= label.outside.mean_w <= 6000.0
     if axis == "place":
-        nearest = min(np.abs(one.channels["lat"] - label.outside.low).min() for one in world.recordings)
+        nearest = min(np.abs(recording.channels["lat"] - label.outside.low).min() for recording in world.recordings)
         assert nearest < 0.01
     else:
         assert label.outside.low < label.outside.high
@@ -149,8 +151,8 @@ def test_the_same_seed_gives_the_same_world_and_another_a_different_one() -> Non
     assert [label for _, label in first] == [label for _, label in again]
     assert all(
         np.array_equal(a.channels["power_w"], b.channels["power_w"])
-        for (one, _), (two, _) in zip(first, again, strict=True)
-        for a, b in zip(one.recordings, two.recordings, strict=True)
+        for (world, _), (world_again, _) in zip(first, again, strict=True)
+        for a, b in zip(world.recordings, world_again.recordings, strict=True)
     )
     made_worlds = [world for world, _ in (*first, *other)]
     assert len({world.id for world in made_worlds}) == 4

@@ -26,12 +26,12 @@ def windy() -> tuple[World, Label]:
 def test_recordings_read_back_as_they_were_sensed(tmp_path: Path, windy: tuple[World, Label]) -> None:
     world, _ = windy
     write_world(world, tmp_path)
-    for one in world.recordings:
-        read = read_recording(tmp_path / f"{one.id}.csv")
-        assert read.id == one.id
-        assert read.time_s == pytest.approx(one.channels["time_s"])
-        assert read.speed_mps == pytest.approx(one.channels["speed_kmh"] / 3.6, abs=1e-3)
-        assert read.power_w == pytest.approx(one.channels["power_w"], abs=0.51)
+    for recording in world.recordings:
+        read = read_recording(tmp_path / f"{recording.id}.csv")
+        assert read.id == recording.id
+        assert read.time_s == pytest.approx(recording.channels["time_s"])
+        assert read.speed_mps == pytest.approx(recording.channels["speed_kmh"] / 3.6, abs=1e-3)
+        assert read.power_w == pytest.approx(recording.channels["power_w"], abs=0.51)
         assert read.wind_speed_mps is not None
         assert read.heading_rad is not None
 
@@ -45,9 +45,9 @@ def test_channels_stay_within_what_a_recording_may_hold(windy: tuple[World, Labe
         "heading_deg": (0.0, 360.0),
         "wind_speed_mps": (0.0, 60.0),
     }
-    for one in windy[0].recordings:
+    for recording in windy[0].recordings:
         for name, (low, high) in ranges.items():
-            assert low <= one.channels[name].min() <= one.channels[name].max() <= high
+            assert low <= recording.channels[name].min() <= recording.channels[name].max() <= high
 
 
 def test_the_tools_folder_holds_vehicle_and_recordings_and_no_word_of_the_label(
@@ -57,7 +57,7 @@ def test_the_tools_folder_holds_vehicle_and_recordings_and_no_word_of_the_label(
     write_world(world, tmp_path)
     assert {path.name for path in tmp_path.iterdir()} == {
         "vehicle.toml",
-        *(f"{one.id}.csv" for one in world.recordings),
+        *(f"{recording.id}.csv" for recording in world.recordings),
     }
     words = {*Kind, *CAUSES, *(cause.family for cause in CAUSES.values()), label.world_id, "seed", "strength"}
     for path in tmp_path.iterdir():
