@@ -3,16 +3,28 @@
 from __future__ import annotations
 
 import itertools
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from energy.chain.chain import LinkModel, StopRule, simulate_chain
+from energy.vehicle.files import load_vehicle
+from energy.vehicle.vehicle import Vehicle
 from reproduction.published import TABLE_IV, TRIP_COUNT, TYPE_OF, RouteType, SourceRoute
 from reproduction.routes import SOURCE_RUNS, source_route
 from reproduction.runs import SourceModel, drive_source_trips, route_energies_j, type_averages
 
 SEEDS = (1, 2, 3)
+VEHICLES = Path(__file__).resolve().parents[2] / "data" / "vehicles"
+
+
+@pytest.fixture(scope="module")
+def kona() -> Vehicle:
+    """The source's car as bundled."""
+    vehicle = load_vehicle(VEHICLES / "hyundai-kona-64.toml")
+    assert isinstance(vehicle, Vehicle)
+    return vehicle
 
 
 @pytest.mark.parametrize("route", SourceRoute)
