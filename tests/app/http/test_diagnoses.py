@@ -376,6 +376,7 @@ def test_diagnosis_that_runs_when_the_service_stops_is_interrupted(
         (f"{socket.gethostname()}:{os.getppid()}:aa", "running"),
         ("another-host:1:aa", "running"),
     ],
+    ids=["ended", "started again", "of a process that runs", "of another machine"],
 )
 def test_diagnosis_of_a_worker_that_is_gone_is_interrupted(
     settings: Settings, service: Service, recordings: Path, tmp_path: Path, worker: str, state: str
