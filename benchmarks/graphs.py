@@ -40,7 +40,7 @@ class Made:
 
 
 @dataclass(frozen=True, slots=True)
-class Loaded:
+class LoadedGraph:
     """One graph loaded by a fresh process, its files in the page cache.
 
     load_s: median of several; added_mb: resident after the first load; touched_mb: after reading every array to its
@@ -64,9 +64,9 @@ def synthesize_in_process(name: str, links: int, seed: int, folder: Path) -> Mad
     return _made(name, "synth", [str(folder), str(links), str(seed)])
 
 
-def load_in_process(folder: Path) -> Loaded:
+def load_in_process(folder: Path) -> LoadedGraph:
     """Load a saved graph in a fresh process."""
-    return Loaded(**_measured_in_process(["load", str(folder)])[0])
+    return LoadedGraph(**_measured_in_process(["load", str(folder)])[0])
 
 
 def _made(name: str, kind: str, arguments: list[str]) -> Made:
@@ -113,7 +113,7 @@ def _make(kind: str, arguments: list[str]) -> dict[str, float]:
     }
 
 
-def _load(folder: Path) -> Loaded:
+def _load(folder: Path) -> LoadedGraph:
     from routing.graph.files import load_graph
     from routing.graph.road_graph import ARRAY_NAMES
 
@@ -130,7 +130,7 @@ def _load(folder: Path) -> Loaded:
         began = time.perf_counter()
         load_graph(folder)
         took.append(time.perf_counter() - began)
-    return Loaded(
+    return LoadedGraph(
         float(np.median(took)),
         difference_mb(loaded, before),
         difference_mb(touched, before),

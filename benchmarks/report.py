@@ -14,7 +14,7 @@ from benchmarks.searches import RESERVE_SOC_FRAC, TARGET_RATIO
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from benchmarks.graphs import Loaded, Made
+    from benchmarks.graphs import LoadedGraph, Made
     from benchmarks.machine import Machine
     from benchmarks.models import ModelFigures
     from benchmarks.queries import QueryFigures
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Settings:
+class BenchSettings:
     """What was asked for."""
 
     vehicle: str
@@ -38,7 +38,7 @@ class GraphFigures:
     """Everything measured on one graph."""
 
     made: Made
-    loaded: Loaded
+    loaded: LoadedGraph
     searches: list[SearchFigures]
     queries: list[QueryFigures]
     models: ModelFigures | None
@@ -50,7 +50,7 @@ class Report:
 
     machine: Machine
     load_after: float
-    settings: Settings
+    settings: BenchSettings
     graphs: list[GraphFigures]
     notes: list[str]
 

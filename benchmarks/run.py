@@ -21,7 +21,7 @@ from benchmarks.machine import this_machine
 from benchmarks.models import measure_models
 from benchmarks.peers.environments import default_cache
 from benchmarks.queries import measure_queries
-from benchmarks.report import GraphFigures, Report, Settings, print_report, report_json
+from benchmarks.report import BenchSettings, GraphFigures, Report, print_report, report_json
 from benchmarks.scale.regions import cache_folder
 from benchmarks.scale.report import print_scale, scale_json
 from benchmarks.scale.run import LINKS, measure_scale, scale_settings
@@ -75,7 +75,7 @@ def main(argv: list[str]) -> int:
     except (CalledProcessError, ValueError, RoutingError) as error:
         errors.print(str(error), style="red", markup=False, highlight=False)
         return 1
-    settings = Settings(VEHICLE, asked.seed, asked.sources, asked.repeat, asked.pairs, asked.ranges)
+    settings = BenchSettings(VEHICLE, asked.seed, asked.sources, asked.repeat, asked.pairs, asked.ranges)
     report = Report(machine, os.getloadavg()[0], settings, graphs, notes)
     if asked.json:
         print(report_json(report))

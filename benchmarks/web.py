@@ -46,7 +46,7 @@ class Weight:
 
 
 @dataclass(frozen=True, slots=True)
-class Visit:
+class PageVisit:
     """One visit of the page. drawn_s: from the navigation's start until the map stands still with all of its tiles."""
 
     drawn_s: float
@@ -63,9 +63,9 @@ class WebFigures:
 
     graph: str
     ready_s: float
-    first: Visit
-    fresh: tuple[Visit, ...]
-    again: tuple[Visit, ...]
+    first: PageVisit
+    fresh: tuple[PageVisit, ...]
+    again: tuple[PageVisit, ...]
 
 
 def measure_web(repeat: int) -> WebFigures:
@@ -96,18 +96,18 @@ def _context(browser: Browser) -> Iterator[BrowserContext]:
         context.close()
 
 
-def _fresh_visit(browser: Browser, url: str) -> Visit:
+def _fresh_visit(browser: Browser, url: str) -> PageVisit:
     with _context(browser) as context:
         return _visit(context, url)
 
 
-def _visit(context: BrowserContext, url: str) -> Visit:
+def _visit(context: BrowserContext, url: str) -> PageVisit:
     page = context.new_page()
     fetched = _Fetched(page)
     page.goto(url)
     page.wait_for_selector(DRAWN, timeout=WAIT_MS)
     drawn_ms = page.evaluate('performance.getEntriesByName("map-drawn")[0].startTime')
-    visit = Visit(drawn_ms / 1000.0, fetched.weights())
+    visit = PageVisit(drawn_ms / 1000.0, fetched.weights())
     page.close()
     return visit
 

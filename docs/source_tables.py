@@ -44,7 +44,7 @@ from reproduction.published import (
     TypeAverages,
 )
 from reproduction.routes import source_route
-from reproduction.runs import Drive, SourceModel, drive_source_trips, loaded_as, route_energies_j, type_averages
+from reproduction.runs import DriveSums, SourceModel, drive_source_trips, loaded_as, route_energies_j, type_averages
 
 DOCS: Final = Path(__file__).resolve().parent
 PAGE: Final = DOCS / "source-tables.md"
@@ -53,7 +53,7 @@ SEEDS: Final = tuple(range(1, 11))
 FEWER_STOPS_FRAC: Final = 1.0 + COMPLEX_URBAN_STOPS_PERCENT / 100.0
 
 
-def _fast(link_model: LinkModel) -> Callable[[Vehicle, Chain], Drive]:
+def _fast(link_model: LinkModel) -> Callable[[Vehicle, Chain], DriveSums]:
     return lambda vehicle, chain: simulate_chain(vehicle, chain, link_model=link_model)
 
 
@@ -189,7 +189,7 @@ def _printed_time(driven: Driven) -> str:
     return markdown_table(header, rows)
 
 
-def _plain_urban(vehicle: Vehicle, link_model: LinkModel) -> Drive:
+def _plain_urban(vehicle: Vehicle, link_model: LinkModel) -> DriveSums:
     row = TABLE_IV[RouteType.URBAN]
     runs = round(row.stops) + 1
     simple = dataclasses.replace(
@@ -206,7 +206,7 @@ def _plain_urban(vehicle: Vehicle, link_model: LinkModel) -> Drive:
     return simulate_chain(simple, chain, link_model=link_model)
 
 
-def _kmh(drive: Drive) -> float:
+def _kmh(drive: DriveSums) -> float:
     return drive.distance_m / drive.duration_s * KMH_PER_MPS
 
 

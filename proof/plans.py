@@ -14,7 +14,7 @@ from proof.source import OF_THE_WORLDS, source_hash
 from proof.worlds.carriers import carrier_world
 from proof.worlds.fastsim_worlds import FastsimOrder, fastsim_world
 from proof.worlds.making import make_world
-from proof.worlds.orders import Order, Wanted, small_plan, standard_plan
+from proof.worlds.orders import WantedEffect, WorldOrder, small_plan, standard_plan
 from proof.worlds.share import ShareError
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from proof.carriers import Carried
-    from proof.worlds.world import Label, World
+    from proof.worlds.world import World, WorldLabel
 
 ATTEMPTS: Final = 5
 AGAIN: Final = 100_000
@@ -37,10 +37,10 @@ class CarrierOrder:
 
     folder: Path
     vehicle: Path
-    wanted: Wanted | None
+    wanted: WantedEffect | None
 
 
-AnyOrder = Order | FastsimOrder | CarrierOrder
+AnyOrder = WorldOrder | FastsimOrder | CarrierOrder
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,7 +66,7 @@ def full_plan(carriers: Path | None = None, vehicle: Path | None = None) -> tupl
     plan: tuple[AnyOrder, ...] = standard_plan(pairs=5, few=12)
     plan += (FastsimOrder(climate=True),) * FASTSIM_EACH + (FastsimOrder(climate=False),) * FASTSIM_EACH
     if carriers is not None and vehicle is not None:
-        wanted = (None, *(Wanted(name, CARRIED_SHARE) for name in CARRIED_EFFECTS))
+        wanted = (None, *(WantedEffect(name, CARRIED_SHARE) for name in CARRIED_EFFECTS))
         plan += tuple(CarrierOrder(carriers, vehicle, effect) for effect in wanted)
     return plan
 
@@ -75,12 +75,12 @@ def places(plan: Sequence[AnyOrder], seed: int) -> tuple[Place, ...]:
     """Each world with its seed: its place in the plan, or for a twin that of the world before it."""
     found: list[Place] = []
     for at, order in enumerate(plan):
-        twin = isinstance(order, Order) and order.twin
+        twin = isinstance(order, WorldOrder) and order.twin
         found.append(Place(order, seed, found[-1].key if twin else (at,)))
     return tuple(found)
 
 
-def made(place: Place) -> tuple[World, Label]:
+def made(place: Place) -> tuple[World, WorldLabel]:
     """The world of a place and its label, the same whenever it is made; drives that can't carry it are drawn anew.
 
     Raises ModuleNotFoundError where fastsim is ordered and not installed, ShareError where no drives could carry what
@@ -95,7 +95,7 @@ def made(place: Place) -> tuple[World, Label]:
     raise AssertionError("unreachable")
 
 
-def _made(order: AnyOrder, seeds: np.random.SeedSequence) -> tuple[World, Label]:
+def _made(order: AnyOrder, seeds: np.random.SeedSequence) -> tuple[World, WorldLabel]:
     if isinstance(order, FastsimOrder):
         return fastsim_world(order, seeds)
     if isinstance(order, CarrierOrder):

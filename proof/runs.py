@@ -27,9 +27,9 @@ if TYPE_CHECKING:
     from proof.figures import Figure
     from proof.hidden_columns import HiddenProof
     from proof.plans import AnyOrder, Place
-    from proof.scheduling import Workers
+    from proof.scheduling import ProofWorkers
     from proof.scores import Compared
-    from proof.worlds.world import Label
+    from proof.worlds.world import WorldLabel
 
     Progress = Callable[[str, float], None]
 
@@ -131,7 +131,7 @@ def _sealed_before(folder: Path, planned: Sequence[Place]) -> Seal | None:
     return seal
 
 
-def _made_and_sealed(spread: Workers, planned: Sequence[Place], folder: Path, report: Progress) -> Seal:
+def _made_and_sealed(spread: ProofWorkers, planned: Sequence[Place], folder: Path, report: Progress) -> Seal:
     there = made_before(folder)
     seeds = {there[place.digest()]: place for place in planned if place.digest() in there}
     missing = [place for place in planned if place.digest() not in there]
@@ -149,7 +149,7 @@ def _made_and_sealed(spread: Workers, planned: Sequence[Place], folder: Path, re
     return seal_all(seeds, folder, plan_digest(planned), unmade)
 
 
-def _answer_all(spread: Workers, seal: Seal, order: ProofOrder, tool: str, report: Progress) -> None:
+def _answer_all(spread: ProofWorkers, seal: Seal, order: ProofOrder, tool: str, report: Progress) -> None:
     worlds = sorted(path.name for path in (order.folder / WORLDS).iterdir() if path.name in seal.worlds)
     calls = []
     for k, world_id in enumerate(worlds):
@@ -161,7 +161,9 @@ def _answer_all(spread: Workers, seal: Seal, order: ProofOrder, tool: str, repor
         report(ANSWERING, done / len(calls))
 
 
-def _cases(spread: Workers, labels: Mapping[str, Label], folder: Path, tool: str, report: Progress) -> tuple[Case, ...]:
+def _cases(
+    spread: ProofWorkers, labels: Mapping[str, WorldLabel], folder: Path, tool: str, report: Progress
+) -> tuple[Case, ...]:
     """Every world with its answer, and with the oracle's where it has one."""
     answers = {world_id: read_answer(folder / ANSWERS / f"{world_id}.json") for world_id in labels}
     calls = []
@@ -184,7 +186,7 @@ def oracle_answered(world: Path, effects: tuple[str, ...], file: Path, tool: str
     return world.name
 
 
-def _hidden(spread: Workers, order: ProofOrder, report: Progress) -> HiddenProof | None:
+def _hidden(spread: ProofWorkers, order: ProofOrder, report: Progress) -> HiddenProof | None:
     if order.recordings is None or order.vehicle is None:
         return None
     seeds = split_seeds(order.seed)

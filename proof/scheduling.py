@@ -19,7 +19,7 @@ ONE_THREAD: Final = dict.fromkeys(
 )
 
 
-class Workers:
+class ProofWorkers:
     """Processes that take calls of functions and hand their results back as they are done."""
 
     def __init__(self, distributed: Any, client: Any) -> None:
@@ -47,7 +47,7 @@ class Workers:
 
 
 @contextmanager
-def workers(count: int, scheduler: str | None = None) -> Iterator[Workers]:
+def workers(count: int, scheduler: str | None = None) -> Iterator[ProofWorkers]:
     """Processes of this machine, or the workers of the scheduler at an address; they must see the same folders.
 
     Raises ProofError without Dask, or where nothing answers at the address.
@@ -63,7 +63,7 @@ def workers(count: int, scheduler: str | None = None) -> Iterator[Workers]:
         except (OSError, ValueError, TimeoutError) as error:
             raise ProofError(f"--scheduler is {scheduler!r}, allowed: the address of a running scheduler") from error
         with client:
-            yield Workers(distributed, client)
+            yield ProofWorkers(distributed, client)
         return
     with (
         dask.config.set(
@@ -79,4 +79,4 @@ def workers(count: int, scheduler: str | None = None) -> Iterator[Workers]:
         ) as cluster,
         distributed.Client(cluster) as client,
     ):
-        yield Workers(distributed, client)
+        yield ProofWorkers(distributed, client)

@@ -27,7 +27,7 @@ from proof.scoring import (
     says_anything,
     says_too_few,
 )
-from proof.worlds.world import Kind
+from proof.worlds.world import WorldKind
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -38,8 +38,14 @@ if TYPE_CHECKING:
 
 SIZES: Final = (0.02, 0.05, 0.12)
 LEAST_FOR_ORACLE: Final = 0.045  # of the energy: what was ordered as 5 %
-NOTHING: Final = (Kind.NULL, Kind.NULL_WRONG_PARAMETERS)
-OF_THE_LIBRARY: Final = (*NOTHING, Kind.SINGLE, Kind.SEVERAL, Kind.CONFOUNDED, Kind.CONFOUNDED_SEPARATED)
+NOTHING: Final = (WorldKind.NULL, WorldKind.NULL_WRONG_PARAMETERS)
+OF_THE_LIBRARY: Final = (
+    *NOTHING,
+    WorldKind.SINGLE,
+    WorldKind.SEVERAL,
+    WorldKind.CONFOUNDED,
+    WorldKind.CONFOUNDED_SEPARATED,
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,12 +80,12 @@ def size_of(case: Case) -> float:
     return min(SIZES, key=lambda size: abs(size - max(shares)))
 
 
-def _of(cases: Iterable[Case], *kinds: Kind) -> list[Case]:
+def _of(cases: Iterable[Case], *kinds: WorldKind) -> list[Case]:
     return [case for case in cases if case.label.kind in kinds]
 
 
 def _of_nothing(cases: Sequence[Case]) -> tuple[Figure, ...]:
-    null, wrong = _of(cases, Kind.NULL), _of(cases, Kind.NULL_WRONG_PARAMETERS)
+    null, wrong = _of(cases, WorldKind.NULL), _of(cases, WorldKind.NULL_WRONG_PARAMETERS)
     group = "nothing left out"
     target = Target(high=0.05)
     return (
@@ -100,7 +106,7 @@ def _of_nothing(cases: Sequence[Case]) -> tuple[Figure, ...]:
 
 
 def _recall(cases: Sequence[Case]) -> tuple[Figure, ...]:
-    single, several = _of(cases, Kind.SINGLE), _of(cases, Kind.SEVERAL)
+    single, several = _of(cases, WorldKind.SINGLE), _of(cases, WorldKind.SEVERAL)
     targets = {0.05: Target(low=0.95), 0.12: Target(low=1.0)}
     found = []
     for size in SIZES:
@@ -150,7 +156,7 @@ def _false(cases: Iterable[Case]) -> list[bool]:
 
 
 def _confounded(cases: Sequence[Case]) -> tuple[Figure, ...]:
-    open_, separated = _of(cases, Kind.CONFOUNDED), _of(cases, Kind.CONFOUNDED_SEPARATED)
+    open_, separated = _of(cases, WorldKind.CONFOUNDED), _of(cases, WorldKind.CONFOUNDED_SEPARATED)
     target = Target(low=0.9)
     clear = (all(names_clearly(case.answer, family) for family in case.label.families) for case in open_)
     return (
@@ -169,7 +175,7 @@ def _confounded(cases: Sequence[Case]) -> tuple[Figure, ...]:
 
 
 def _outside(cases: Sequence[Case]) -> tuple[Figure, ...]:
-    outside = _of(cases, Kind.OUTSIDE)
+    outside = _of(cases, WorldKind.OUTSIDE)
     located = [case.label.outside is not None and locates(case.answer, case.label.outside) for case in outside]
     group = "outside the library"
     return (
@@ -204,7 +210,7 @@ def _mean_squares(cases: Sequence[Case], predicted: Callable[[Case], Sequence[fl
             mean_square(case.answer, _energies_of(case, "before_kwh")),
             mean_square(case.answer, case.oracle.held_out_kwh),
         )
-        for case in _of(cases, Kind.SINGLE, Kind.SEVERAL)
+        for case in _of(cases, WorldKind.SINGLE, WorldKind.SEVERAL)
         if case.oracle is not None
         and case.answer.held_out
         and max(truth.energy_share for truth in case.label.effects.values()) >= LEAST_FOR_ORACLE
@@ -213,7 +219,7 @@ def _mean_squares(cases: Sequence[Case], predicted: Callable[[Case], Sequence[fl
 
 
 def _few(cases: Sequence[Case]) -> tuple[Figure, ...]:
-    few = _of(cases, Kind.FEW_TRIPS)
+    few = _of(cases, WorldKind.FEW_TRIPS)
     return (
         share("few trips", "says too few, concludes nothing", (says_too_few(case.answer) for case in few)),
         share("few trips", "a false finding", (clearly_wrong(case.answer, case.label) for case in few)),
@@ -221,7 +227,7 @@ def _few(cases: Sequence[Case]) -> tuple[Figure, ...]:
 
 
 def _other_makers(cases: Sequence[Case]) -> tuple[Figure, ...]:
-    other = [case for case in _of(cases, Kind.FASTSIM) if case.answer.error is None]
+    other = [case for case in _of(cases, WorldKind.FASTSIM) if case.answer.error is None]
     climate, calm = ([case for case in other if bool(case.label.effects) is with_it] for with_it in (True, False))
     rows = np.array(
         [
@@ -232,7 +238,7 @@ def _other_makers(cases: Sequence[Case]) -> tuple[Figure, ...]:
             for case in climate
         ]
     ).reshape(-1, 2)
-    carried = [case for case in _of(cases, Kind.CARRIER) if case.label.effects]
+    carried = [case for case in _of(cases, WorldKind.CARRIER) if case.label.effects]
     group = "worlds driven by fastsim"
     return (
         share(group, "climate: thermal named clearly", _named(climate, names_clearly)),
@@ -298,7 +304,7 @@ def _line(
     false: list[bool] = []
     if claimed is not None:
         alarms = [bool(claimed(case)) for case in _of(cases, *NOTHING)]
-        single = [case for case in _of(cases, Kind.SINGLE) if size_of(case) == SIZES[1]]
+        single = [case for case in _of(cases, WorldKind.SINGLE) if size_of(case) == SIZES[1]]
         named = [family in claimed(case) for case in single for family in case.label.families]
         known = _of(cases, *OF_THE_LIBRARY)
         false = [family not in case.label.families for case in known for family in claimed(case)]

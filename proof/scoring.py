@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from proof.answers import Answer, Claim, Rule, Spot
-    from proof.worlds.world import Label, OutsideTruth
+    from proof.worlds.world import OutsideTruth, WorldLabel
 
 LEAST_OVERLAP_FRAC: Final = 0.5
 NEAR_M: Final = 500.0
@@ -38,7 +38,7 @@ AXES: Final[Mapping[str, tuple[str, float]]] = MappingProxyType(
 class Case:
     """A world's label, what the tool said, and the oracle's energies where the world has an oracle."""
 
-    label: Label
+    label: WorldLabel
     answer: Answer
     oracle: Rule | None = None
 
@@ -73,7 +73,7 @@ def is_false(claim: Claim, families: Sequence[str]) -> bool:
     return not {claim.family, *claim.rivals} & set(families)
 
 
-def cannot_tell(answer: Answer, label: Label) -> bool:
+def cannot_tell(answer: Answer, label: WorldLabel) -> bool:
     """Whether a finding leaves open a true family and one that is declared to be confounded with it."""
     return any(
         {claim.family, *claim.rivals} & set(label.families)
@@ -82,12 +82,12 @@ def cannot_tell(answer: Answer, label: Label) -> bool:
     )
 
 
-def clearly_wrong(answer: Answer, label: Label) -> bool:
+def clearly_wrong(answer: Answer, label: WorldLabel) -> bool:
     """Whether a finding without rivals is of a family that is not true."""
     return any(is_clear(claim) and is_false(claim, label.families) for claim in answer.claims)
 
 
-def resolves(answer: Answer, label: Label) -> bool:
+def resolves(answer: Answer, label: WorldLabel) -> bool:
     """Whether every true family is named clearly, and none that is not true."""
     return all(names_clearly(answer, family) for family in label.families) and not clearly_wrong(answer, label)
 
@@ -135,7 +135,7 @@ def says_too_few(answer: Answer) -> bool:
     return answer.verdict == Verdict.TOO_FEW_TRIPS.value and not answer.claims
 
 
-def intervals_cover(answer: Answer, label: Label) -> tuple[bool, ...]:
+def intervals_cover(answer: Answer, label: WorldLabel) -> tuple[bool, ...]:
     """For each true family that is found: whether the 95 % interval of its energy holds the true energy.
 
     True is the net energy of all effects of the family over the fitted trips: with them less without, signs kept.

@@ -12,7 +12,7 @@ from proof.errors import BrokenSealError
 from proof.plans import made
 from proof.worlds.sealing import LABEL_FILE, SEAL_FILE, SealError, check_seal, label_text, write_labels
 from proof.worlds.share import ShareError
-from proof.worlds.world import EffectTruth, Kind, Label, OutsideTruth, write_world
+from proof.worlds.world import EffectTruth, OutsideTruth, WorldKind, WorldLabel, write_world
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -90,7 +90,7 @@ def read_seal(folder: Path) -> Seal | None:
     return Seal(read["sha256"], read["plan"], tuple(read["worlds"]), read["unmade"])
 
 
-def open_labels(folder: Path, digest: str) -> dict[str, Label]:
+def open_labels(folder: Path, digest: str) -> dict[str, WorldLabel]:
     """The labels by world, if they are the ones that were sealed; else raises BrokenSealError naming what is not."""
     labels = folder / LABELS
     try:
@@ -105,17 +105,17 @@ def open_labels(folder: Path, digest: str) -> dict[str, Label]:
     return {path.parent.name: read_label(path) for path in sorted(labels.glob(f"*/{LABEL_FILE}"))}
 
 
-def read_label(file: Path) -> Label:
+def read_label(file: Path) -> WorldLabel:
     """A label as it was written."""
     read: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-    read["kind"] = Kind(read["kind"])
+    read["kind"] = WorldKind(read["kind"])
     read["effects"] = {
         name: EffectTruth(**{**truth, "trips": tuple(truth["trips"])}) for name, truth in read["effects"].items()
     }
     read["outside"] = None if read["outside"] is None else OutsideTruth(**read["outside"])
     for name in ("families", "confounded_with", "separating_trips"):
         read[name] = tuple(read[name])
-    return Label(**read)
+    return WorldLabel(**read)
 
 
 def _digest(folder: Path) -> str:

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from energy.vehicle.vehicle import Vehicle
 
 
-class Drive(Protocol):
+class DriveSums(Protocol):
     """What any model says of a drive: sums over its route in SI units."""
 
     @property
@@ -48,7 +48,7 @@ class SourceModel:
     """A model by name, and how it drives a vehicle along a chain from rest to rest."""
 
     name: str
-    drive: Callable[[Vehicle, Chain], Drive]
+    drive: Callable[[Vehicle, Chain], DriveSums]
 
 
 def drive_source_trips(vehicle: Vehicle, model: SourceModel, seed: int) -> tuple[TripRecord, ...]:

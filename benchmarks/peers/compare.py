@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
     from typing import Any
 
-    from benchmarks.peers.questions import Answer, Engine, Place
+    from benchmarks.peers.questions import Engine, EngineAnswer, Place
     from routing.graph.road_graph import RoadGraph
 
 WARM_UP: Final = 5  # rounds asked untimed
@@ -46,7 +46,7 @@ class Rounds:
     """
 
     names: tuple[str, ...]
-    answers: list[list[Answer]]
+    answers: list[list[EngineAnswer]]
     reached: list[list[int]]
     left_out: int
 
@@ -58,7 +58,7 @@ def measure_routes(
     progress: Callable[[float], None] = lambda done: None,
 ) -> Rounds:
     """Ask for routes, each pair once; the engine that is asked first changes from pair to pair."""
-    answers: list[list[Answer]] = []
+    answers: list[list[EngineAnswer]] = []
     looked = 0
     for start, goal in pairs:
         question = Question(start, goal)
@@ -141,13 +141,13 @@ def _charge_as_far(competitors: Sequence[Competitor], graph: RoadGraph, origin: 
     return charge_reaching(competitors[0].engine, graph, origin, nodes) if nodes >= LEAST_NODES else None
 
 
-def _nodes(graph: RoadGraph, answer: Answer) -> int:
+def _nodes(graph: RoadGraph, answer: EngineAnswer) -> int:
     return nodes_within(graph, answer.shape) if answer.shape is not None else answer.reached or 0
 
 
-def _ask_all(competitors: Sequence[Competitor], questions: Sequence[Question], first: int) -> list[Answer]:
+def _ask_all(competitors: Sequence[Competitor], questions: Sequence[Question], first: int) -> list[EngineAnswer]:
     """Answers in the order of the competitors, of whom another one begins each time."""
-    answers: list[Answer | None] = [None] * len(competitors)
+    answers: list[EngineAnswer | None] = [None] * len(competitors)
     for k in range(len(competitors)):
         i = (first + k) % len(competitors)
         answers[i] = competitors[i].engine.ask(questions[i])

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from urllib.parse import urlencode, urlsplit
 
 from benchmarks.browser import served
-from benchmarks.peers.questions import Answer, Question
+from benchmarks.peers.questions import EngineAnswer, Question
 from benchmarks.peers.worker import ONE_THREAD
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ class Ours:
         self._connection = http.client.HTTPConnection(urlsplit(address).netloc, timeout=ASK_S)
         self._asked = -KEPT_OPEN_S
 
-    def ask(self, question: Question) -> Answer:
+    def ask(self, question: Question) -> EngineAnswer:
         """The answer, which may be a refusal."""
         return self._area(question) if question.goal is None else self._route(question)
 
@@ -41,17 +41,17 @@ class Ours:
         """Close the connection."""
         self._connection.close()
 
-    def _route(self, question: Question) -> Answer:
+    def _route(self, question: Question) -> EngineAnswer:
         body = json.dumps({"start": _place(question.start), "goal": _place(question.goal), "soc": ROUTE_CHARGE_FRAC})
         status, said, seconds = self._timed("POST", "/route", body.encode())
         answer = json.loads(said)
         if status != HTTP_OK:
-            return Answer(refused=answer["detail"])
+            return EngineAnswer(refused=answer["detail"])
         route = answer["routes"][0]
         if not route["feasible"]:
-            return Answer(refused="not feasible on this charge")
+            return EngineAnswer(refused="not feasible on this charge")
         line = route["geometry"]["coordinates"]
-        return Answer(
+        return EngineAnswer(
             seconds=seconds,
             search_s=sum(search["seconds"] for search in answer["stats"]),
             size_bytes=len(said),
@@ -60,17 +60,17 @@ class Ours:
             ends=((line[0][1], line[0][0]), (line[-1][1], line[-1][0])),
         )
 
-    def _area(self, question: Question) -> Answer:
+    def _area(self, question: Question) -> EngineAnswer:
         lat, lon = question.start
         asked = urlencode({"lat": lat, "lon": lon, "soc": f"{question.budget:.6f}", "bands": BANDS})
         status, said, seconds = self._timed("GET", f"/range?{asked}", None)
         answer = json.loads(said)
         if status != HTTP_OK:
-            return Answer(refused=answer["detail"])
+            return EngineAnswer(refused=answer["detail"])
         widest = next(
             feature for feature in answer["features"] if feature["properties"]["kind"] == "band"
         )  # outermost first
-        return Answer(
+        return EngineAnswer(
             seconds=seconds,
             search_s=answer["stats"]["seconds"],
             size_bytes=len(said),

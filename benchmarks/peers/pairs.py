@@ -11,7 +11,7 @@ from routing.graph.earth import great_circle_m
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from benchmarks.peers.questions import Answer, Place, Question
+    from benchmarks.peers.questions import EngineAnswer, Place, Question
     from routing.graph.road_graph import RoadGraph
 
 APART_M: Final = 25_000.0
@@ -38,7 +38,7 @@ def draw_places(graph: RoadGraph, rng: np.random.Generator) -> Iterator[Place]:
         yield _place(graph, int(rng.integers(graph.node_count)))
 
 
-def on_those_roads(question: Question, answer: Answer) -> bool:
+def on_those_roads(question: Question, answer: EngineAnswer) -> bool:
     """Whether a route, as far as it has its ends, begins and ends within 100 m of the places that were asked for."""
     if answer.ends is None or question.goal is None:
         return True

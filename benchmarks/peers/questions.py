@@ -31,7 +31,7 @@ class Question:
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class EngineAnswer:
     """One answer; seconds: the whole call; search_s: of that the search, None where the engine does not say.
 
     distance_m, energy_kwh, ends: of a route; without ends the engine itself refuses what is far from its roads.
@@ -53,11 +53,11 @@ class Answer:
 class Engine(Protocol):
     """Anything that answers questions."""
 
-    def ask(self, question: Question) -> Answer:
+    def ask(self, question: Question) -> EngineAnswer:
         """The answer, which may be a refusal."""
 
 
-def line_of(sent: Question | Answer) -> str:
+def line_of(sent: Question | EngineAnswer) -> str:
     """One line of JSON."""
     return json.dumps(asdict(sent)) + "\n"
 
@@ -69,14 +69,14 @@ def question_of(line: str) -> Question:
     return Question(_place(fields["start"]), None if goal is None else _place(goal), fields["budget"])
 
 
-def answer_of(line: str) -> Answer:
+def answer_of(line: str) -> EngineAnswer:
     """An answer as it was before line_of."""
     fields = json.loads(line)
     ends = fields.pop("ends")
-    return Answer(ends=None if ends is None else (_place(ends[0]), _place(ends[1])), **fields)
+    return EngineAnswer(ends=None if ends is None else (_place(ends[0]), _place(ends[1])), **fields)
 
 
-def serve(load: Callable[[], Callable[[Question], Answer]]) -> None:
+def serve(load: Callable[[], Callable[[Question], EngineAnswer]]) -> None:
     """Load an engine, say so, and answer one question a line until there are no more.
 
     Whatever an engine's libraries print goes to stderr; any error of theirs is a refusal.
@@ -89,7 +89,7 @@ def serve(load: Callable[[], Callable[[Question], Answer]]) -> None:
             try:
                 answer = ask(question_of(line))
             except Exception as error:  # of a foreign library: all that matters is that there is no answer
-                answer = Answer(refused=f"{type(error).__name__}: {error}")
+                answer = EngineAnswer(refused=f"{type(error).__name__}: {error}")
             out.write(line_of(answer))
             out.flush()
 

@@ -8,7 +8,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from benchmarks.peers.questions import Answer, Question, serve
+from benchmarks.peers.questions import EngineAnswer, Question, serve
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -20,7 +20,7 @@ METRE_PER_MILE: Final = 1609.344
 GEOMETRY_FILE: Final = "edges-geometries-enumerated.txt.gz"
 
 
-def load(folder: Path) -> Callable[[Question], Answer]:
+def load(folder: Path) -> Callable[[Question], EngineAnswer]:
     """Two engines on the data of a folder, with one thread each: for routes, and for trees without a destination."""
     import tomlkit
     from nrel.routee import compass  # type: ignore[import-not-found]
@@ -50,7 +50,7 @@ def _without_destination(config: Any) -> None:
     config["plugin"]["output_plugins"] = [traversal]
 
 
-def _route(app: Any, question: Question) -> Answer:
+def _route(app: Any, question: Question) -> EngineAnswer:
     """The way of least energy, link by link; places over 15 m from its links are refused."""
     lat, lon = question.goal or question.start
     asked = _from(question.start, ROUTE_CHARGE_PERCENT) | {"destination_x": lon, "destination_y": lat}
@@ -58,7 +58,7 @@ def _route(app: Any, question: Question) -> Answer:
     if said is None:
         return timed
     state = said["route"]["final_state"]
-    return Answer(
+    return EngineAnswer(
         seconds=timed.seconds,
         search_s=timed.search_s,
         size_bytes=len(json.dumps(said)),
@@ -67,12 +67,12 @@ def _route(app: Any, question: Question) -> Answer:
     )
 
 
-def _tree(app: Any, question: Question) -> Answer:
+def _tree(app: Any, question: Question) -> EngineAnswer:
     """All roads in reach, as lines: there is no polygon."""
     said, timed = _timed(app, _from(question.start, 100.0 * question.budget))
     if said is None:
         return timed
-    return Answer(
+    return EngineAnswer(
         seconds=timed.seconds,
         search_s=timed.search_s,
         size_bytes=len(json.dumps(said)),
@@ -90,14 +90,14 @@ def _from(place: tuple[float, float], charge_percent: float) -> dict[str, Any]:
     }
 
 
-def _timed(app: Any, asked: dict[str, Any]) -> tuple[Any, Answer]:
+def _timed(app: Any, asked: dict[str, Any]) -> tuple[Any, EngineAnswer]:
     """What the engine said, None where it refused, and how long it took."""
     began = time.perf_counter()
     said = app.run(asked)
     seconds = time.perf_counter() - began
     if "error" in said:
-        return None, Answer(refused=str(said["error"]))
-    return said, Answer(seconds=seconds, search_s=said["info"]["runtime"]["search"])
+        return None, EngineAnswer(refused=str(said["error"]))
+    return said, EngineAnswer(seconds=seconds, search_s=said["info"]["runtime"]["search"])
 
 
 if __name__ == "__main__":

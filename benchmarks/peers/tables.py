@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from benchmarks.machine import Machine
     from benchmarks.peers.compare import Rounds
-    from benchmarks.peers.questions import Answer
+    from benchmarks.peers.questions import EngineAnswer
 
 Part = Literal["whole", "search"]
 WHOLE: Final[Part] = "whole"
@@ -124,7 +124,7 @@ def _line(subject: Subject, rounds: Rounds) -> Line:
     )
 
 
-def _seconds(answer: Answer, part: Part) -> float:
+def _seconds(answer: EngineAnswer, part: Part) -> float:
     """The time of a part; ValueError where the engine does not time its search apart from the rest."""
     if part == WHOLE:
         return answer.seconds

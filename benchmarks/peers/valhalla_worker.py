@@ -9,7 +9,7 @@ import time
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from benchmarks.peers.questions import Answer, Question, serve
+from benchmarks.peers.questions import EngineAnswer, Question, serve
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -33,7 +33,7 @@ def build(map_path: Path, folder: Path) -> None:
     subprocess.run([builder, "-c", path, map_path], check=True, stdout=sys.stderr)
 
 
-def load(folder: Path) -> Callable[[Question], Answer]:
+def load(folder: Path) -> Callable[[Question], EngineAnswer]:
     """An engine on the tiles of a folder."""
     import valhalla
 
@@ -41,7 +41,7 @@ def load(folder: Path) -> Callable[[Question], Answer]:
     return lambda question: _area(actor, question) if question.goal is None else _route(actor, question)
 
 
-def _route(actor: Any, question: Question) -> Answer:
+def _route(actor: Any, question: Question) -> EngineAnswer:
     """The fastest way by car, as a line without driving instructions."""
     asked = json.dumps(
         {
@@ -56,10 +56,10 @@ def _route(actor: Any, question: Question) -> Answer:
     trip = json.loads(said)["trip"]
     line = decoded(trip["legs"][0]["shape"])
     distance_m = 1000.0 * trip["summary"]["length"]
-    return Answer(seconds=seconds, size_bytes=len(said), distance_m=distance_m, ends=(line[0], line[-1]))
+    return EngineAnswer(seconds=seconds, size_bytes=len(said), distance_m=distance_m, ends=(line[0], line[-1]))
 
 
-def _area(actor: Any, question: Question) -> Answer:
+def _area(actor: Any, question: Question) -> EngineAnswer:
     """Polygons of what is reached in a third, two thirds and all of the budget; the outermost is answered."""
     contours = [{"time": question.budget * (k + 1) / CONTOURS} for k in range(CONTOURS)]
     asked = json.dumps(
@@ -70,7 +70,7 @@ def _area(actor: Any, question: Question) -> Answer:
     seconds = time.perf_counter() - began
     widest = max(json.loads(said)["features"], key=lambda feature: feature["properties"]["contour"])["geometry"]
     shape = widest["coordinates"] if widest["type"] == "MultiPolygon" else [widest["coordinates"]]
-    return Answer(seconds=seconds, size_bytes=len(said), shape=shape)
+    return EngineAnswer(seconds=seconds, size_bytes=len(said), shape=shape)
 
 
 def _location(place: Any) -> dict[str, float]:

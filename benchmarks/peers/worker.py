@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from benchmarks.graphs import ROOT
 from benchmarks.peers.environments import PeerUnavailableError, clean_environment, said_last
-from benchmarks.peers.questions import READY, Answer, Question, answer_of, line_of
+from benchmarks.peers.questions import READY, EngineAnswer, Question, answer_of, line_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -31,7 +31,7 @@ class Worker:
         self._process = process
         self._log = log
 
-    def ask(self, question: Question) -> Answer:
+    def ask(self, question: Question) -> EngineAnswer:
         """The answer, which may be a refusal; raises PeerUnavailableError where the process has ended."""
         try:
             self._write(line_of(question))

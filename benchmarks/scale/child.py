@@ -11,7 +11,7 @@ from typing import Any
 
 from benchmarks.graphs import ROOT
 from benchmarks.scale.opening import ArraySize, Opened, Step, load_seconds, open_graph
-from benchmarks.scale.regions import Shape
+from benchmarks.scale.regions import RegionShape
 from benchmarks.scale.searches import AllFigures, RouteFigures, Searched, search_graph
 from benchmarks.searches import Spread
 
@@ -40,7 +40,7 @@ def searched_in_process(folder: Path, pairs: int, ranges: int, sources: int, rep
     to_all: dict[str, Any] = {
         name: Spread(**value) if isinstance(value, dict) else value for name, value in measured["to_all"].items()
     }
-    return Searched(Shape(**measured["shape"]), routes, AllFigures(**to_all), Spread(**measured["area_s"]))
+    return Searched(RegionShape(**measured["shape"]), routes, AllFigures(**to_all), Spread(**measured["area_s"]))
 
 
 def _measured_in_process(arguments: list[str]) -> dict[str, Any]:

@@ -22,27 +22,27 @@ TRIES: Final = 1000
 
 
 @dataclass(frozen=True, slots=True)
-class Pair:
+class NodePair:
     """Two places at nodes."""
 
     start: Point
     goal: Point
 
 
-def draw_pairs(graph: RoadGraph, count: int, rng: np.random.Generator, apart_m: float = APART_M) -> list[Pair]:
+def draw_pairs(graph: RoadGraph, count: int, rng: np.random.Generator, apart_m: float = APART_M) -> list[NodePair]:
     """Random nodes some way apart as the crow flies, the first away from the map's rim where the map is that large.
 
     Raises ValueError where the map is too small for the distance.
     """
     inner = _inner_nodes(graph, RIM_M)
-    pairs: list[Pair] = []
+    pairs: list[NodePair] = []
     for _ in range(TRIES * count):
         if len(pairs) == count:
             return pairs
         start = int(inner[rng.integers(inner.size)])
         goals = _nodes_apart(graph, start, apart_m)
         if goals.size:
-            pairs.append(Pair(node_point(graph, start), node_point(graph, int(rng.choice(goals)))))
+            pairs.append(NodePair(node_point(graph, start), node_point(graph, int(rng.choice(goals)))))
     raise ValueError(f"graph {graph.meta.name!r}: hardly any nodes are {apart_m / 1000.0:g} km apart")
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Shape:
+class RegionShape:
     """What roads look like on the whole; alike at every size where a region keeps its structure.
 
     turns, points: permitted transitions and points of geometry a link. road_km_per_km2: of both directions together.
@@ -59,13 +59,13 @@ def _generator_digest() -> str:
     return digest.hexdigest()[:12]
 
 
-def shape_of(graph: RoadGraph) -> Shape:
+def shape_of(graph: RoadGraph) -> RegionShape:
     """What a graph's roads look like on the whole."""
     west, south, east, north = graph.meta.bbox
     middle = 0.5 * (south + north)
     area_km2 = float(great_circle_m(middle, west, middle, east) * great_circle_m(south, west, north, west)) / 1e6
     links = graph.link_count
-    return Shape(
+    return RegionShape(
         area_km2=area_km2,
         links_per_km2=links / area_km2,
         road_km_per_km2=float(graph.length_m.sum()) / 1000.0 / area_km2,

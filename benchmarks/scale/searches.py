@@ -15,7 +15,7 @@ import numpy as np
 
 from benchmarks.scale.opening import SMALL_GRAPH, space_of, the_vehicle
 from benchmarks.scale.pairs import draw_pairs
-from benchmarks.scale.regions import Shape, shape_of
+from benchmarks.scale.regions import RegionShape, shape_of
 from benchmarks.searches import Spread, Yardstick, draw_sources, spread
 from routing.graph.files import load_graph
 from routing.graph.snap import RoadIndex
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
     from pathlib import Path
 
-    from benchmarks.scale.pairs import Pair
+    from benchmarks.scale.pairs import NodePair
     from energy.vehicle.files import AnyVehicle
     from routing.graph.road_graph import RoadGraph
     from routing.search.space import SearchSpace
@@ -77,7 +77,7 @@ class AllFigures:
 class Searched:
     """Everything searched on one graph; area_s: whole ranges with four bands, from 30 % to 10 % of charge."""
 
-    shape: Shape
+    shape: RegionShape
     routes: RouteFigures
     to_all: AllFigures
     area_s: Spread
@@ -100,7 +100,7 @@ def search_graph(folder: Path, pairs: int, ranges: int, sources: int, repeat: in
 
 
 def _searches(
-    graph: RoadGraph, space: SearchSpace, pairs: Sequence[Pair], repeat: int
+    graph: RoadGraph, space: SearchSpace, pairs: Sequence[NodePair], repeat: int
 ) -> tuple[Spread, Spread, Spread, Spread]:
     """Of first and later searches [s], labels settled, and of putting both places on roads [s]."""
     index, pool = RoadIndex(graph), WorkspacePool(graph.link_count)
@@ -121,7 +121,7 @@ def _searches(
     return spread(np.array(first)), spread(np.array(again)), spread(np.array(settled)), spread(np.array(snapping))
 
 
-def _whole_s(planner: Planner, vehicle: AnyVehicle, pairs: Sequence[Pair], repeat: int) -> Spread:
+def _whole_s(planner: Planner, vehicle: AnyVehicle, pairs: Sequence[NodePair], repeat: int) -> Spread:
     """Of whole routes, the first ask of each left out [s]."""
     took = []
     for pair in pairs:
@@ -131,7 +131,7 @@ def _whole_s(planner: Planner, vehicle: AnyVehicle, pairs: Sequence[Pair], repea
     return spread(np.array(took))
 
 
-def _areas_s(planner: Planner, vehicle: AnyVehicle, pairs: Sequence[Pair], repeat: int) -> Spread:
+def _areas_s(planner: Planner, vehicle: AnyVehicle, pairs: Sequence[NodePair], repeat: int) -> Spread:
     """Of whole ranges around the starts, the first ask of each left out [s]."""
     took = []
     for pair in pairs:

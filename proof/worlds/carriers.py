@@ -13,13 +13,13 @@ from proof.worlds.dynamics import Strengths, drive
 from proof.worlds.loop import STEP_M, Loop
 from proof.worlds.share import energy_share, scaled
 from proof.worlds.traffic import STEPS_PER_S, TIME_STEP_S
-from proof.worlds.trips import Regime, Trip, acted_on, draw_chance, draw_day, way_of
+from proof.worlds.trips import WorldRegime, WorldTrip, acted_on, draw_chance, draw_day, way_of
 from proof.worlds.world import (
     J_PER_KWH,
     EffectTruth,
-    Kind,
-    Label,
     World,
+    WorldKind,
+    WorldLabel,
     WorldRecording,
     by_trip_kwh,
     seed_numbers,
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from proof.worlds.orders import Wanted
+    from proof.worlds.orders import WantedEffect
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,8 +58,8 @@ class CarrierVehicle:
 
 
 def carrier_world(
-    vehicle: CarrierVehicle, carriers: Sequence[Carrier], wanted: Wanted | None, seeds: np.random.SeedSequence
-) -> tuple[World, Label]:
+    vehicle: CarrierVehicle, carriers: Sequence[Carrier], wanted: WantedEffect | None, seeds: np.random.SeedSequence
+) -> tuple[World, WorldLabel]:
     """The recorded drives with what one effect takes added to their power; without an effect, as they are.
 
     The effect is what the generator's car takes on that speed, height and temperature with it, less what it takes
@@ -69,13 +69,13 @@ def carrier_world(
     if not carriers:
         raise ValueError("carriers is empty, allowed: at least one drive")
     key = seed_numbers(seeds)
-    world_id = world_name(key, Kind.CARRIER.value, None if wanted is None else (wanted.effect, wanted.share))
+    world_id = world_name(key, WorldKind.CARRIER.value, None if wanted is None else (wanted.effect, wanted.share))
     ids = [carrier.id for carrier in carriers]
     recorded_j = np.array([_energy_j(carrier.channels["time_s"], carrier.channels["power_w"]) for carrier in carriers])
     if wanted is None:
         plain = tuple(WorldRecording(carrier.id, carrier.channels) for carrier in carriers)
-        label = Label(world_id, Kind.CARRIER, (), {}, None, (), {}, by_trip_kwh(ids, recorded_j))
-        return World(world_id, Kind.CARRIER, key, vehicle.vehicle_toml, plain), label
+        label = WorldLabel(world_id, WorldKind.CARRIER, (), {}, None, (), {}, by_trip_kwh(ids, recorded_j))
+        return World(world_id, WorldKind.CARRIER, key, vehicle.vehicle_toml, plain), label
     load = _load(vehicle, carriers, wanted, seeds)
     strength = scaled(
         lambda size: energy_share(recorded_j + load.energies_j(size), recorded_j),
@@ -93,10 +93,10 @@ def carrier_world(
         trips=acted_on(wanted.effect, [trip for _, trip in load.roads]),
     )
     effects = {wanted.effect: truth}
-    label = Label(
-        world_id, Kind.CARRIER, (truth.family,), effects, None, (), {}, by_trip_kwh(ids, recorded_j + added_j)
+    label = WorldLabel(
+        world_id, WorldKind.CARRIER, (truth.family,), effects, None, (), {}, by_trip_kwh(ids, recorded_j + added_j)
     )
-    return World(world_id, Kind.CARRIER, key, vehicle.vehicle_toml, load.recordings(strength)), label
+    return World(world_id, WorldKind.CARRIER, key, vehicle.vehicle_toml, load.recordings(strength)), label
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,7 +106,7 @@ class _Load:
     cause: Cause
     car: Car
     carriers: tuple[Carrier, ...]
-    roads: tuple[tuple[Loop, Trip], ...]
+    roads: tuple[tuple[Loop, WorldTrip], ...]
 
     def extra_w(self, strength: float) -> list[NDArray[np.float64]]:
         """Power that it adds at each drive's own samples [W]."""
@@ -130,7 +130,9 @@ class _Load:
         )
 
 
-def _load(vehicle: CarrierVehicle, carriers: Sequence[Carrier], wanted: Wanted, seeds: np.random.SeedSequence) -> _Load:
+def _load(
+    vehicle: CarrierVehicle, carriers: Sequence[Carrier], wanted: WantedEffect, seeds: np.random.SeedSequence
+) -> _Load:
     for_car, for_days = seeds.spawn(2)
     roads = tuple(
         _traced(carrier, np.random.default_rng(seed))
@@ -152,7 +154,7 @@ def _car(vehicle: CarrierVehicle, rng: np.random.Generator) -> Car:
     )
 
 
-def _traced(carrier: Carrier, rng: np.random.Generator) -> tuple[Loop, Trip]:
+def _traced(carrier: Carrier, rng: np.random.Generator) -> tuple[Loop, WorldTrip]:
     """The road under a recorded drive, straight north where no direction is recorded, and the drive on it."""
     channels = carrier.channels
     time_s = channels["time_s"] - channels["time_s"][0]
@@ -181,16 +183,16 @@ def _traced(carrier: Carrier, rng: np.random.Generator) -> tuple[Loop, Trip]:
         north=np.cos(heading),
     )
     air = channels["ambient_c"]
-    day = draw_day(rng, Regime(), float(np.mean(air)), 0.0, 1)
+    day = draw_day(rng, WorldRegime(), float(np.mean(air)), 0.0, 1)
     day = day._replace(air_rise_c_per_h=0.0, road_load_factor=1.0, aux_offset_w=0.0, breeze_mps=0.0)
     if "battery_c" in channels:
         day = day._replace(battery_start_c=float(channels["battery_c"][0]))
     chance = draw_chance(rng, steps)
     still = np.zeros_like(chance.gust)
-    return loop, Trip(carrier.id, day, chance._replace(foot_mps2=still, aux_w=still), speed_mps)
+    return loop, WorldTrip(carrier.id, day, chance._replace(foot_mps2=still, aux_w=still), speed_mps)
 
 
-def _extra_w(car: Car, loop: Loop, trip: Trip, on: Strengths, carrier: Carrier) -> NDArray[np.float64]:
+def _extra_w(car: Car, loop: Loop, trip: WorldTrip, on: Strengths, carrier: Carrier) -> NDArray[np.float64]:
     """Power that the effect adds at the drive's own samples, as means over a second [W]."""
     way = way_of(loop)
     with_it = drive(car, on, trip.day, way, trip.chance, trip.demand_mps)
@@ -203,7 +205,7 @@ def _extra_w(car: Car, loop: Loop, trip: Trip, on: Strengths, carrier: Carrier) 
 
 
 def _with_effect(
-    carrier: Carrier, trip: Trip, extra_w: NDArray[np.float64], names: Sequence[str], strength: float
+    carrier: Carrier, trip: WorldTrip, extra_w: NDArray[np.float64], names: Sequence[str], strength: float
 ) -> WorldRecording:
     """The drive's channels with the power added, and those that the effect needs and the drive lacks made up."""
     n = extra_w.size

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final
 
-from proof.worlds.loop import Terrain
+from proof.worlds.loop import LoopTerrain
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -39,12 +39,14 @@ _COLD: Final = MappingProxyType({"air_c": (-12.0, 24.0)})
 _HOT: Final = MappingProxyType({"air_c": (8.0, 39.0)})
 _FAST: Final = MappingProxyType({"mix": (0.15, 0.35, 0.5)})
 # Air can't be made thinner than it is: its size is set by where and when the drives are.
-_THIN_AIR: Final = MappingProxyType({"mix": (0.1, 0.3, 0.6), "air_c": (-15.0, 38.0), "terrain": Terrain(200.0, 150.0)})
-_MOUNTAINS: Final = MappingProxyType({"terrain": Terrain(650.0, 1000.0, 0.02)})
+_THIN_AIR: Final = MappingProxyType(
+    {"mix": (0.1, 0.3, 0.6), "air_c": (-15.0, 38.0), "terrain": LoopTerrain(200.0, 150.0)}
+)
+_MOUNTAINS: Final = MappingProxyType({"terrain": LoopTerrain(650.0, 1000.0, 0.02)})
 _LONG_LOADED: Final = MappingProxyType({"payload_share": 0.9})
 _SLOW_AND_COLD: Final = MappingProxyType({"mix": (0.4, 0.6, 0.0), "air_c": (-22.0, 8.0)})
 _DOWN_TOWN: Final = MappingProxyType({"mix": (0.7, 0.3, 0.0)})
-_HILLS: Final = MappingProxyType({"mix": (0.5, 0.5, 0.0), "terrain": Terrain(300.0, 200.0, 0.032)})
+_HILLS: Final = MappingProxyType({"mix": (0.5, 0.5, 0.0), "terrain": LoopTerrain(300.0, 200.0, 0.032)})
 _COLD_HILLS: Final = MappingProxyType({**_HILLS, "air_c": (-15.0, 25.0)})
 _ROOF: Final = MappingProxyType({"mix": (0.1, 0.3, 0.6), "roof_share": 0.4})
 _LOADED: Final = MappingProxyType({**_HILLS, "payload_share": 0.6})

@@ -91,7 +91,7 @@ class Circumstances(NamedTuple):
     draw_radius_m: float = 0.0
 
 
-class Way(NamedTuple):
+class WorldWay(NamedTuple):
     """The loop's arrays that a drive needs, float64 (n,) each."""
 
     height_m: NDArray[np.float64]
@@ -111,7 +111,7 @@ class Chance(NamedTuple):
     water: NDArray[np.float64]
 
 
-class Driven(NamedTuple):
+class WorldDrive(NamedTuple):
     """A drive that was driven: speed and power at the recorder's place ten times a second, states once a second.
 
     energy_j: float64 (18,) by the constants TERMINAL to BRAKING_ELECTRIC.
@@ -124,12 +124,12 @@ class Driven(NamedTuple):
 
 
 def drive(
-    car: Car, strengths: Strengths, day: Circumstances, way: Way, chance: Chance, demand_mps: NDArray[np.float64]
-) -> Driven:
+    car: Car, strengths: Strengths, day: Circumstances, way: WorldWay, chance: Chance, demand_mps: NDArray[np.float64]
+) -> WorldDrive:
     """Drive one demanded speed, float64 (n,) every tenth of a second [m/s]; chance: a value for each second of it."""
     n = demand_mps.size
     seconds = (n + STEPS_PER_S - 1) // STEPS_PER_S
-    driven = Driven(np.zeros(n), np.zeros(n), np.zeros((seconds, RECORDED)), np.zeros(SUMS))
+    driven = WorldDrive(np.zeros(n), np.zeros(n), np.zeros((seconds, RECORDED)), np.zeros(SUMS))
     _drive(car, strengths, day, way, chance, demand_mps, driven)
     return driven
 
@@ -237,10 +237,10 @@ def _drive(
     car: Car,
     on: Strengths,
     day: Circumstances,
-    way: Way,
+    way: WorldWay,
     chance: Chance,
     demand: NDArray[np.float64],
-    driven: Driven,
+    driven: WorldDrive,
 ) -> None:
     dt = TIME_STEP_S
     nodes = way.grade.size

@@ -21,8 +21,8 @@ from proof.worlds.dynamics import (
     HEIGHT,
     SUMS,
     TERMINAL,
-    Driven,
     Strengths,
+    WorldDrive,
     drive,
 )
 from proof.worlds.nameplate import Nameplate, vehicle_toml
@@ -30,13 +30,13 @@ from proof.worlds.scene import draw_scene
 from proof.worlds.sensors import ALWAYS, recorded
 from proof.worlds.share import energy_share
 from proof.worlds.traffic import STEPS_PER_S
-from proof.worlds.trips import Regime, loaded, way_of
+from proof.worlds.trips import WorldRegime, loaded, way_of
 from proof.worlds.world import (
     J_PER_KWH,
     EffectTruth,
-    Kind,
-    Label,
     World,
+    WorldKind,
+    WorldLabel,
     WorldRecording,
     by_trip_kwh,
     seed_numbers,
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from proof.worlds.scene import Scene
-    from proof.worlds.trips import Trip
+    from proof.worlds.trips import WorldTrip
 
 CARS: Final = ("2016 Nissan Leaf 30 kWh thrml.yaml", "2022 Tesla Model 3 RWD thrml.yaml")
 START_LIMIT_W: Final = 5000.0  # fastsim's cabin heater starts with 15 kW, three times what such cars have
@@ -67,7 +67,7 @@ class FastsimOrder:
     air_c: tuple[float, float] = (-10.0, 35.0)
 
 
-def fastsim_world(order: FastsimOrder, seeds: np.random.SeedSequence) -> tuple[World, Label]:
+def fastsim_world(order: FastsimOrder, seeds: np.random.SeedSequence) -> tuple[World, WorldLabel]:
     """A world and its label, from drives whose speeds and roads are this generator's and whose energy is fastsim's.
 
     Raises ModuleNotFoundError without the extra `proof`.
@@ -75,7 +75,7 @@ def fastsim_world(order: FastsimOrder, seeds: np.random.SeedSequence) -> tuple[W
     for_scene, for_order, for_sensors = seeds.spawn(3)
     rng = np.random.default_rng(for_order)
     count = int(rng.integers(order.trips[0], order.trips[1] + 1))
-    regime = Regime(mix=(0.45, 0.55, 0.0), minutes=(12.0, 26.0), air_c=order.air_c)
+    regime = WorldRegime(mix=(0.45, 0.55, 0.0), minutes=(12.0, 26.0), air_c=order.air_c)
     scene = draw_scene(for_scene, regime, count)
     car = _car(str(rng.choice(CARS)))
     scout = scene.car._replace(mass_kg=float(car["mass_kilograms"]), motor_power_w=SCOUT_W)
@@ -96,14 +96,14 @@ def fastsim_world(order: FastsimOrder, seeds: np.random.SeedSequence) -> tuple[W
             strength=1.0,
         )
     key = seed_numbers(seeds)
-    world_id = world_name(key, Kind.FASTSIM.value, order)
+    world_id = world_name(key, WorldKind.FASTSIM.value, order)
     recordings = tuple(
         WorldRecording(trip.id, recorded(np.random.default_rng(seed), scene.sensors, scene.loop, trip, run, ALWAYS))
         for seed, trip, run in zip(for_sensors.spawn(count), seen, runs, strict=True)
     )
-    label = Label(
+    label = WorldLabel(
         world_id=world_id,
-        kind=Kind.FASTSIM,
+        kind=WorldKind.FASTSIM,
         families=("thermal",) if effects else (),
         effects=effects,
         outside=None,
@@ -111,7 +111,7 @@ def fastsim_world(order: FastsimOrder, seeds: np.random.SeedSequence) -> tuple[W
         parameter_changes={},
         energy_kwh=by_trip_kwh(ids, energy_j),
     )
-    return World(world_id, Kind.FASTSIM, key, vehicle_toml(_nameplate(car, calm)), recordings), label
+    return World(world_id, WorldKind.FASTSIM, key, vehicle_toml(_nameplate(car, calm)), recordings), label
 
 
 def _fastsim() -> Any:
@@ -129,7 +129,7 @@ def _car(name: str) -> dict[str, Any]:
     return car
 
 
-def _driven(car: dict[str, Any], scene: Scene, trip: Trip, *, climate: bool) -> Driven:
+def _driven(car: dict[str, Any], scene: Scene, trip: WorldTrip, *, climate: bool) -> WorldDrive:
     """One drive by fastsim at a step a second; the generator's own car drives first and sets speed and height."""
     scouted = drive(scene.car, Strengths(), trip.day, way_of(scene.loop), trip.chance, trip.demand_mps)
     speed = scouted.speed_mps[::STEPS_PER_S]
@@ -175,7 +175,7 @@ def _driven(car: dict[str, Any], scene: Scene, trip: Trip, *, climate: bool) -> 
     return scouted._replace(power_w=fine, states=states, energy_j=energy_j)
 
 
-def _prepared(car: dict[str, Any], trip: Trip, *, climate: bool) -> dict[str, Any]:
+def _prepared(car: dict[str, Any], trip: WorldTrip, *, climate: bool) -> dict[str, Any]:
     """The car as it stands at departure: soaked to the day's temperature, charged; without climate no cabin at all."""
     own = copy.deepcopy(car)
     battery = own["pt_type"]["BEV"]["res"]
@@ -192,7 +192,7 @@ def _prepared(car: dict[str, Any], trip: Trip, *, climate: bool) -> dict[str, An
     return own
 
 
-def _nameplate(car: dict[str, Any], calm: Sequence[Driven]) -> Nameplate:
+def _nameplate(car: dict[str, Any], calm: Sequence[WorldDrive]) -> Nameplate:
     """What fastsim's numbers say of the car; efficiencies as on these drives without climate."""
     chassis = car["chassis"]
     mass_kg = float(car["mass_kilograms"])

@@ -16,7 +16,7 @@ HILL_M: Final = (700.0, 12_000.0)  # wavelengths: roads are built smooth over hu
 
 
 @dataclass(frozen=True, slots=True)
-class Terrain:
+class LoopTerrain:
     """How high and how hilly: mean height, difference of height around the loop, grade of its hills (sd)."""
 
     height_m: float = 150.0
@@ -64,7 +64,7 @@ class Loop:
 
 
 def draw_loop(
-    rng: np.random.Generator, mix: tuple[float, float, float], terrain: Terrain, steady_kmh: float | None = None
+    rng: np.random.Generator, mix: tuple[float, float, float], terrain: LoopTerrain, steady_kmh: float | None = None
 ) -> Loop:
     """A loop of 70 to 110 km with shares of urban, rural and motorway; steady_kmh: one limit, no crossing at all."""
     n = int(rng.uniform(7000, 11000))
@@ -102,7 +102,7 @@ def _zones(
     return limit, chance
 
 
-def _heights(rng: np.random.Generator, n: int, terrain: Terrain) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _heights(rng: np.random.Generator, n: int, terrain: LoopTerrain) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Hills as a random sum of waves that close around the loop, on one long rise and fall."""
     length_m = n * STEP_M
     at = np.arange(n) * STEP_M

@@ -9,20 +9,29 @@ import numpy as np
 from proof.worlds.causes import CAUSES
 from proof.worlds.dynamics import Strengths
 from proof.worlds.nameplate import changed, draw_changes, nameplate_of, vehicle_toml
-from proof.worlds.outside import Spot, draw_spot, with_spot
+from proof.worlds.outside import OutsideSpot, draw_spot, with_spot
 from proof.worlds.scene import draw_scene
 from proof.worlds.sensors import ALWAYS, recorded
 from proof.worlds.share import SHARE_TOLERANCE, ShareError, energy_share, scaled
 from proof.worlds.trips import acted_on, loaded
-from proof.worlds.world import EffectTruth, Kind, Label, World, WorldRecording, by_trip_kwh, seed_numbers, world_name
+from proof.worlds.world import (
+    EffectTruth,
+    World,
+    WorldKind,
+    WorldLabel,
+    WorldRecording,
+    by_trip_kwh,
+    seed_numbers,
+    world_name,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
-    from proof.worlds.dynamics import Driven
-    from proof.worlds.orders import Order, Wanted
+    from proof.worlds.dynamics import WorldDrive
+    from proof.worlds.orders import WantedEffect, WorldOrder
     from proof.worlds.scene import Scene
 
 ATTEMPTS: Final = 12
@@ -37,13 +46,13 @@ OPTIONAL: Final = (
 OPTIONAL_CHANCE: Final = 0.4
 
 
-def worlds(plan: Sequence[Order], seed: int) -> Iterator[tuple[World, Label]]:
+def worlds(plan: Sequence[WorldOrder], seed: int) -> Iterator[tuple[World, WorldLabel]]:
     """The worlds of a plan in its order, each from a seed of its own but for twins, which share one."""
     for at in range(len(plan)):
         yield world_at(plan, seed, at)
 
 
-def world_at(plan: Sequence[Order], seed: int, at: int) -> tuple[World, Label]:
+def world_at(plan: Sequence[WorldOrder], seed: int, at: int) -> tuple[World, WorldLabel]:
     """The world at one place of a plan, the same whether or not the others are made."""
     shared = at
     while plan[shared].twin:
@@ -51,7 +60,7 @@ def world_at(plan: Sequence[Order], seed: int, at: int) -> tuple[World, Label]:
     return make_world(plan[at], np.random.SeedSequence(entropy=seed, spawn_key=(shared,)))
 
 
-def make_world(order: Order, seeds: np.random.SeedSequence) -> tuple[World, Label]:
+def make_world(order: WorldOrder, seeds: np.random.SeedSequence) -> tuple[World, WorldLabel]:
     """A world and its label, the same for the same order and seed.
 
     Where drives turn out not to carry the wanted share of an effect, the next of a few draws is taken; raises
@@ -68,7 +77,7 @@ def make_world(order: Order, seeds: np.random.SeedSequence) -> tuple[World, Labe
     raise AssertionError("unreachable")
 
 
-def _made(order: Order, seeds: np.random.SeedSequence, key: tuple[int, ...]) -> tuple[World, Label]:
+def _made(order: WorldOrder, seeds: np.random.SeedSequence, key: tuple[int, ...]) -> tuple[World, WorldLabel]:
     for_scene, for_order, for_sensors = seeds.spawn(3)
     rng = np.random.default_rng(for_order)
     count = int(rng.integers(order.trips[0], order.trips[1] + 1))
@@ -82,7 +91,7 @@ def _made(order: Order, seeds: np.random.SeedSequence, key: tuple[int, ...]) -> 
     strengths = _strong_enough(scene.base(), order.effects, strengths)
     driven = scene.drive(strengths) if strengths != Strengths() else calm
     nameplate = nameplate_of(scene.car, calm[: scene.base_trips])
-    changes = draw_changes(rng) if order.kind is Kind.NULL_WRONG_PARAMETERS else {}
+    changes = draw_changes(rng) if order.kind is WorldKind.NULL_WRONG_PARAMETERS else {}
     names = _channel_names(rng, order.effects, spot)
     world_id = world_name(key, order.kind.value, order.twin)
     recordings = _recordings(for_sensors, scene, driven, strengths, names)
@@ -91,7 +100,7 @@ def _made(order: Order, seeds: np.random.SeedSequence, key: tuple[int, ...]) -> 
     return world, _label(world_id, order, scene, strengths, driven, spot, changes)
 
 
-def _strong_enough(scene: Scene, effects: Sequence[Wanted], others: Strengths) -> Strengths:
+def _strong_enough(scene: Scene, effects: Sequence[WantedEffect], others: Strengths) -> Strengths:
     """Strengths at which each effect takes its share, the others being on; a second round settles how they interact."""
     strengths = others
     rounds = (SHARE_TOLERANCE,) if len(effects) < 2 else (0.02, 0.002)
@@ -119,7 +128,7 @@ def _set(strengths: Strengths, name: str, value: float) -> Strengths:
     return strengths._replace(**only)
 
 
-def _channel_names(rng: np.random.Generator, effects: Sequence[Wanted], spot: Spot | None) -> set[str]:
+def _channel_names(rng: np.random.Generator, effects: Sequence[WantedEffect], spot: OutsideSpot | None) -> set[str]:
     names = set(ALWAYS)
     for group in OPTIONAL:
         if rng.random() < OPTIONAL_CHANCE:
@@ -136,7 +145,7 @@ def _channel_names(rng: np.random.Generator, effects: Sequence[Wanted], spot: Sp
 
 
 def _recordings(
-    seeds: np.random.SeedSequence, scene: Scene, driven: Sequence[Driven], strengths: Strengths, names: set[str]
+    seeds: np.random.SeedSequence, scene: Scene, driven: Sequence[WorldDrive], strengths: Strengths, names: set[str]
 ) -> tuple[WorldRecording, ...]:
     seen = loaded(scene.trips, strengths.payload, strengths.wind, strengths.wet_road)
     own = seeds.spawn(len(seen))
@@ -148,17 +157,17 @@ def _recordings(
 
 def _label(
     world_id: str,
-    order: Order,
+    order: WorldOrder,
     scene: Scene,
     strengths: Strengths,
-    driven: Sequence[Driven],
-    spot: Spot | None,
+    driven: Sequence[WorldDrive],
+    spot: OutsideSpot | None,
     changes: Mapping[str, float],
-) -> Label:
+) -> WorldLabel:
     with_j = np.array([drive.energy_j[0] for drive in driven])
     ids = [trip.id for trip in scene.trips]
     effects = {wanted.effect: _truth(wanted.effect, scene, strengths, with_j) for wanted in order.effects}
-    return Label(
+    return WorldLabel(
         world_id=world_id,
         kind=order.kind,
         families=tuple(sorted({truth.family for truth in effects.values()})),

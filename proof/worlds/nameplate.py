@@ -13,7 +13,7 @@ from proof.worlds.dynamics import BRAKING_ELECTRIC, BRAKING_MECH, DRIVE_ELECTRIC
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from proof.worlds.dynamics import Driven
+    from proof.worlds.dynamics import WorldDrive
 
 COAST_KMH: Final = (15.0, 130.0)  # speeds of a coast-down
 PARAMETERS: Final = (
@@ -52,7 +52,7 @@ class Nameplate:
     battery_volt: float
 
 
-def nameplate_of(car: Car, driven: Iterable[Driven]) -> Nameplate:
+def nameplate_of(car: Car, driven: Iterable[WorldDrive]) -> Nameplate:
     """The numbers that fit a car: coast-down by least squares, efficiencies as on drives without any effect."""
     speed = np.linspace(*COAST_KMH, 47) / 3.6
     force = np.array([coast_down_n(car, float(v)) for v in speed])

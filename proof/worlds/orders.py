@@ -6,9 +6,9 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
 from proof.worlds.causes import CAUSES
-from proof.worlds.loop import Terrain
-from proof.worlds.trips import Regime
-from proof.worlds.world import Kind
+from proof.worlds.loop import LoopTerrain
+from proof.worlds.trips import WorldRegime
+from proof.worlds.world import WorldKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -29,7 +29,7 @@ SEVERAL: Final = (
 
 
 @dataclass(frozen=True, slots=True)
-class Wanted:
+class WantedEffect:
     """An effect that a world is to hide, and the share of the energy that it is to take."""
 
     effect: str
@@ -37,14 +37,14 @@ class Wanted:
 
 
 @dataclass(frozen=True, slots=True)
-class Order:
+class WorldOrder:
     """One world to be made. twin: made from the seed of the world before it, so that only what is ordered differs."""
 
-    kind: Kind
-    effects: tuple[Wanted, ...] = ()
+    kind: WorldKind
+    effects: tuple[WantedEffect, ...] = ()
     trips: tuple[int, int] = (24, 40)
-    regime: Regime = field(default_factory=Regime)
-    extra: tuple[Regime, int] | None = None
+    regime: WorldRegime = field(default_factory=WorldRegime)
+    extra: tuple[WorldRegime, int] | None = None
     confounded_with: tuple[str, ...] = ()
     outside_axis: str | None = None
     twin: bool = False
@@ -57,20 +57,20 @@ class Confusion:
     effect: str
     share: float
     rival_families: tuple[str, ...]
-    regime: Regime
-    separating: Regime
+    regime: WorldRegime
+    separating: WorldRegime
     separating_trips: int = 10
 
 
 # Nobody stands, nobody restarts, one speed: heat and stiff tyres are both a draw that falls with warmth and time.
-_ROLLING_ON: Final = Regime(
+_ROLLING_ON: Final = WorldRegime(
     mix=(0.0, 1.0, 0.0),
     steady_kmh=80.0,
     air_c=(-10.0, 15.0),
     start_wait_s=(1.0, 2.0),
     long_wait_chance=0.0,
     restart_chance=0.0,
-    terrain=Terrain(grade_sd=0.006),
+    terrain=LoopTerrain(grade_sd=0.006),
 )
 _STANDING: Final = replace(
     _ROLLING_ON, mix=(0.6, 0.4, 0.0), steady_kmh=None, start_wait_s=(60.0, 300.0), long_wait_chance=1.0,
@@ -91,23 +91,25 @@ CONFUSIONS: Final = (
 )
 
 
-def single(effect: str, share: float, **regime: Any) -> Order:
+def single(effect: str, share: float, **regime: Any) -> WorldOrder:
     """An order for one effect of one size in the regime that shows it."""
     cause = CAUSES[effect]
-    return Order(
-        Kind.SINGLE, (Wanted(effect, share),), regime=replace(Regime(), **{**cause.regime_for(share), **regime})
+    return WorldOrder(
+        WorldKind.SINGLE,
+        (WantedEffect(effect, share),),
+        regime=replace(WorldRegime(), **{**cause.regime_for(share), **regime}),
     )
 
 
-def confused(confusion: Confusion) -> tuple[Order, Order]:
+def confused(confusion: Confusion) -> tuple[WorldOrder, WorldOrder]:
     """Orders for a confounded world and for its twin with the separating drives."""
-    effects = (Wanted(confusion.effect, confusion.share),)
+    effects = (WantedEffect(confusion.effect, confusion.share),)
     families = tuple(sorted({CAUSES[confusion.effect].family, *confusion.rival_families}))
     rivals = tuple(family for family in families if family != CAUSES[confusion.effect].family)
-    plain = Order(Kind.CONFOUNDED, effects, regime=confusion.regime, confounded_with=rivals)
+    plain = WorldOrder(WorldKind.CONFOUNDED, effects, regime=confusion.regime, confounded_with=rivals)
     separated = replace(
         plain,
-        kind=Kind.CONFOUNDED_SEPARATED,
+        kind=WorldKind.CONFOUNDED_SEPARATED,
         confounded_with=(),
         extra=(confusion.separating, confusion.separating_trips),
         twin=True,
@@ -124,13 +126,13 @@ def standard_plan(
     pairs: int = 6,
     outside: int = 7,
     few: int = 20,
-) -> tuple[Order, ...]:
+) -> tuple[WorldOrder, ...]:
     """The whole proof: so many worlds of each kind; singles: a family and size; several: a combination.
 
     pairs: a confusion; outside: an axis.
     """
-    orders = [Order(Kind.NULL) for _ in range(nulls)]
-    orders += [Order(Kind.NULL_WRONG_PARAMETERS) for _ in range(wrong)]
+    orders = [WorldOrder(WorldKind.NULL) for _ in range(nulls)]
+    orders += [WorldOrder(WorldKind.NULL_WRONG_PARAMETERS) for _ in range(wrong)]
     orders += list(_singles(singles))
     for names in SEVERAL:
         orders += [_several(names) for _ in range(several)]
@@ -143,7 +145,7 @@ def standard_plan(
     return tuple(orders)
 
 
-def small_plan() -> tuple[Order, ...]:
+def small_plan() -> tuple[WorldOrder, ...]:
     """A proof in small: a world or two of each kind, for a machine that checks every change."""
     return (
         *standard_plan(nulls=3, wrong=1, singles=0, several=0, pairs=0, outside=0, few=1),
@@ -155,7 +157,7 @@ def small_plan() -> tuple[Order, ...]:
     )
 
 
-def _singles(each: int) -> Iterator[Order]:
+def _singles(each: int) -> Iterator[WorldOrder]:
     for family in FAMILIES:
         for size in SIZES:
             able = [cause.name for cause in CAUSES.values() if cause.family == family and size in cause.sizes]
@@ -163,20 +165,20 @@ def _singles(each: int) -> Iterator[Order]:
                 yield single(able[k % len(able)], size)
 
 
-def _several(names: tuple[str, ...]) -> Order:
+def _several(names: tuple[str, ...]) -> WorldOrder:
     air_c = (5.0, 38.0) if "air_conditioning" in names else (-12.0, 24.0)
-    regime = replace(Regime(), air_c=air_c, payload_share=0.6)
-    return Order(Kind.SEVERAL, tuple(Wanted(name, 0.05) for name in names), regime=regime)
+    regime = replace(WorldRegime(), air_c=air_c, payload_share=0.6)
+    return WorldOrder(WorldKind.SEVERAL, tuple(WantedEffect(name, 0.05) for name in names), regime=regime)
 
 
-def _outside(axis: str) -> Order:
-    regime = Regime(together=axis == "place")
+def _outside(axis: str) -> WorldOrder:
+    regime = WorldRegime(together=axis == "place")
     if axis == "altitude":
-        regime = replace(regime, terrain=Terrain(400.0, 500.0, 0.018))
-    return Order(Kind.OUTSIDE, regime=regime, outside_axis=axis)
+        regime = replace(regime, terrain=LoopTerrain(400.0, 500.0, 0.018))
+    return WorldOrder(WorldKind.OUTSIDE, regime=regime, outside_axis=axis)
 
 
-def _few(k: int) -> Order:
-    effects = (Wanted("cabin_heating", 0.05),) if k % 2 else ()
-    regime = Regime(air_c=(-10.0, 20.0)) if effects else Regime()
-    return Order(Kind.FEW_TRIPS, effects, (3, 5), regime)
+def _few(k: int) -> WorldOrder:
+    effects = (WantedEffect("cabin_heating", 0.05),) if k % 2 else ()
+    regime = WorldRegime(air_c=(-10.0, 20.0)) if effects else WorldRegime()
+    return WorldOrder(WorldKind.FEW_TRIPS, effects, (3, 5), regime)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from proof.worlds.dynamics import Driven
+    from proof.worlds.dynamics import WorldDrive
     from proof.worlds.scene import Scene
 
 SHARE: Final = 0.05
@@ -45,7 +45,7 @@ AXES: Final = {
 
 
 @dataclass(frozen=True, slots=True)
-class Spot:
+class OutsideSpot:
     """Where an outside draw acts and how much it is; for a place low and high are latitude and longitude."""
 
     axis: str
@@ -64,13 +64,13 @@ class Spot:
         return OutsideTruth(self.axis, self.low, self.high, self.draw_w, AXES[self.axis].unit, self.radius_m)
 
 
-def draw_spot(rng: np.random.Generator, axis: str, scene: Scene, calm: Sequence[Driven]) -> Spot:
+def draw_spot(rng: np.random.Generator, axis: str, scene: Scene, calm: Sequence[WorldDrive]) -> OutsideSpot:
     """A band that enough of the driving falls into, and the draw that takes about SHARE of all energy there."""
     if axis == "place":
         spot = _place(rng, scene, calm)
     else:
         low, high = _band(rng, axis, _along(axis, calm))
-        spot = Spot(axis, low, high, 1.0)
+        spot = OutsideSpot(axis, low, high, 1.0)
     probe = with_spot(scene, spot)
     drawn = probe.drive(Strengths(draw_w=1.0))
     seconds = sum(float(drive.energy_j[dynamics.DRAW]) for drive in drawn)
@@ -79,7 +79,7 @@ def draw_spot(rng: np.random.Generator, axis: str, scene: Scene, calm: Sequence[
     return replace(spot, draw_w=float(np.clip(np.rint(watts), LEAST_W, MOST_W)))
 
 
-def with_spot(scene: Scene, spot: Spot) -> Scene:
+def with_spot(scene: Scene, spot: OutsideSpot) -> Scene:
     """The scene with the place of the draw set in each of its trips."""
     trips = tuple(
         replace(
@@ -96,7 +96,7 @@ def with_spot(scene: Scene, spot: Spot) -> Scene:
     return replace(scene, trips=trips)
 
 
-def _along(axis: str, calm: Sequence[Driven]) -> NDArray[np.float64]:
+def _along(axis: str, calm: Sequence[WorldDrive]) -> NDArray[np.float64]:
     """Where on the axis each second of moving was."""
     seen = []
     for drive in calm:
@@ -123,7 +123,7 @@ def _band(rng: np.random.Generator, axis: str, along: NDArray[np.float64]) -> tu
     return low, max(high, low + 4.0 * step)
 
 
-def _place(rng: np.random.Generator, scene: Scene, calm: Sequence[Driven]) -> Spot:
+def _place(rng: np.random.Generator, scene: Scene, calm: Sequence[WorldDrive]) -> OutsideSpot:
     """The spot on the road that most trips come by, of twenty taken at random."""
     loop = scene.loop
     passed = [set((drive.states[:, PLACE].astype(np.int64) // 50).tolist()) for drive in calm]
@@ -134,4 +134,4 @@ def _place(rng: np.random.Generator, scene: Scene, calm: Sequence[Driven]) -> Sp
     best = max(candidates.tolist(), key=lambda node: sum(node // 50 in cells for cells in passed))
     step = AXES["place"].step
     north, east = (float(np.rint(line[best] / step) * step) for line in (loop.latitude_deg, loop.longitude_deg))
-    return Spot("place", north, east, 1.0, float(np.rint(rng.uniform(*PLACE_RADIUS_M))))
+    return OutsideSpot("place", north, east, 1.0, float(np.rint(rng.uniform(*PLACE_RADIUS_M))))

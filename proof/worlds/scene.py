@@ -17,10 +17,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from proof.worlds.car import Car
-    from proof.worlds.dynamics import Driven
+    from proof.worlds.dynamics import WorldDrive
     from proof.worlds.loop import Loop
     from proof.worlds.sensors import Sensors
-    from proof.worlds.trips import Regime, Trip
+    from proof.worlds.trips import WorldRegime, WorldTrip
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,10 +30,10 @@ class Scene:
     car: Car
     loop: Loop
     sensors: Sensors
-    trips: tuple[Trip, ...]
+    trips: tuple[WorldTrip, ...]
     base_trips: int
 
-    def drive(self, strengths: Strengths) -> tuple[Driven, ...]:
+    def drive(self, strengths: Strengths) -> tuple[WorldDrive, ...]:
         """All trips driven with these effects on."""
         way = way_of(self.loop)
         return tuple(drive(self.car, strengths, trip.day, way, trip.chance, trip.demand_mps) for trip in self.trips)
@@ -48,7 +48,7 @@ class Scene:
 
 
 def draw_scene(
-    seeds: np.random.SeedSequence, regime: Regime, count: int, extra: tuple[Regime, int] | None = None
+    seeds: np.random.SeedSequence, regime: WorldRegime, count: int, extra: tuple[WorldRegime, int] | None = None
 ) -> Scene:
     """A scene of `count` drives, and some more in another regime that come on top of them.
 

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
     from pathlib import Path
 
-    from proof.worlds.world import Label
+    from proof.worlds.world import WorldLabel
 
 LABEL_FILE: Final = "label.json"
 SEAL_FILE: Final = "seal.json"
@@ -27,17 +27,17 @@ class SealError(Exception):
         super().__init__(f"label of world {world_id!r} is {found}, allowed: {allowed}")
 
 
-def label_text(label: Label) -> str:
+def label_text(label: WorldLabel) -> str:
     """The label as the JSON text that is written and hashed: sorted keys, numbers in full."""
     return json.dumps(_plain(asdict(label)), indent=1, sort_keys=True, allow_nan=False) + "\n"
 
 
-def seal(labels: Iterable[Label]) -> dict[str, str]:
+def seal(labels: Iterable[WorldLabel]) -> dict[str, str]:
     """SHA-256 of each label's text by world, as hexadecimal digits."""
     return {label.world_id: _digest(label_text(label)) for label in labels}
 
 
-def write_labels(labels: Iterable[Label], folder: Path) -> dict[str, str]:
+def write_labels(labels: Iterable[WorldLabel], folder: Path) -> dict[str, str]:
     """Write a label.json a world and seal.json over all of them into a folder of their own; returns the seal."""
     labels = tuple(labels)
     for label in labels:

@@ -16,9 +16,9 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from proof.worlds.dynamics import Driven
+    from proof.worlds.dynamics import WorldDrive
     from proof.worlds.loop import Loop
-    from proof.worlds.trips import Trip
+    from proof.worlds.trips import WorldTrip
 
 Channels = dict[str, "NDArray[np.float64]"]
 KMH_PER_MPS: Final = 3.6
@@ -58,7 +58,7 @@ def draw_sensors(rng: np.random.Generator) -> Sensors:
 
 
 def recorded(
-    rng: np.random.Generator, sensors: Sensors, loop: Loop, trip: Trip, driven: Driven, names: Collection[str]
+    rng: np.random.Generator, sensors: Sensors, loop: Loop, trip: WorldTrip, driven: WorldDrive, names: Collection[str]
 ) -> Channels:
     """The channels of these names, float64 (n,), one value a second; wind, load and water as they truly were."""
     seconds = driven.states.shape[0]

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from proof.worlds.dynamics import Chance, Circumstances, Way
-from proof.worlds.loop import Loop, Terrain
+from proof.worlds.dynamics import Chance, Circumstances, WorldWay
+from proof.worlds.loop import Loop, LoopTerrain
 from proof.worlds.traffic import STEPS_PER_S, Manners, speed_demand_mps, wander
 
 if TYPE_CHECKING:
@@ -23,7 +23,7 @@ PAUSE_MIN: Final = (10.0, 25.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Regime:
+class WorldRegime:
     """What the drives of a world have in common.
 
     mix: shares of urban, rural and motorway. steady_kmh: one speed throughout. minutes: of a drive. air_c: spread
@@ -34,7 +34,7 @@ class Regime:
 
     mix: tuple[float, float, float] = (0.3, 0.4, 0.3)
     steady_kmh: float | None = None
-    terrain: Terrain = field(default_factory=Terrain)
+    terrain: LoopTerrain = field(default_factory=LoopTerrain)
     minutes: tuple[float, float] = (12.0, 32.0)
     air_c: tuple[float, float] = (-10.0, 35.0)
     waits_s: tuple[float, float] = (3.0, 50.0)
@@ -48,7 +48,7 @@ class Regime:
 
 
 @dataclass(frozen=True, slots=True)
-class Trip:
+class WorldTrip:
     """One drive to be driven; winds: whether the day's wind blew, else only its breeze did."""
 
     id: str
@@ -58,14 +58,14 @@ class Trip:
     winds: bool = True
 
 
-def way_of(loop: Loop) -> Way:
+def way_of(loop: Loop) -> WorldWay:
     """The loop as the compiled drive reads it."""
-    return Way(loop.height_m, loop.grade, loop.latitude_deg, loop.longitude_deg, loop.east, loop.north)
+    return WorldWay(loop.height_m, loop.grade, loop.latitude_deg, loop.longitude_deg, loop.east, loop.north)
 
 
 def draw_trips(
-    seeds: np.random.SeedSequence, loop: Loop, regime: Regime, count: int, first: int = 1
-) -> tuple[Trip, ...]:
+    seeds: np.random.SeedSequence, loop: Loop, regime: WorldRegime, count: int, first: int = 1
+) -> tuple[WorldTrip, ...]:
     """Drives numbered from `first` on, each from a seed of its own, with air temperatures spread evenly."""
     common, *own = seeds.spawn(count + 1)
     rng = np.random.default_rng(common)
@@ -78,7 +78,9 @@ def draw_trips(
     )
 
 
-def _draw_trip(rng: np.random.Generator, name: str, loop: Loop, regime: Regime, air_c: float, home: int) -> Trip:
+def _draw_trip(
+    rng: np.random.Generator, name: str, loop: Loop, regime: WorldRegime, air_c: float, home: int
+) -> WorldTrip:
     duration_s = 60.0 * float(rng.uniform(*regime.minutes))
     direction = 1 if rng.random() < 0.5 else -1
     begin_m = 10.0 * float(rng.integers(loop.height_m.size))
@@ -97,10 +99,12 @@ def _draw_trip(rng: np.random.Generator, name: str, loop: Loop, regime: Regime, 
     )
     demand = speed_demand_mps(rng, loop, manners, begin_m, direction, duration_s)
     day = draw_day(rng, regime, air_c, begin_m, direction)
-    return Trip(name, day, draw_chance(rng, demand.size), demand)
+    return WorldTrip(name, day, draw_chance(rng, demand.size), demand)
 
 
-def draw_day(rng: np.random.Generator, regime: Regime, air_c: float, begin_m: float, direction: int) -> Circumstances:
+def draw_day(
+    rng: np.random.Generator, regime: WorldRegime, air_c: float, begin_m: float, direction: int
+) -> Circumstances:
     """Weather, load and states at departure; a drive that follows another begins warm."""
     sun = float(rng.uniform(0.0, 250.0 + 20.0 * max(air_c, 0.0)))
     cabin = air_c + 0.012 * sun * float(rng.uniform(0.3, 1.0))
@@ -159,7 +163,7 @@ def _water(rng: np.random.Generator, seconds: int) -> NDArray[np.float64]:
     return np.asarray(rising * drying, np.float64)
 
 
-def acted_on(effect: str, trips: Iterable[Trip]) -> tuple[str, ...]:
+def acted_on(effect: str, trips: Iterable[WorldTrip]) -> tuple[str, ...]:
     """The trips that an effect acts on where it is a load of single trips; none named for all others."""
     if effect == "roof_box":
         return tuple(trip.id for trip in trips if trip.day.roof_box > 0.0)
@@ -168,7 +172,7 @@ def acted_on(effect: str, trips: Iterable[Trip]) -> tuple[str, ...]:
     return ()
 
 
-def loaded(trips: tuple[Trip, ...], payload: float, wind: float, wet: float) -> tuple[Trip, ...]:
+def loaded(trips: tuple[WorldTrip, ...], payload: float, wind: float, wet: float) -> tuple[WorldTrip, ...]:
     """The trips with load and wind as strong as they were in truth, and dry where no water acted: what sensors see."""
     seen = []
     for trip in trips:

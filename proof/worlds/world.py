@@ -39,7 +39,7 @@ DECIMALS: Final = MappingProxyType(
 )
 
 
-class Kind(StrEnum):
+class WorldKind(StrEnum):
     """What a world is there to show."""
 
     NULL = "null"
@@ -70,7 +70,7 @@ class World:
     """A vehicle as its maker describes it and the drives recorded with it; kind and seed are never written."""
 
     id: str
-    kind: Kind
+    kind: WorldKind
     seed: tuple[int, ...]
     vehicle_toml: str
     recordings: tuple[WorldRecording, ...]
@@ -109,7 +109,7 @@ class OutsideTruth:
 
 
 @dataclass(frozen=True, slots=True)
-class Label:
+class WorldLabel:
     """The truth of a world.
 
     families: of all effects, sorted. confounded_with: families that these drives cannot distinguish from the true ones.
@@ -118,7 +118,7 @@ class Label:
     """
 
     world_id: str
-    kind: Kind
+    kind: WorldKind
     families: tuple[str, ...]
     effects: Mapping[str, EffectTruth]
     outside: OutsideTruth | None

@@ -12,7 +12,7 @@ from benchmarks.machine import this_machine
 from benchmarks.run import main
 from benchmarks.scale.opening import ArraySize, Opened, Step
 from benchmarks.scale.pairs import APART_M, WITHIN_FRAC, draw_pairs
-from benchmarks.scale.regions import Shape, kept_region, shape_of
+from benchmarks.scale.regions import RegionShape, kept_region, shape_of
 from benchmarks.scale.report import scale_json, verdicts
 from benchmarks.scale.run import MOST_SOURCES, ScaleReport, SizeFigures, scale_settings
 from benchmarks.scale.searches import AllFigures, RouteFigures, Searched
@@ -45,7 +45,7 @@ def flat(value: float) -> Spread:
 
 
 def figures(links: int, load_s: float, route_s: float, all_s: float) -> SizeFigures:
-    shape = Shape(links / 2.6, 2.6, 0.8, 290.0, 1.5, 6.0, 0.4)
+    shape = RegionShape(links / 2.6, 2.6, 0.8, 290.0, 1.5, 6.0, 0.4)
     routes = RouteFigures(flat(route_s), flat(2e-3), flat(1e-3), flat(1e-4), flat(5000.0))
     return SizeFigures(
         made=Made("drawn", "synth", links // 2, links, 1.0, 0.1, 2.0, 100.0, 200.0, 12.0),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from proof.answers import Answer, Claim, ClaimedParameter, Spot, TripEnergy
-from proof.worlds.world import EffectTruth, Kind, Label, OutsideTruth
+from proof.worlds.world import EffectTruth, OutsideTruth, WorldKind, WorldLabel
 
 FITTED = ("T1", "T2")
 HELD_OUT = ("T3", "T4")
@@ -48,14 +48,14 @@ def effect(family: str, share: float = 0.05, kwh: float = 0.5) -> EffectTruth:
 
 
 def label(
-    kind: Kind = Kind.SINGLE,
+    kind: WorldKind = WorldKind.SINGLE,
     *families: str,
     share: float = 0.05,
     confounded_with: tuple[str, ...] = (),
     outside: OutsideTruth | None = None,
     changes: dict[str, float] | None = None,
-) -> Label:
-    return Label(
+) -> WorldLabel:
+    return WorldLabel(
         world_id="w1",
         kind=kind,
         families=tuple(sorted(families)),

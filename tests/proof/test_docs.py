@@ -11,7 +11,7 @@ from docs.proof_table import PAGE, with_results
 from proof.carriers import HIDDEN
 from proof.plans import FASTSIM_EACH, full_plan
 from proof.scoring import LEAST_OVERLAP_FRAC, NEAR_M
-from proof.worlds.orders import Order
+from proof.worlds.orders import WorldOrder
 
 TEXT = PAGE.read_text(encoding="utf-8")
 
@@ -36,7 +36,7 @@ def test_the_page_names_the_seed_the_hidden_columns_and_the_bounds() -> None:
 
 def test_the_page_counts_the_worlds_of_the_whole_plan() -> None:
     plan = full_plan()
-    kinds = Counter(order.kind.value for order in plan if isinstance(order, Order))
+    kinds = Counter(order.kind.value for order in plan if isinstance(order, WorldOrder))
     rows = {
         "null": kinds["null"],
         "wrong parameters": kinds["null_wrong_parameters"],

@@ -27,9 +27,9 @@ from proof.plans import CarrierOrder, places
 from proof.sealed import WORLDS, make_into
 from proof.tool import read
 from proof.worlds.making import make_world
-from proof.worlds.orders import Order, Wanted
-from proof.worlds.trips import Regime
-from proof.worlds.world import Kind, write_world
+from proof.worlds.orders import WantedEffect, WorldOrder
+from proof.worlds.trips import WorldRegime
+from proof.worlds.world import WorldKind, write_world
 from tests.proof.made_up import HELD_OUT, answer, trip
 
 if TYPE_CHECKING:
@@ -51,8 +51,8 @@ def recording(name: str, heater_w: float | None, aircon_w: float | None, *notes:
 def drives(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
     """A folder of eight heated drives with a heater column, and the vehicle's file beside it."""
     folder = tmp_path_factory.mktemp("drives")
-    regime = Regime(minutes=(5.0, 7.0), air_c=(-10.0, 20.0))
-    order = Order(Kind.SINGLE, (Wanted("cabin_heating", 0.12),), (10, 10), regime)
+    regime = WorldRegime(minutes=(5.0, 7.0), air_c=(-10.0, 20.0))
+    order = WorldOrder(WorldKind.SINGLE, (WantedEffect("cabin_heating", 0.12),), (10, 10), regime)
     world, label = make_world(order, np.random.SeedSequence(8))
     write_world(world, folder / "all")
     vehicle = (folder / "all" / "vehicle.toml").rename(folder / "vehicle.toml")
@@ -143,7 +143,7 @@ def test_a_carrier_world_is_read_like_any_other_and_does_not_tell_what_carried_i
     folder, vehicle = drives
     named = tmp_path / "some-car.toml"
     named.write_text(vehicle.read_text(encoding="utf-8").replace('id = "vehicle"', 'id = "some-car"'), encoding="utf-8")
-    world_id = make_into(places((CarrierOrder(folder, named, Wanted("wet_road", 0.05)),), 2)[0], tmp_path)
+    world_id = make_into(places((CarrierOrder(folder, named, WantedEffect("wet_road", 0.05)),), 2)[0], tmp_path)
     assert world_id is not None
     recordings, car, _ = read(tmp_path / WORLDS / world_id)
     assert (car.id, len(recordings)) == ("vehicle", 10)

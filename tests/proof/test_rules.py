@@ -13,9 +13,9 @@ from proof.prepared import prepared, without_noise
 from proof.rules import _descended, forward_bic, lasso, ordinary, simpler_rules
 from proof.sealed import WORLDS, make_into
 from proof.tool import held_out_of, read
-from proof.worlds.orders import Order, Wanted
-from proof.worlds.trips import Regime
-from proof.worlds.world import Kind
+from proof.worlds.orders import WantedEffect, WorldOrder
+from proof.worlds.trips import WorldRegime
+from proof.worlds.world import WorldKind
 
 if TYPE_CHECKING:
     from diagnosis.recordings.reading import Recording
@@ -23,13 +23,13 @@ if TYPE_CHECKING:
 
     World = tuple[list[Recording], Vehicle, frozenset[str]]
 
-COLD = Regime(minutes=(10.0, 14.0), air_c=(-12.0, 22.0))
+COLD = WorldRegime(minutes=(10.0, 14.0), air_c=(-12.0, 22.0))
 
 
 @pytest.fixture(scope="module")
 def heated(tmp_path_factory: pytest.TempPathFactory) -> World:
     folder = tmp_path_factory.mktemp("heated")
-    order = Order(Kind.SINGLE, (Wanted("cabin_heating", 0.12),), (24, 24), COLD)
+    order = WorldOrder(WorldKind.SINGLE, (WantedEffect("cabin_heating", 0.12),), (24, 24), COLD)
     world_id = make_into(places((order,), 3)[0], folder)
     assert world_id is not None
     return read(folder / WORLDS / world_id)

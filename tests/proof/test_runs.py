@@ -15,15 +15,15 @@ from proof.plans import small_plan
 from proof.runs import ANSWERS, MAKING, ProofOrder, prove
 from proof.sealed import LABELS, SEALED_FILE, WORLDS, read_seal
 from proof.tool import answered
-from proof.worlds.orders import Order
-from proof.worlds.trips import Regime
-from proof.worlds.world import Kind
+from proof.worlds.orders import WorldOrder
+from proof.worlds.trips import WorldRegime
+from proof.worlds.world import WorldKind
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-FEW = Order(Kind.FEW_TRIPS, trips=(2, 2), regime=Regime(minutes=(3.0, 4.0)))
+FEW = WorldOrder(WorldKind.FEW_TRIPS, trips=(2, 2), regime=WorldRegime(minutes=(3.0, 4.0)))
 
 
 @pytest.fixture(scope="module")

@@ -15,7 +15,7 @@ from proof.runs import Proof
 from proof.scores import compared, figures
 from proof.scoring import Case
 from proof.telling import as_json, figure_row, markdown
-from proof.worlds.world import Kind, OutsideTruth
+from proof.worlds.world import OutsideTruth, WorldKind
 from tests.proof.made_up import HELD_OUT, answer, claim, label, trip
 
 if TYPE_CHECKING:
@@ -30,21 +30,24 @@ def cases() -> list[Case]:
     )
     ruled = replace(predicted, rules=(Rule("other", ("rolling", "thermal"), (2.2, 2.2)),))
     return [
-        Case(label(Kind.NULL), answer(claim("wind"))),
-        Case(label(Kind.NULL), answer(spots=(Spot("soc", 40.0, 50.0, 300.0),))),
-        Case(label(Kind.NULL), answer()),
-        Case(label(Kind.NULL_WRONG_PARAMETERS, changes={"mass_kg": 1.1}), answer(parameters=("mass_kg", "drive_eff"))),
-        Case(label(Kind.SINGLE, "thermal"), ruled, Rule("oracle", ("thermal",), (2.1, 2.1))),
-        Case(label(Kind.SINGLE, "rolling"), answer()),
-        Case(label(Kind.SINGLE, "thermal", share=0.12), answer(claim("rolling", "thermal"))),
-        Case(label(Kind.CONFOUNDED, "thermal", confounded_with=("rolling",)), answer(claim("thermal", "rolling"))),
-        Case(label(Kind.CONFOUNDED_SEPARATED, "thermal"), answer(claim("thermal", energy_kwh=1.3))),
+        Case(label(WorldKind.NULL), answer(claim("wind"))),
+        Case(label(WorldKind.NULL), answer(spots=(Spot("soc", 40.0, 50.0, 300.0),))),
+        Case(label(WorldKind.NULL), answer()),
         Case(
-            label(Kind.OUTSIDE, outside=OutsideTruth("speed", 50.0, 60.0, 900.0, "km/h")),
+            label(WorldKind.NULL_WRONG_PARAMETERS, changes={"mass_kg": 1.1}),
+            answer(parameters=("mass_kg", "drive_eff")),
+        ),
+        Case(label(WorldKind.SINGLE, "thermal"), ruled, Rule("oracle", ("thermal",), (2.1, 2.1))),
+        Case(label(WorldKind.SINGLE, "rolling"), answer()),
+        Case(label(WorldKind.SINGLE, "thermal", share=0.12), answer(claim("rolling", "thermal"))),
+        Case(label(WorldKind.CONFOUNDED, "thermal", confounded_with=("rolling",)), answer(claim("thermal", "rolling"))),
+        Case(label(WorldKind.CONFOUNDED_SEPARATED, "thermal"), answer(claim("thermal", energy_kwh=1.3))),
+        Case(
+            label(WorldKind.OUTSIDE, outside=OutsideTruth("speed", 50.0, 60.0, 900.0, "km/h")),
             answer(spots=(Spot("speed", 80.0, 90.0, 500.0),)),
         ),
-        Case(label(Kind.FEW_TRIPS), answer(verdict="too_few_trips")),
-        Case(label(Kind.FASTSIM, "thermal", share=0.3), predicted),
+        Case(label(WorldKind.FEW_TRIPS), answer(verdict="too_few_trips")),
+        Case(label(WorldKind.FASTSIM, "thermal", share=0.3), predicted),
     ]
 
 

@@ -25,7 +25,7 @@ from proof.scoring import (
     says_anything,
     says_too_few,
 )
-from proof.worlds.world import Kind, OutsideTruth
+from proof.worlds.world import OutsideTruth, WorldKind
 from tests.proof.made_up import HELD_OUT, answer, claim, effect, label, trip
 
 SPOT = Spot("speed", 50.0, 60.0, 900.0)
@@ -63,7 +63,7 @@ def test_a_finding_is_false_where_neither_it_nor_a_rival_is_true() -> None:
 
 
 def test_cannot_tell_wants_the_true_family_and_a_declared_confounder_in_one_finding() -> None:
-    truth = label(Kind.CONFOUNDED, "thermal", confounded_with=("rolling",))
+    truth = label(WorldKind.CONFOUNDED, "thermal", confounded_with=("rolling",))
     assert cannot_tell(answer(claim("thermal", "rolling")), truth)
     assert cannot_tell(answer(claim("rolling", "thermal")), truth)
     assert not cannot_tell(answer(claim("thermal", "wind")), truth)
@@ -71,14 +71,14 @@ def test_cannot_tell_wants_the_true_family_and_a_declared_confounder_in_one_find
 
 
 def test_a_clear_finding_of_a_false_family_is_clearly_wrong() -> None:
-    truth = label(Kind.CONFOUNDED, "thermal")
+    truth = label(WorldKind.CONFOUNDED, "thermal")
     assert clearly_wrong(answer(claim("rolling")), truth)
     assert not clearly_wrong(answer(claim("rolling", "wind")), truth)
     assert not clearly_wrong(answer(claim("thermal")), truth)
 
 
 def test_a_separated_world_is_resolved_by_the_true_family_alone() -> None:
-    truth = label(Kind.CONFOUNDED_SEPARATED, "thermal")
+    truth = label(WorldKind.CONFOUNDED_SEPARATED, "thermal")
     assert resolves(answer(claim("thermal")), truth)
     assert not resolves(answer(claim("thermal", "rolling")), truth)
     assert not resolves(answer(claim("thermal"), claim("rolling")), truth)
@@ -128,7 +128,7 @@ def test_too_few_has_to_be_said_and_nothing_claimed() -> None:
 
 
 def test_intervals_are_held_against_the_net_energy_of_the_fitted_trips() -> None:
-    truth = label(Kind.SINGLE, "thermal")  # 0.5 kWh on each of two fitted trips
+    truth = label(WorldKind.SINGLE, "thermal")  # 0.5 kWh on each of two fitted trips
     assert intervals_cover(answer(claim("thermal", energy_kwh=1.09)), truth) == (True,)
     assert intervals_cover(answer(claim("thermal", energy_kwh=1.11)), truth) == (False,)
     assert intervals_cover(answer(claim("rolling", energy_kwh=1.0)), truth) == ()
@@ -138,7 +138,7 @@ def test_intervals_are_held_against_the_net_energy_of_the_fitted_trips() -> None
 def test_findings_and_effects_of_one_family_are_added_before_intervals_are_judged() -> None:
     """0.7 + 0.7 kWh claimed of 1.0 + 0.28 true: 0.12 off, within √(0.1² + 0.1²) = 0.14."""
     both = {"true_thermal": effect("thermal"), "other": effect("thermal", kwh=0.14)}
-    truth = replace(label(Kind.SEVERAL, "thermal"), effects=both)
+    truth = replace(label(WorldKind.SEVERAL, "thermal"), effects=both)
     assert intervals_cover(answer(claim("thermal", energy_kwh=0.7), claim("thermal", energy_kwh=0.7)), truth) == (True,)
 
 

@@ -10,18 +10,18 @@ import pytest
 from proof.errors import BrokenSealError
 from proof.plans import places
 from proof.sealed import LABELS, WORLDS, made_before, make_into, open_labels, read_seal, seal_all
-from proof.worlds.orders import Order, Wanted
-from proof.worlds.trips import Regime
-from proof.worlds.world import Kind
+from proof.worlds.orders import WantedEffect, WorldOrder
+from proof.worlds.trips import WorldRegime
+from proof.worlds.world import WorldKind
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from proof.sealed import Seal
 
-SHORT = Regime(minutes=(2.0, 3.0), air_c=(-10.0, 0.0))
-HEATED = Order(Kind.FEW_TRIPS, (Wanted("cabin_heating", 0.1),), (2, 2), SHORT)
-PLAN = (HEATED, Order(Kind.FEW_TRIPS, trips=(2, 2), regime=SHORT))
+SHORT = WorldRegime(minutes=(2.0, 3.0), air_c=(-10.0, 0.0))
+HEATED = WorldOrder(WorldKind.FEW_TRIPS, (WantedEffect("cabin_heating", 0.1),), (2, 2), SHORT)
+PLAN = (HEATED, WorldOrder(WorldKind.FEW_TRIPS, trips=(2, 2), regime=SHORT))
 
 
 @pytest.fixture
@@ -91,13 +91,13 @@ def test_labels_of_other_worlds_do_not_come_under_the_seal(tmp_path: Path) -> No
 
 
 def test_twins_share_a_seed_and_others_do_not() -> None:
-    plain = Order(Kind.CONFOUNDED)
-    twin = Order(Kind.CONFOUNDED_SEPARATED, twin=True)
+    plain = WorldOrder(WorldKind.CONFOUNDED)
+    twin = WorldOrder(WorldKind.CONFOUNDED_SEPARATED, twin=True)
     keys = [place.key for place in places((PLAN[0], plain, twin, plain), 5)]
     assert keys == [(0,), (1,), (1,), (3,)]
 
 
 def test_an_order_that_no_drives_carry_stays_unmade(tmp_path: Path) -> None:
-    impossible = Order(Kind.SINGLE, (Wanted("air_conditioning", 0.5),), (2, 2), SHORT)
+    impossible = WorldOrder(WorldKind.SINGLE, (WantedEffect("air_conditioning", 0.5),), (2, 2), SHORT)
     assert make_into(places((impossible,), 5)[0], tmp_path) is None
     assert made_before(tmp_path) == {}

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from playwright.sync_api import Browser, BrowserContext
 
-    from tests.web.served import Served
+    from tests.web.served import ServedMap
 
 CAR: Final = "hyundai-kona-64"
 PATIENCE_MS: Final = 20_000
@@ -60,7 +60,7 @@ def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="session")
-def served(tmp_path_factory: pytest.TempPathFactory, recordings: Path, chromium: str) -> Iterator[Served]:
+def served(tmp_path_factory: pytest.TempPathFactory, recordings: Path, chromium: str) -> Iterator[ServedMap]:
     """The service on the bundled graphs and vehicles, with an empty database."""
     with serving(tmp_path_factory.mktemp("served"), JOULEPATH_RECORDINGS_DIR=str(recordings)) as running:
         yield running
@@ -74,7 +74,7 @@ def browser(chromium: str) -> Iterator[Browser]:
 
 
 @pytest.fixture
-def visit(browser: Browser, served: Served) -> Iterator[Visit]:
+def visit(browser: Browser, served: ServedMap) -> Iterator[Visit]:
     """Opens watched pages; at the end of the test, none of them may have shown a fault."""
     contexts: list[BrowserContext] = []
     pages: list[MapPage] = []

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Served:
+class ServedMap:
     """A running service, asked without a browser."""
 
     address: str
@@ -30,10 +30,10 @@ class Served:
 
 
 @contextmanager
-def serving(folder: Path, **settings: str) -> Iterator[Served]:
+def serving(folder: Path, **settings: str) -> Iterator[ServedMap]:
     """A service with its database and log in a folder; settings by their names in the environment."""
     with (
         served(folder, **settings) as address,
         httpx2.Client(base_url=address, timeout=60.0, trust_env=False) as client,
     ):
-        yield Served(address, client)
+        yield ServedMap(address, client)

@@ -17,14 +17,14 @@ from tests.web.map_page import PHONE, check_shown
 if TYPE_CHECKING:
     from tests.web.conftest import Visit
     from tests.web.map_page import MapPage
-    from tests.web.served import Served
+    from tests.web.served import ServedMap
 
 LONGEST_MS = 120_000
 UNFINISHED = ("queued", "running")
 
 
 @pytest.fixture(scope="module")
-def diagnosed(served: Served) -> dict[str, Any]:
+def diagnosed(served: ServedMap) -> dict[str, Any]:
     """A diagnosis of the recordings that lie on the server, done."""
     asked = {"recordings": ["winter/*.csv"], "vehicle": "hyundai-kona-64", "holdout_fraction": 0.3}
     answer: dict[str, Any] = served.ask("/diagnoses", asked)
@@ -41,7 +41,7 @@ def open_tab(page: MapPage) -> None:
 
 
 def test_uploaded_recordings_are_diagnosed_and_what_is_learned_reaches_the_next_route(
-    page: MapPage, recordings: Path, served: Served
+    page: MapPage, recordings: Path, served: ServedMap
 ):
     shown = page.page
     open_tab(page)
@@ -115,7 +115,7 @@ def test_drive_is_shown_along_time_with_a_cursor_for_keys(visit: Visit, diagnose
     expect(chart).to_have_count(0)
 
 
-def test_files_of_a_result_hold_what_the_service_answers(visit: Visit, diagnosed: dict[str, Any], served: Served):
+def test_files_of_a_result_hold_what_the_service_answers(visit: Visit, diagnosed: dict[str, Any], served: ServedMap):
     page = visit(f"?tab=diagnosis&diagnosis={diagnosed['id']}")
     with page.page.expect_download() as caught:
         page.page.get_by_role("button", name="diagnosis.json").click()
@@ -127,7 +127,7 @@ def test_files_of_a_result_hold_what_the_service_answers(visit: Visit, diagnosed
 
 
 def test_earlier_diagnosis_is_opened_and_removed_after_a_question(
-    visit: Visit, diagnosed: dict[str, Any], served: Served
+    visit: Visit, diagnosed: dict[str, Any], served: ServedMap
 ):
     queued = served.ask("/diagnoses", {"recordings": ["winter/winter-00.csv"], "vehicle": "hyundai-kona-64"})
     while served.ask(f"/diagnoses/{queued['id']}")["state"] in UNFINISHED:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from tests.web.conftest import Visit
     from tests.web.map_page import MapPage
-    from tests.web.served import Served
+    from tests.web.served import ServedMap
 
 RANGE = "?tab=range&start=43.872,-36.433&soc=30"
 ROUTE = "?start=43.872,-36.433&goal=43.8,-35.9"
@@ -34,7 +34,7 @@ def refuse(page: MapPage, path: str, status: int, body: Any) -> None:
     )
 
 
-def documented_problems(served: Served, path: str) -> list[dict[str, Any]]:
+def documented_problems(served: ServedMap, path: str) -> list[dict[str, Any]]:
     """The problem documents that the service's OpenAPI document gives as examples for POST."""
     answers = served.ask("/openapi.json")["paths"][path]["post"]["responses"]
     found = []
@@ -78,7 +78,7 @@ def test_unknown_graph_of_an_address_is_replaced_by_the_default(visit: Visit):
 
 
 @pytest.mark.parametrize("path", ["/route", "/range"])
-def test_every_documented_problem_is_shown_and_goes_away_with_a_good_answer(visit: Visit, served: Served, path: str):
+def test_every_documented_problem_is_shown_and_goes_away_with_a_good_answer(visit: Visit, served: ServedMap, path: str):
     page = visit(RANGE if path == "/range" else ROUTE)
     documented = documented_problems(served, path)
     assert len(documented) > 8

@@ -14,10 +14,10 @@ from tests.web.map_page import PHONE, check_shown
 if TYPE_CHECKING:
     from tests.web.conftest import Visit
     from tests.web.map_page import MapPage
-    from tests.web.served import Served
+    from tests.web.served import ServedMap
 
 
-def test_first_page_shows_roads_pickers_and_what_to_do(page: MapPage, served: Served):
+def test_first_page_shows_roads_pickers_and_what_to_do(page: MapPage, served: ServedMap):
     shown = page.page
     expect(shown).to_have_title(re.compile("joulepath"))
     expect(shown.locator("#map-hint")).to_have_text("Click the map to set start")
@@ -54,7 +54,7 @@ def test_picked_graph_is_drawn_in_place_of_the_other(page: MapPage):
     assert page.address_query() == {}
 
 
-def test_picked_vehicle_is_asked_for_and_shown(page: MapPage, served: Served):
+def test_picked_vehicle_is_asked_for_and_shown(page: MapPage, served: ServedMap):
     page.page.get_by_label("Vehicle", exact=True).select_option("bmw-i3-60ah")
     check_shown(
         page.page.locator("#vehicle").inner_text(),

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
     from tests.web.conftest import Visit
     from tests.web.map_page import MapPage
-    from tests.web.served import Served
+    from tests.web.served import ServedMap
 
 BELOW_MARKER_PX = 5  # from a marker's lower edge to its place
 APART_PX = 30  # of a place that is clicked from all that could be hit in its stead
@@ -103,7 +103,7 @@ class Looked:
 
 
 @pytest.fixture
-def looked(visit: Visit, served: Served) -> Looked:
+def looked(visit: Visit, served: ServedMap) -> Looked:
     """The page with a journey of several routes, of which eco is looked at."""
     page = visit(QUERY)
     expect(card(page, "Eco")).to_be_checked()
@@ -188,7 +188,7 @@ def test_click_on_a_hot_stretchs_line_marks_it_in_the_list(looked: Looked) -> No
     assert looked.page.place("Goal") == GOAL
 
 
-def test_range_is_saved_as_geojson_that_is_the_answer(visit: Visit, served: Served) -> None:
+def test_range_is_saved_as_geojson_that_is_the_answer(visit: Visit, served: ServedMap) -> None:
     page = visit(RANGE_QUERY)
     with page.asking("/range") as found:
         page.page.get_by_label("Bands").fill("2")
@@ -259,7 +259,7 @@ def drive_along(positions: NDArray[np.float64], car: Vehicle, top_kmh: float) ->
 
 
 @pytest.fixture(scope="module")
-def driven(served: Served) -> dict[str, Any]:
+def driven(served: ServedMap) -> dict[str, Any]:
     """A diagnosis of three drives along streets of coquimbo, done."""
     car = load_vehicle(ROOT / f"data/vehicles/{CAR}.toml")
     assert isinstance(car, Vehicle)
@@ -279,7 +279,7 @@ def driven(served: Served) -> dict[str, Any]:
 
 
 def test_residuals_are_coloured_on_the_map_shown_under_the_pointer_and_leave_with_the_tab(
-    visit: Visit, driven: dict[str, Any], served: Served
+    visit: Visit, driven: dict[str, Any], served: ServedMap
 ) -> None:
     residuals = served.ask(driven["links"]["residuals"])
     assert residuals["kind"] == "links"

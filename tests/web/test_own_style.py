@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from playwright.sync_api import Browser
 
-    from tests.web.served import Served
+    from tests.web.served import ServedMap
 
 STYLE_PATH: Final = "/styles/plain.json"
 PINK: Final = {
@@ -36,7 +36,9 @@ def test_named_style_is_drawn_below_the_area_instead_of_the_graph(browser: Brows
     assert 0.2 < pink.mean() < 0.99  # ground all around, the area over it
 
 
-def test_benchmark_counts_every_kind_of_content_and_less_when_it_comes_again(browser: Browser, served: Served) -> None:
+def test_benchmark_counts_every_kind_of_content_and_less_when_it_comes_again(
+    browser: Browser, served: ServedMap
+) -> None:
     figures = measured_visits(browser, served.address, repeat=1, ready_s=1.0)
     assert figures.graph == "highlands"
     for weight in figures.first.weights:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from tests.web.conftest import Visit
     from tests.web.map_page import MapPage, Place
-    from tests.web.served import Served
+    from tests.web.served import ServedMap
 
 START, GOAL, BETWEEN = (43.872, -36.433), (43.697, -35.19), (43.7696, -35.9)
 ROUTE_QUERY = f"?start={START[0]},{START[1]}&goal={GOAL[0]},{GOAL[1]}"
@@ -36,7 +36,7 @@ def mercator(place: Place) -> tuple[float, float]:
     return 0.5 + lon / math.tau, 0.5 - math.asinh(math.tan(lat)) / math.tau
 
 
-def pixel_of(page: MapPage, served: Served, place: Place) -> tuple[float, float]:
+def pixel_of(page: MapPage, served: ServedMap, place: Place) -> tuple[float, float]:
     """Where a place lies on the map [px from its upper left corner] as long as nobody moved it: all of it is shown."""
     west, south, east, north = served.ask("/graphs/highlands/tiles.json")["bounds"]
     west_x, low = mercator((south, west))
@@ -64,7 +64,7 @@ def click_map(page: MapPage, pixel: tuple[float, float]) -> None:
     page.page.locator("#map").click(position={"x": pixel[0], "y": pixel[1]})
 
 
-def test_first_click_sets_the_start_and_second_the_goal_where_they_were_made(page: MapPage, served: Served):
+def test_first_click_sets_the_start_and_second_the_goal_where_they_were_made(page: MapPage, served: ServedMap):
     per_pixel_deg = abs(served_width_deg(served)) / 800
     with page.asking("/range") as area:
         click_map(page, pixel_of(page, served, START))
@@ -79,12 +79,12 @@ def test_first_click_sets_the_start_and_second_the_goal_where_they_were_made(pag
     assert area.body["origin"] == found.body["start"]
 
 
-def served_width_deg(served: Served) -> float:
+def served_width_deg(served: ServedMap) -> float:
     west, _, east, _ = served.ask("/graphs/highlands/tiles.json")["bounds"]
     return float(east - west)
 
 
-def test_typed_coordinates_are_asked_for_and_marked(page: MapPage, served: Served):
+def test_typed_coordinates_are_asked_for_and_marked(page: MapPage, served: ServedMap):
     page.type_place("Start", START)
     with page.asking("/route") as found:
         page.type_place("Goal", GOAL)
@@ -109,7 +109,7 @@ def test_text_that_is_no_place_is_refused_beside_the_field(page: MapPage):
     expect(box).to_have_value("43.87200, -36.43300")
 
 
-def test_what_is_being_typed_stays_while_another_place_is_set_and_goes_with_clear(page: MapPage, served: Served):
+def test_what_is_being_typed_stays_while_another_place_is_set_and_goes_with_clear(page: MapPage, served: ServedMap):
     goal = page.place_box("Goal")
     goal.press_sequentially("43.69")
     with page.asking("/range"):
@@ -169,7 +169,7 @@ def test_swap_turns_the_journey_round_and_clear_empties_it(visit: Visit):
     assert page.address_query() == {}
 
 
-def test_via_point_is_added_on_the_way_moved_and_removed(visit: Visit, served: Served):
+def test_via_point_is_added_on_the_way_moved_and_removed(visit: Visit, served: ServedMap):
     page = visit(ROUTE_QUERY)
     expect(page.page.get_by_role("radio", name="Eco:")).to_be_attached()
     ((_, asked),) = page.sent
@@ -189,7 +189,7 @@ def test_via_point_is_added_on_the_way_moved_and_removed(visit: Visit, served: S
     expect(page.marker("Via point 1")).to_have_count(0)
 
 
-def test_place_is_set_anew_by_its_button_and_a_click_and_escape_ends_that(visit: Visit, served: Served):
+def test_place_is_set_anew_by_its_button_and_a_click_and_escape_ends_that(visit: Visit, served: ServedMap):
     page = visit(f"?start={START[0]},{START[1]}")
     aim = page.page.get_by_role("button", name="Set start on the map")
     aim.click()

@@ -12,7 +12,7 @@ from tests.web.map_page import check_shown, shown_number
 if TYPE_CHECKING:
     from tests.web.conftest import Visit
     from tests.web.map_page import MapPage
-    from tests.web.served import Served
+    from tests.web.served import ServedMap
 
 PLACE = {"lat": 43.872, "lon": -36.433}
 QUERY = "?tab=range&start=43.872,-36.433&soc=30"
@@ -42,7 +42,7 @@ def check_table(page: MapPage, answer: Any) -> None:
     check_shown(page.page.locator("#announcer").inner_text(), "km²", bands[0]["area_km2"])
 
 
-def test_range_is_drawn_and_shown_as_the_service_answers(visit: Visit, served: Served):
+def test_range_is_drawn_and_shown_as_the_service_answers(visit: Visit, served: ServedMap):
     page = visit("?tab=range&soc=30")
     before = page.picture()
     with page.asking("/range") as found:
@@ -82,7 +82,7 @@ def test_reserve_never_exceeds_the_charge(visit: Visit):
     expect(page.page.get_by_label("Reserve")).to_have_value("5")
 
 
-def test_slider_that_is_moved_fast_asks_less_often_and_shows_the_last_answer(visit: Visit, served: Served):
+def test_slider_that_is_moved_fast_asks_less_often_and_shows_the_last_answer(visit: Visit, served: ServedMap):
     page = visit(QUERY)
     expect(page.page.locator("#range tbody tr")).to_have_count(4)
     page.sent.clear()
@@ -117,7 +117,7 @@ def test_answer_that_was_overtaken_is_never_shown(visit: Visit):
     assert found.body["soc"] == 0.6
 
 
-def test_range_modes_are_asked_for_and_shown(visit: Visit, served: Served):
+def test_range_modes_are_asked_for_and_shown(visit: Visit, served: ServedMap):
     page = visit(QUERY)
     modes = {"To here": {"reverse": True}, "Round trip": {"round_trip": True}, "From here": {}}
     outermost_km2 = {}

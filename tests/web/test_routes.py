@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from tests.web.conftest import Visit
     from tests.web.map_page import MapPage
-    from tests.web.served import Served
+    from tests.web.served import ServedMap
 
 START, GOAL, BETWEEN = (43.872, -36.433), (43.697, -35.19), (43.77, -35.9)
 QUERY = f"?start={START[0]},{START[1]}&goal={GOAL[0]},{GOAL[1]}&soc=60"
@@ -70,7 +70,7 @@ def routes(visit: Visit) -> MapPage:
     return page
 
 
-def test_routes_are_shown_as_the_service_answers_and_eco_takes_the_least(routes: MapPage, served: Served):
+def test_routes_are_shown_as_the_service_answers_and_eco_takes_the_least(routes: MapPage, served: ServedMap):
     answer = served.ask("/route", ASKED)
     assert routes.sent == [("/route", ASKED)]
     check_cards(routes, answer)
@@ -81,7 +81,7 @@ def test_routes_are_shown_as_the_service_answers_and_eco_takes_the_least(routes:
     check_shown(routes.page.locator("#announcer").inner_text(), "kWh", answer["routes"][0]["energy_kwh"])
 
 
-def test_chosen_route_is_looked_at_in_all_places(routes: MapPage, served: Served):
+def test_chosen_route_is_looked_at_in_all_places(routes: MapPage, served: ServedMap):
     answer = {route["name"]: route for route in served.ask("/route", ASKED)["routes"]}
     parts = routes.page.get_by_role("table", name=re.compile("Energy by cause"))
     check_shown(parts.locator("tfoot").inner_text(), "kWh", answer["eco"]["energy_kwh"])
@@ -116,7 +116,7 @@ def test_line_takes_other_colours_with_their_legend(routes: MapPage):
     assert routes.address_query()["colour"] == "plain"
 
 
-def test_cursor_of_the_chart_is_moved_with_keys_and_shown_on_the_map(routes: MapPage, served: Served):
+def test_cursor_of_the_chart_is_moved_with_keys_and_shown_on_the_map(routes: MapPage, served: ServedMap):
     eco = served.ask("/route", ASKED)["routes"][0]
     slider = routes.page.get_by_role("slider", name="Place along the route")
     before = routes.picture()
@@ -151,7 +151,7 @@ def test_chart_shows_charge_height_and_speed_and_can_be_folded(routes: MapPage):
     expect(plot).to_be_visible()
 
 
-def test_hot_stretch_is_zoomed_to_marked_and_left_again(routes: MapPage, served: Served):
+def test_hot_stretch_is_zoomed_to_marked_and_left_again(routes: MapPage, served: ServedMap):
     hot = served.ask("/route", ASKED)["routes"][0]["hot_links"]
     stretches = routes.page.locator("#routes ol").get_by_role("button")
     expect(stretches).to_have_count(len(hot))
@@ -167,7 +167,7 @@ def test_hot_stretch_is_zoomed_to_marked_and_left_again(routes: MapPage, served:
     expect(routes.page.locator(".profile-stretch")).to_have_count(0)
 
 
-def test_route_out_of_reach_says_what_is_missing_and_its_remedy_makes_it_work(visit: Visit, served: Served):
+def test_route_out_of_reach_says_what_is_missing_and_its_remedy_makes_it_work(visit: Visit, served: ServedMap):
     page = visit(QUERY.replace("soc=60", "soc=25"))
     notice = page.page.locator("#routes .notice.bad")
     expect(notice).to_contain_text("Out of reach")
@@ -185,7 +185,7 @@ def test_route_out_of_reach_says_what_is_missing_and_its_remedy_makes_it_work(vi
     expect(page.page.locator("[data-marker]")).to_have_count(2)
 
 
-def test_via_point_makes_legs_that_add_up(visit: Visit, served: Served):
+def test_via_point_makes_legs_that_add_up(visit: Visit, served: ServedMap):
     page = visit(f"{QUERY}&via={BETWEEN[0]},{BETWEEN[1]}")
     expect(card(page, "Eco")).to_be_attached()
     eco = served.ask("/route", {**ASKED, "via": places_as_sent(BETWEEN)})["routes"][0]
@@ -216,7 +216,7 @@ def test_cold_takes_more_energy_and_uncertainty_widens_the_answer(routes: MapPag
     expect(card(routes, "Eco")).to_have_attribute("aria-label", re.compile(re.escape(sure)))
 
 
-def test_routes_are_saved_as_geojson_that_holds_the_answer(routes: MapPage, served: Served):
+def test_routes_are_saved_as_geojson_that_holds_the_answer(routes: MapPage, served: ServedMap):
     name, text = saved(routes, "GeoJSON")
     assert name.endswith(".geojson")
     collection = json.loads(text)
@@ -229,7 +229,7 @@ def test_routes_are_saved_as_geojson_that_holds_the_answer(routes: MapPage, serv
         assert line["properties"]["energy_kwh"] == pytest.approx(route["energy_kwh"])
 
 
-def test_route_is_saved_as_gpx_with_heights(routes: MapPage, served: Served):
+def test_route_is_saved_as_gpx_with_heights(routes: MapPage, served: ServedMap):
     name, text = saved(routes, "GPX")
     assert name.endswith(".gpx")
     root = ElementTree.fromstring(text)

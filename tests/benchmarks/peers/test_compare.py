@@ -20,7 +20,7 @@ from benchmarks.peers.compare import (
     nodes_within,
 )
 from benchmarks.peers.pairs import draw_pairs, draw_places, on_those_roads
-from benchmarks.peers.questions import Answer, Question
+from benchmarks.peers.questions import EngineAnswer, Question
 from routing.graph.earth import great_circle_m
 from routing.graph.files import load_graph
 
@@ -34,15 +34,15 @@ class Squares:
     def __init__(self, name, half_width_deg, diary, refuses=lambda question: False) -> None:
         self._name, self._half_width_deg, self._diary, self._refuses = name, half_width_deg, diary, refuses
 
-    def ask(self, question: Question) -> Answer:
+    def ask(self, question: Question) -> EngineAnswer:
         self._diary.append((self._name, question))
         if self._refuses(question):
-            return Answer(refused="not for me")
+            return EngineAnswer(refused="not for me")
         (lat, lon), half = question.start, self._half_width_deg * question.budget
         if question.goal is not None:
-            return Answer(seconds=1.0, energy_kwh=2.0, ends=(question.start, question.goal))
+            return EngineAnswer(seconds=1.0, energy_kwh=2.0, ends=(question.start, question.goal))
         ring = [(lon - half, lat - half), (lon + half, lat - half), (lon + half, lat + half), (lon - half, lat + half)]
-        return Answer(seconds=1.0, shape=[[ring]])
+        return EngineAnswer(seconds=1.0, shape=[[ring]])
 
 
 @pytest.fixture(scope="module")
@@ -69,10 +69,10 @@ def test_pairs_of_a_graph_of_two_kilometres_are_an_error(corner) -> None:
 def test_route_is_on_other_roads_beyond_100_metres() -> None:
     question = Question((0.0, 0.0), (0.0, 1.0))
     # at the equator, 0.0008 degrees are 89 m and 0.001 degrees 111 m
-    assert on_those_roads(question, Answer(ends=((0.0008, 0.0), (0.0, 1.0008))))
-    assert not on_those_roads(question, Answer(ends=((0.001, 0.0), (0.0, 1.0))))
-    assert not on_those_roads(question, Answer(ends=((0.0, 0.0), (0.0, 1.001))))
-    assert on_those_roads(question, Answer())
+    assert on_those_roads(question, EngineAnswer(ends=((0.0008, 0.0), (0.0, 1.0008))))
+    assert not on_those_roads(question, EngineAnswer(ends=((0.001, 0.0), (0.0, 1.0))))
+    assert not on_those_roads(question, EngineAnswer(ends=((0.0, 0.0), (0.0, 1.001))))
+    assert on_those_roads(question, EngineAnswer())
 
 
 def test_every_pair_is_asked_once_of_each_engine_and_another_one_begins_each_time(region) -> None:
@@ -148,6 +148,6 @@ def test_energy_ratio_is_the_median_of_the_routes_ratios(region) -> None:
     engines = [Competitor(name, Squares(name, 1.0, []), 1.0) for name in ("ours", "theirs")]
     rounds = measure_routes(engines, draw_pairs(region, np.random.default_rng(1)), 3)
     for answered, energy_kwh in zip(rounds.answers, (3.0, 5.0, 4.0), strict=True):
-        answered[1] = Answer(energy_kwh=energy_kwh)
+        answered[1] = EngineAnswer(energy_kwh=energy_kwh)
     assert energy_ratio(rounds, "theirs") == 2.0  # 1.5, 2.5 and 2
     assert energy_ratio(rounds, "ours") == 1.0

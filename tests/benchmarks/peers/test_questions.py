@@ -7,19 +7,19 @@ import sys
 import pytest
 
 from benchmarks.peers.environments import PeerUnavailableError
-from benchmarks.peers.questions import Answer, Question, answer_of, line_of, question_of
+from benchmarks.peers.questions import EngineAnswer, Question, answer_of, line_of, question_of
 from benchmarks.peers.valhalla_worker import decoded
 from benchmarks.peers.worker import working
 
 NOISY = """
-from benchmarks.peers.questions import Answer, serve
+from benchmarks.peers.questions import EngineAnswer, serve
 def load():
     print("loading")
     def ask(question):
         print("asked")
         if question.budget < 0.0:
             raise ValueError("budget below 0")
-        return Answer(seconds=question.budget, ends=(question.start, question.start))
+        return EngineAnswer(seconds=question.budget, ends=(question.start, question.start))
     return ask
 serve(load)
 """
@@ -35,9 +35,9 @@ def test_question_survives_its_line(question) -> None:
 @pytest.mark.parametrize(
     "answer",
     [
-        Answer(0.1, 0.05, 100, 25_000.0, 3.5, ((41.2, -8.6), (41.0, -8.5))),
-        Answer(0.1, size_bytes=7, reached=12, shape=[[[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 0.0]]]]),
-        Answer(refused="no way"),
+        EngineAnswer(0.1, 0.05, 100, 25_000.0, 3.5, ((41.2, -8.6), (41.0, -8.5))),
+        EngineAnswer(0.1, size_bytes=7, reached=12, shape=[[[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 0.0]]]]),
+        EngineAnswer(refused="no way"),
     ],
 )
 def test_answer_survives_its_line(answer) -> None:
@@ -47,7 +47,7 @@ def test_answer_survives_its_line(answer) -> None:
 def test_worker_answers_and_refuses_whatever_its_libraries_print(tmp_path) -> None:
     log = tmp_path / "log"
     with working("Engine", [sys.executable, "-c", NOISY], log) as worker:
-        assert worker.ask(Question((1.0, 2.0), None, 0.5)) == Answer(seconds=0.5, ends=((1.0, 2.0), (1.0, 2.0)))
+        assert worker.ask(Question((1.0, 2.0), None, 0.5)) == EngineAnswer(seconds=0.5, ends=((1.0, 2.0), (1.0, 2.0)))
         assert worker.ask(Question((1.0, 2.0), None, -1.0)).refused == "ValueError: budget below 0"
         assert worker.ask(Question((1.0, 2.0), None, 0.25)).seconds == 0.25
     assert "loading" in log.read_text()

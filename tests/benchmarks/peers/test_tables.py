@@ -10,28 +10,30 @@ from rich.console import Console
 
 from benchmarks.machine import this_machine
 from benchmarks.peers.compare import Rounds
-from benchmarks.peers.questions import Answer
+from benchmarks.peers.questions import EngineAnswer
 from benchmarks.peers.tables import RANGES, ROUTES, PeerReport, asked_of, print_report, report_json, verdicts
 
 OURS, ROUTEE, VALHALLA = "joulepath", "RouteE Compass", "Valhalla"
 
 
-def route(seconds, search_s, distance_m=30_000.0) -> Answer:
-    return Answer(seconds=seconds, search_s=search_s, size_bytes=2_000, distance_m=distance_m, energy_kwh=4.0)
+def route(seconds, search_s, distance_m=30_000.0) -> EngineAnswer:
+    return EngineAnswer(seconds=seconds, search_s=search_s, size_bytes=2_000, distance_m=distance_m, energy_kwh=4.0)
 
 
 def routes() -> Rounds:
     # ours over RouteE's search: 0.05, 0.1, 0.025; over Valhalla's call: 1, 2, 0.5
     answers = [
-        [route(0.010, 0.004), route(0.25, 0.2), Answer(seconds=0.010, size_bytes=3_000)],
-        [route(0.020, 0.005), route(0.25, 0.2), Answer(seconds=0.010, size_bytes=3_000)],
-        [route(0.005, 0.003), route(0.25, 0.2), Answer(seconds=0.010, size_bytes=3_000)],
+        [route(0.010, 0.004), route(0.25, 0.2), EngineAnswer(seconds=0.010, size_bytes=3_000)],
+        [route(0.020, 0.005), route(0.25, 0.2), EngineAnswer(seconds=0.010, size_bytes=3_000)],
+        [route(0.005, 0.003), route(0.25, 0.2), EngineAnswer(seconds=0.010, size_bytes=3_000)],
     ]
     return Rounds((OURS, ROUTEE, VALHALLA), answers, [], 1)
 
 
 def ranges() -> Rounds:
-    answers = [[Answer(seconds=0.02, search_s=0.01, size_bytes=5_000), Answer(seconds=0.1, size_bytes=1_000)]]
+    answers = [
+        [EngineAnswer(seconds=0.02, search_s=0.01, size_bytes=5_000), EngineAnswer(seconds=0.1, size_bytes=1_000)]
+    ]
     return Rounds((OURS, VALHALLA), answers, [[700, 690]], 0)
 
 
@@ -69,7 +71,7 @@ def test_engines_that_took_no_part_have_no_lines() -> None:
 
 def test_search_time_that_an_engine_does_not_tell_is_an_error() -> None:
     with pytest.raises(ValueError, match="has no time of its search"):
-        asked_of("ranges", RANGES, Rounds((OURS,), [[Answer(seconds=0.1)]], [[1]], 0))
+        asked_of("ranges", RANGES, Rounds((OURS,), [[EngineAnswer(seconds=0.1)]], [[1]], 0))
 
 
 def test_verdicts_name_every_target_once() -> None:

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from proof.worlds.car import Car, draw_car
-from proof.worlds.dynamics import Chance, Circumstances, Driven, Strengths, Way, drive
+from proof.worlds.dynamics import Chance, Circumstances, Strengths, WorldDrive, WorldWay, drive
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -66,7 +66,7 @@ def day() -> Circumstances:
 
 
 @pytest.fixture(scope="session")
-def go(car: Car, day: Circumstances) -> Callable[..., Driven]:
+def go(car: Car, day: Circumstances) -> Callable[..., WorldDrive]:
     """Drive north on a road of one grade and height; keywords of Strengths, and of Circumstances as `on_day`."""
 
     def driven(
@@ -77,10 +77,10 @@ def go(car: Car, day: Circumstances) -> Callable[..., Driven]:
         demand: np.ndarray = STOP_AND_GO,
         on_day: dict[str, float] | None = None,
         **strengths: float,
-    ) -> Driven:
+    ) -> WorldDrive:
         nodes = 2000
         ones = np.ones(nodes)
-        way = Way(height_m * ones, grade * ones, 50.0 + 9e-5 * np.arange(nodes), 8.0 * ones, 0.0 * ones, ones)
+        way = WorldWay(height_m * ones, grade * ones, 50.0 + 9e-5 * np.arange(nodes), 8.0 * ones, 0.0 * ones, ones)
         still = np.zeros(demand.size // 10 + 2)
         chance = Chance(still, still, still, still + water)
         return drive(car, Strengths(**strengths), day._replace(**(on_day or {})), way, chance, demand)

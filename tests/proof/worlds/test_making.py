@@ -13,18 +13,18 @@ from energy.vehicle.files import load_vehicle
 from energy.vehicle.vehicle import Vehicle
 from proof.worlds.causes import CAUSES
 from proof.worlds.making import make_world, world_at, worlds
-from proof.worlds.orders import CONFUSIONS, OUTSIDE_AXES, Order, Wanted, confused, single, standard_plan
-from proof.worlds.trips import Regime
-from proof.worlds.world import Kind, Label, World, write_world
+from proof.worlds.orders import CONFUSIONS, OUTSIDE_AXES, WantedEffect, WorldOrder, confused, single, standard_plan
+from proof.worlds.trips import WorldRegime
+from proof.worlds.world import World, WorldKind, WorldLabel, write_world
 
 if TYPE_CHECKING:
     from pathlib import Path
 
 FEW = (6, 6)
-SHORT = Regime(minutes=(12.0, 18.0))
+SHORT = WorldRegime(minutes=(12.0, 18.0))
 
 
-def made(order: Order, seed: int = 3) -> tuple[World, Label]:
+def made(order: WorldOrder, seed: int = 3) -> tuple[World, WorldLabel]:
     return make_world(replace(order, trips=FEW), np.random.SeedSequence(seed))
 
 
@@ -40,7 +40,7 @@ def replayed(world: World, folder: Path) -> tuple[np.ndarray, np.ndarray]:
 
 @pytest.mark.parametrize("seed", [1, 2, 3, 4])
 def test_the_nameplate_of_a_null_world_fits_its_drives_to_a_few_percent(tmp_path: Path, seed: int) -> None:
-    world, label = make_world(Order(Kind.NULL, trips=(12, 12)), np.random.SeedSequence(seed))
+    world, label = make_world(WorldOrder(WorldKind.NULL, trips=(12, 12)), np.random.SeedSequence(seed))
     recorded, modelled = replayed(world, tmp_path)
     assert modelled.sum() == pytest.approx(recorded.sum(), rel=0.03)
     assert np.std(modelled / recorded - 1.0) < 0.06
@@ -50,8 +50,8 @@ def test_the_nameplate_of_a_null_world_fits_its_drives_to_a_few_percent(tmp_path
 
 def test_a_wrong_nameplate_differs_from_the_fitting_one_by_the_labelled_factors(tmp_path: Path) -> None:
     seeds = np.random.SeedSequence(8)
-    right, _ = make_world(Order(Kind.NULL, trips=FEW), seeds)
-    wrong, label = make_world(Order(Kind.NULL_WRONG_PARAMETERS, trips=FEW), seeds)
+    right, _ = make_world(WorldOrder(WorldKind.NULL, trips=FEW), seeds)
+    wrong, label = make_world(WorldOrder(WorldKind.NULL_WRONG_PARAMETERS, trips=FEW), seeds)
     vehicles = []
     for world in (right, wrong):
         write_world(world, tmp_path / world.id)
@@ -95,8 +95,8 @@ def test_effects_on_some_trips_only_name_them_and_spare_the_rest() -> None:
 
 
 def test_several_effects_each_take_their_share() -> None:
-    effects = (Wanted("cabin_heating", 0.05), Wanted("roof_box", 0.05))
-    _, label = made(Order(Kind.SEVERAL, effects, regime=Regime(air_c=(-10.0, 20.0))))
+    effects = (WantedEffect("cabin_heating", 0.05), WantedEffect("roof_box", 0.05))
+    _, label = made(WorldOrder(WorldKind.SEVERAL, effects, regime=WorldRegime(air_c=(-10.0, 20.0))))
     assert label.families == ("aerodynamic", "thermal")
     assert [truth.energy_share for truth in label.effects.values()] == pytest.approx([0.05, 0.05], rel=0.02)
 
@@ -129,7 +129,7 @@ def test_confounded_cars_do_not_stand_and_the_separating_drives_do() -> None:
 
 @pytest.mark.parametrize("axis", OUTSIDE_AXES)
 def test_an_outside_draw_is_labelled_with_its_place_and_size(axis: str) -> None:
-    world, label = made(Order(Kind.OUTSIDE, regime=Regime(together=axis == "place"), outside_axis=axis))
+    world, label = made(WorldOrder(WorldKind.OUTSIDE, regime=WorldRegime(together=axis == "place"), outside_axis=axis))
     assert label.outside is not None
     assert (label.outside.axis, label.families) == (axis, ())
     assert 400.0 <= label.outside.mean_w <= 6000.0
@@ -141,12 +141,12 @@ def test_an_outside_draw_is_labelled_with_its_place_and_size(axis: str) -> None:
 
 
 def test_few_trips_are_three_to_five() -> None:
-    order = next(order for order in standard_plan(nulls=0, singles=0, pairs=0) if order.kind is Kind.FEW_TRIPS)
+    order = next(order for order in standard_plan(nulls=0, singles=0, pairs=0) if order.kind is WorldKind.FEW_TRIPS)
     assert 3 <= len(make_world(order, np.random.SeedSequence(2))[0].recordings) <= 5
 
 
 def test_the_same_seed_gives_the_same_world_and_another_a_different_one() -> None:
-    plan = (Order(Kind.NULL, trips=FEW, regime=SHORT), Order(Kind.NULL, trips=FEW, regime=SHORT))
+    plan = (WorldOrder(WorldKind.NULL, trips=FEW, regime=SHORT), WorldOrder(WorldKind.NULL, trips=FEW, regime=SHORT))
     first, again, other = (tuple(worlds(plan, seed)) for seed in (5, 5, 6))
     assert [label for _, label in first] == [label for _, label in again]
     assert all(
@@ -161,19 +161,22 @@ def test_the_same_seed_gives_the_same_world_and_another_a_different_one() -> Non
 
 
 def test_a_world_is_the_same_made_alone_or_with_the_others() -> None:
-    plan = (Order(Kind.NULL, trips=FEW, regime=SHORT), Order(Kind.NULL_WRONG_PARAMETERS, trips=FEW, regime=SHORT))
+    plan = (
+        WorldOrder(WorldKind.NULL, trips=FEW, regime=SHORT),
+        WorldOrder(WorldKind.NULL_WRONG_PARAMETERS, trips=FEW, regime=SHORT),
+    )
     assert world_at(plan, 9, 1)[1] == tuple(worlds(plan, 9))[1][1]
 
 
 def test_the_standard_plan_has_every_kind_size_and_axis() -> None:
     plan = standard_plan()
     kinds = Counter(order.kind for order in plan)
-    assert kinds[Kind.NULL] >= 100
-    assert set(kinds) == set(Kind) - {Kind.FASTSIM, Kind.CARRIER}
-    assert kinds[Kind.CONFOUNDED] == kinds[Kind.CONFOUNDED_SEPARATED]
+    assert kinds[WorldKind.NULL] >= 100
+    assert set(kinds) == set(WorldKind) - {WorldKind.FASTSIM, WorldKind.CARRIER}
+    assert kinds[WorldKind.CONFOUNDED] == kinds[WorldKind.CONFOUNDED_SEPARATED]
     assert {order.outside_axis for order in plan} == {None, *OUTSIDE_AXES}
-    singles = {(CAUSES[w.effect].family, w.share) for o in plan if o.kind is Kind.SINGLE for w in o.effects}
+    singles = {(CAUSES[w.effect].family, w.share) for o in plan if o.kind is WorldKind.SINGLE for w in o.effects}
     assert singles == {(cause.family, share) for cause in CAUSES.values() for share in cause.sizes}
     assert all(
-        wanted.share in CAUSES[wanted.effect].sizes for o in plan if o.kind is Kind.SINGLE for wanted in o.effects
+        wanted.share in CAUSES[wanted.effect].sizes for o in plan if o.kind is WorldKind.SINGLE for wanted in o.effects
     )

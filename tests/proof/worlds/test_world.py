@@ -10,20 +10,20 @@ import pytest
 from diagnosis.recordings.reading import read_recording
 from proof.worlds.causes import CAUSES
 from proof.worlds.making import make_world
-from proof.worlds.orders import Order, single
+from proof.worlds.orders import WorldOrder, single
 from proof.worlds.sealing import SealError, check_seal, seal, write_labels
-from proof.worlds.world import DECIMALS, Kind, Label, World, write_world
+from proof.worlds.world import DECIMALS, World, WorldKind, WorldLabel, write_world
 
 if TYPE_CHECKING:
     from pathlib import Path
 
 
 @pytest.fixture(scope="module")
-def windy() -> tuple[World, Label]:
+def windy() -> tuple[World, WorldLabel]:
     return make_world(replace(single("wind_known", 0.05), trips=(4, 4)), np.random.SeedSequence(21))
 
 
-def test_recordings_read_back_as_they_were_sensed(tmp_path: Path, windy: tuple[World, Label]) -> None:
+def test_recordings_read_back_as_they_were_sensed(tmp_path: Path, windy: tuple[World, WorldLabel]) -> None:
     world, _ = windy
     write_world(world, tmp_path)
     for recording in world.recordings:
@@ -36,7 +36,7 @@ def test_recordings_read_back_as_they_were_sensed(tmp_path: Path, windy: tuple[W
         assert read.heading_rad is not None
 
 
-def test_channels_stay_within_what_a_recording_may_hold(windy: tuple[World, Label]) -> None:
+def test_channels_stay_within_what_a_recording_may_hold(windy: tuple[World, WorldLabel]) -> None:
     ranges = {
         "speed_kmh": (0.0, 200.0),
         "elevation_m": (-500.0, 9000.0),
@@ -51,7 +51,7 @@ def test_channels_stay_within_what_a_recording_may_hold(windy: tuple[World, Labe
 
 
 def test_the_tools_folder_holds_vehicle_and_recordings_and_no_word_of_the_label(
-    tmp_path: Path, windy: tuple[World, Label]
+    tmp_path: Path, windy: tuple[World, WorldLabel]
 ) -> None:
     world, label = windy
     write_world(world, tmp_path)
@@ -59,7 +59,7 @@ def test_the_tools_folder_holds_vehicle_and_recordings_and_no_word_of_the_label(
         "vehicle.toml",
         *(f"{recording.id}.csv" for recording in world.recordings),
     }
-    words = {*Kind, *CAUSES, *(cause.family for cause in CAUSES.values()), label.world_id, "seed", "strength"}
+    words = {*WorldKind, *CAUSES, *(cause.family for cause in CAUSES.values()), label.world_id, "seed", "strength"}
     for path in tmp_path.iterdir():
         text = path.read_text(encoding="utf-8")
         if path.suffix == ".csv":
@@ -69,21 +69,21 @@ def test_the_tools_folder_holds_vehicle_and_recordings_and_no_word_of_the_label(
 
 
 def test_vehicle_files_of_a_null_world_and_of_one_with_an_effect_differ_in_numbers_only(
-    windy: tuple[World, Label],
+    windy: tuple[World, WorldLabel],
 ) -> None:
-    calm, _ = make_world(Order(Kind.NULL, trips=(3, 3)), np.random.SeedSequence(22))
+    calm, _ = make_world(WorldOrder(WorldKind.NULL, trips=(3, 3)), np.random.SeedSequence(22))
     texts = [re.sub(r"-?\d+(\.\d+)?", "#", world.vehicle_toml) for world in (calm, windy[0])]
     assert texts[0] == texts[1]
 
 
-def test_the_name_of_a_world_does_not_tell_its_kind(windy: tuple[World, Label]) -> None:
+def test_the_name_of_a_world_does_not_tell_its_kind(windy: tuple[World, WorldLabel]) -> None:
     assert re.fullmatch(r"w[0-9a-f]{12}", windy[0].id)
 
 
 def test_worlds_without_an_effect_may_have_the_channels_that_would_show_it() -> None:
     names = set()
     for seed in range(12):
-        world, _ = make_world(Order(Kind.NULL, trips=(1, 1)), np.random.SeedSequence(seed))
+        world, _ = make_world(WorldOrder(WorldKind.NULL, trips=(1, 1)), np.random.SeedSequence(seed))
         channels = world.recordings[0].channels
         names |= set(channels)
         for quiet in ("wet", "payload_kg"):
@@ -91,7 +91,7 @@ def test_worlds_without_an_effect_may_have_the_channels_that_would_show_it() -> 
     assert names == set(DECIMALS)
 
 
-def test_a_seal_is_kept_by_the_labels_that_it_was_made_of(tmp_path: Path, windy: tuple[World, Label]) -> None:
+def test_a_seal_is_kept_by_the_labels_that_it_was_made_of(tmp_path: Path, windy: tuple[World, WorldLabel]) -> None:
     sealed = write_labels([windy[1]], tmp_path)
     assert sealed == seal([windy[1]])
     check_seal(tmp_path, sealed)
@@ -99,7 +99,7 @@ def test_a_seal_is_kept_by_the_labels_that_it_was_made_of(tmp_path: Path, windy:
 
 @pytest.mark.parametrize("change", ["digit", "gone", "added"])
 def test_a_seal_shows_a_label_that_was_changed_removed_or_added(
-    tmp_path: Path, windy: tuple[World, Label], change: str
+    tmp_path: Path, windy: tuple[World, WorldLabel], change: str
 ) -> None:
     label = windy[1]
     sealed = write_labels([label], tmp_path)
@@ -115,6 +115,6 @@ def test_a_seal_shows_a_label_that_was_changed_removed_or_added(
         check_seal(tmp_path, sealed)
 
 
-def test_the_label_of_another_truth_has_another_seal(windy: tuple[World, Label]) -> None:
+def test_the_label_of_another_truth_has_another_seal(windy: tuple[World, WorldLabel]) -> None:
     label = windy[1]
     assert seal([label]) != seal([replace(label, energy_kwh={**label.energy_kwh, "T001": 1.0})])
