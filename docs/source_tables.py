@@ -5,7 +5,9 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from pathlib import Path
+from types import MappingProxyType
 from typing import Final
 
 import numpy as np
@@ -366,28 +368,35 @@ def _range(low: float, high: float) -> str:
     return f"{_tenths(low)} … {_tenths(high)}"
 
 
-def with_tables(text: str) -> str:
-    """The page with all tables renewed between their markers."""
+@cache
+def tables() -> Mapping[str, str]:
+    """All tables of the page by the name in their markers."""
     vehicle = load_vehicle(VEHICLE)
     if not isinstance(vehicle, Vehicle):
         raise TypeError(f"{VEHICLE} is a consumption table, needs a vehicle given by forces")
     trips = {model.name: [drive_source_trips(vehicle, model, seed) for seed in SEEDS] for model in MODELS}
     driven = {name: [type_averages(records) for records in seeds] for name, seeds in trips.items()}
-    tables = {
-        "iv": _table_iv(driven),
-        "v": _table_v(driven),
-        "plain-town": _plain_town(vehicle),
-        "printed-time": _printed_time(driven),
-        "vi": _table_vi(driven),
-        "vii": _table_vii(driven),
-        "viii": _table_viii(),
-        "ix": _table_ix(trips),
-        "complex-town": _complex_town(vehicle),
-        "x": _table_x(),
-        "does-not-add-up": _checks(holds=False),
-        "adds-up": _checks(holds=True),
-    }
-    for name, table in tables.items():
+    return MappingProxyType(
+        {
+            "iv": _table_iv(driven),
+            "v": _table_v(driven),
+            "plain-town": _plain_town(vehicle),
+            "printed-time": _printed_time(driven),
+            "vi": _table_vi(driven),
+            "vii": _table_vii(driven),
+            "viii": _table_viii(),
+            "ix": _table_ix(trips),
+            "complex-town": _complex_town(vehicle),
+            "x": _table_x(),
+            "does-not-add-up": _checks(holds=False),
+            "adds-up": _checks(holds=True),
+        }
+    )
+
+
+def with_tables(text: str) -> str:
+    """The page with all tables renewed between their markers."""
+    for name, table in tables().items():
         begin, end = f"<!-- {name} -->\n", f"<!-- /{name} -->"
         if text.count(begin) != 1 or text.count(end) != 1:
             raise ValueError(f"docs/source-tables.md does not have one place for the table {name!r}")
