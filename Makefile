@@ -1,6 +1,6 @@
 # Every target does its own set-up: it finds Python >= 3.11, makes .venv and installs the locked dependencies.
-# Variables: PYTHON (interpreter to use), HOST and PORT (serve), ARGS (serve, bench, prove), PYTEST_ARGS (test),
-# RECORDINGS (prove: folder of real drives).
+# Variables: PYTHON (interpreter to use), HOST and PORT (serve), ARGS (serve, bench, prove), PYTEST_ARGS and PROCESSES
+# (test), RECORDINGS (prove: folder of real drives).
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
@@ -15,9 +15,12 @@ HOST ?= 127.0.0.1
 PORT ?= 8000
 ARGS ?=
 PYTEST_ARGS ?=
+PROCESSES ?= 2
 RECORDINGS ?= $(wildcard ../shared/data/recordings/bmw-i3)
 BROWSERS := chromium chromium-browser google-chrome
 BROWSER_PACKAGES := chromium fonts-dejavu-core
+# A file's tests stay in one process, so that what its fixtures make is made once.
+PYTEST = $(BIN)/python -m pytest --numprocesses $(PROCESSES) --dist loadfile
 CANDIDATES = $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python)
 
 .PHONY: help serve test test-jit test-nojit browser lint check format bench prove lock clean
@@ -28,13 +31,13 @@ help: ## List the targets
 serve: $(VENV)/.runtime ## Serve the HTTP interface on http://127.0.0.1:8000
 	$(BIN)/joulepath serve --host $(HOST) --port $(PORT) $(ARGS)
 
-test: test-jit test-nojit ## Run all tests, then the small ones again without compilation
+test: test-jit test-nojit ## Run all tests in PROCESSES processes, then the small ones again without compilation
 
 test-jit: $(VENV)/.dev browser
-	$(BIN)/python -m pytest $(PYTEST_ARGS)
+	$(PYTEST) $(PYTEST_ARGS)
 
 test-nojit: $(VENV)/.dev
-	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -m nojit $(PYTEST_ARGS)
+	NUMBA_DISABLE_JIT=1 $(PYTEST) -m nojit $(PYTEST_ARGS)
 
 browser: ## Install Debian's Chromium for the tests of the web map, where it is missing and root asks
 	@if [ -n "$${JOULEPATH_CHROMIUM:-}" ] || command -v $(BROWSERS) >/dev/null; then exit 0; fi; \
