@@ -19,7 +19,7 @@ PROCESSES ?= 2
 RECORDINGS ?= $(wildcard ../shared/data/recordings/bmw-i3)
 BROWSERS := chromium chromium-browser google-chrome
 BROWSER_PACKAGES := chromium fonts-dejavu-core
-# A file's tests stay in one process, so that what its fixtures make is made once.
+# A file's tests stay in one process, so that what its fixtures make is made once. PROCESSES=0: no other, for a debugger.
 PYTEST = $(BIN)/python -m pytest --numprocesses $(PROCESSES) --dist loadfile
 CANDIDATES = $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python)
 
