@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
+from scipy.special import ndtr
+from scipy.stats import binomtest
 
 from diagnosis.comparison.comparison import NORMAL_QUANTILE
 from energy.chain.uncertainty import QUANTILES, RESIDUAL_SD_FRAC, SAMPLES, SEED, residual_fracs, sampled_vehicles
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
     from energy.vehicle.vehicle import Vehicle
 
 CENTRAL_FRAC: Final = QUANTILES[-1] - QUANTILES[0]
+CONFIDENCE_FRAC: Final = 1.0 - 2.0 * float(ndtr(-NORMAL_QUANTILE))  # 95.0004 %, what ± 1.96 SD hold
 DPI: Final = 120
 FONT_PT: Final = 12
 SUMMER: Final = "#d1792b"
@@ -180,11 +183,8 @@ def wilson_interval(successes: int, trials: int) -> tuple[float, float]:
     """95 % interval of a probability from counts (Wilson 1927, DOI 10.1080/01621459.1927.10502953), within 0..1."""
     if not 0 <= successes <= trials or trials == 0:
         raise ValueError(f"successes is {successes} of {trials}, allowed: 0..trials, of at least 1")
-    z2 = NORMAL_QUANTILE**2
-    share = successes / trials
-    middle = (share + z2 / (2.0 * trials)) / (1.0 + z2 / trials)
-    half = NORMAL_QUANTILE * np.sqrt(share * (1.0 - share) / trials + z2 / (4.0 * trials**2)) / (1.0 + z2 / trials)
-    return max(float(middle - half), 0.0), min(float(middle + half), 1.0)
+    found = binomtest(successes, trials).proportion_ci(CONFIDENCE_FRAC, method="wilson")
+    return float(found.low), float(found.high)
 
 
 def coverage_png(
