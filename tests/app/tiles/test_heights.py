@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import io
+import warnings
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-import matplotlib.image
 import numpy as np
 import pytest
+from rasterio.errors import NotGeoreferencedWarning
+from rasterio.io import MemoryFile
 
 from app.settings import BUNDLED_DATA
 from app.tiles.address import TileAddress, east_from_lon, south_from_lat
@@ -33,7 +34,10 @@ def grid() -> RoadGraph:
 
 def colours(png: bytes) -> NDArray[np.int64]:
     """Colours of a picture, read by another library."""
-    return np.rint(255 * np.asarray(matplotlib.image.imread(io.BytesIO(png), format="png"))).astype(np.int64)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", NotGeoreferencedWarning)
+        with MemoryFile(png) as file, file.open() as picture:
+            return np.moveaxis(picture.read(), 0, -1).astype(np.int64)
 
 
 def heights_m(png: bytes) -> NDArray[np.float64]:
