@@ -1,4 +1,4 @@
-"""Axes of the report's plots: scales, ticks and the frame that they stand in."""
+"""Axes of the report's plots: scales, ticks and the frame that they stand in; templates/axes.html draws them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from diagnosis.report.markup import Html, element
 from diagnosis.report.text import fixed
 
 if TYPE_CHECKING:
@@ -14,7 +13,15 @@ if TYPE_CHECKING:
 
 TICK_STEPS: Final = (1.0, 2.0, 5.0, 10.0)
 LETTER_PX: Final = 6.6  # width of a letter at the size of the style sheet
-TITLE_PX: Final = 15.0  # baseline of a panel's title
+
+
+@dataclass(frozen=True, slots=True)
+class Tick:
+    """A value of a scale: its pixel, its text, and the class of the line that it draws across the plot."""
+
+    at: float
+    text: str
+    grid: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +42,11 @@ class Scale:
         step = _step((self.high - self.low) / max(most, 1))
         first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
         return [k * step for k in range(first, last + 1)]
+
+    def labels(self, most: int) -> list[Tick]:
+        """The same ticks as they are drawn."""
+        ticks = self.ticks(most)
+        return [Tick(self.at(tick), tick_text(tick, ticks), "zero" if tick == 0.0 else "grid") for tick in ticks]
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,63 +73,10 @@ def scale(values: Sequence[float], start: float, end: float, *, zero: bool = Fal
     return Scale(low, high, start, end)
 
 
-def picture(width: float, height: float, title: str, description: str, *children: str | None) -> Html:
-    """A picture that shrinks with the page; title and description are what a screen reader says."""
-    return element(
-        "svg",
-        *children,
-        viewBox=f"0 0 {width:g} {height:g}",
-        role="img",
-        aria_label=f"{title}. {description}",
-        style=f"max-width:{width:g}px",
-    )
-
-
-def frame_lines(frame: Frame, x_label: str, y_label: str, *, most_x: int = 5, most_y: int = 5) -> Html:
-    """Grid, ticks and labels of both axes."""
-    left, right, _, bottom = frame.corners
-    ticks = frame.x.ticks(most_x)
-    return element(
-        "g",
-        y_axis(frame, y_label, most_y),
-        *(
-            element("text", tick_text(tick, ticks), x=frame.x.at(tick), y=bottom + 16, text_anchor="middle")
-            for tick in ticks
-        ),
-        line(left, bottom, right, bottom, "axis"),
-        element("text", x_label, x=(left + right) / 2, y=bottom + 34, text_anchor="middle", class_="label"),
-    )
-
-
-def y_axis(frame: Frame, label: str, most: int = 5) -> Html:
-    """Horizontal grid with its ticks' values at the left; the label stands above the axis, upright."""
-    left, right, top, _ = frame.corners
-    ticks = frame.y.ticks(most)
-    rows = [
-        element(
-            "g",
-            line(left, frame.y.at(tick), right, frame.y.at(tick), "zero" if tick == 0.0 else "grid"),
-            element("text", tick_text(tick, ticks), x=left - 6, y=frame.y.at(tick) + 4, text_anchor="end"),
-        )
-        for tick in ticks
-    ]
-    return element("g", *rows, element("text", label, x=4, y=top - 9, class_="label"))
-
-
 def tick_text(tick: float, ticks: Sequence[float]) -> str:
     """A tick's value with the decimals that its step needs."""
     step = abs(ticks[1] - ticks[0]) if len(ticks) > 1 else abs(tick) or 1.0
     return fixed(tick, max(0, -math.floor(math.log10(step) + 1e-9)))
-
-
-def line(x1: float, y1: float, x2: float, y2: float, class_: str) -> Html:
-    """A straight line."""
-    return element("line", x1=x1, y1=y1, x2=x2, y2=y2, class_=class_)
-
-
-def panel_title(text: str) -> Html:
-    """The title at the top left of a panel."""
-    return element("text", text, x=4, y=TITLE_PX, class_="title")
 
 
 def cut(text: str, width_px: float) -> str:

@@ -6,20 +6,6 @@ import math
 from typing import TYPE_CHECKING, Final
 
 from diagnosis.answer.regimes import Axis
-from diagnosis.report.axes import line
-from diagnosis.report.markup import (
-    Header,
-    Html,
-    cell,
-    data,
-    element,
-    folded,
-    headers,
-    interval_cell,
-    joined,
-    paragraphs,
-    table,
-)
 from diagnosis.report.plots import (
     MOST_BARS,
     energy_bars,
@@ -28,50 +14,50 @@ from diagnosis.report.plots import (
     family_class,
     family_name,
     fit_panel,
-    mean_mark,
     regime_panel,
     trip_panel,
 )
+from diagnosis.report.rendering import rendered
+from diagnosis.report.tables import Header, Table, cell, data, headers, interval_cell
 from diagnosis.report.text import AXIS_NAMES, NONE, count, fit_sentence, fixed, percents, regime_range
 from energy.units import SECOND_PER_HOUR
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
+
+    from markupsafe import Markup
 
     from diagnosis.answer.regimes import Regime
     from diagnosis.answer.results import Diagnosis, FitScore, ProfileSplit, TripAccount
+    from diagnosis.report.tables import Cell, Number
 
 SHOWN_AXES: Final = tuple(Axis(name) for name in AXIS_NAMES)
 KWH_PLACES: Final = 2
 NO_TRIPS: Final = "There is no drive to show."
 
 
-def fit_section(diagnosis: Diagnosis) -> Html:
+def fit_section(diagnosis: Diagnosis) -> Markup:
     """How well trips are met before and after: a sentence, the scores and two scatter plots."""
     held_out = len(diagnosis.held_out_trips)
     kind = f"on {count(held_out, 'drive')} held out" if held_out else "on drives left out of the fit one at a time"
     pairs = (("before", diagnosis.before), ("after", diagnosis.after))
     rows = [_score_row(name, score) for name, score in pairs if score is not None]
     heads = headers("model", "error's mean size, MAPE [%]", "95 %", "mean error, bias [%]", "SD [%]", "power, RMS [W]")
-    return joined(
-        (
-            paragraphs(fit_sentence(diagnosis.before, diagnosis.after, held_out)),
-            table(f"Errors of drives' energy {kind}", heads, rows) if rows else None,
-            paragraphs(
-                "Before: the model with its own parameters fitted and no effects. After: with what was found; a "
-                "drive's own power is not used to predict it. Errors are positive where the model takes more.",
-                class_="soft",
-            ),
-            _scatter(diagnosis.trips) if diagnosis.trips else paragraphs(NO_TRIPS),
-        )
+    return rendered(
+        "fit.html",
+        sentence=fit_sentence(diagnosis.before, diagnosis.after, held_out),
+        scores=Table(f"Errors of drives' energy {kind}", heads, rows) if rows else None,
+        panels=_scatter(diagnosis.trips) if diagnosis.trips else [],
+        no_trips=NO_TRIPS,
     )
 
 
-def regimes_section(diagnosis: Diagnosis) -> Html:
+def regimes_section(diagnosis: Diagnosis) -> Markup:
     """Residual power by regime before and after as small plots, and as a table."""
     if not diagnosis.regimes_before and not diagnosis.regimes_after:
-        return paragraphs("No range of the drives was looked at.")
-    panels, rows = [], []
+        return rendered("nothing.html", text="No range of the drives was looked at.")
+    panels: list[Markup] = []
+    rows: list[list[Cell]] = []
     for axis in SHOWN_AXES:
         before = [one for one in diagnosis.regimes_before if one.axis is axis]
         after = [one for one in diagnosis.regimes_after if one.axis is axis]
@@ -79,83 +65,48 @@ def regimes_section(diagnosis: Diagnosis) -> Html:
             panels.append(regime_panel(axis, before, after))
             rows += _regime_rows(axis, before, after)
     heads = headers("range", "drives", "time [h]", "before [W]", "95 %", "after [W]", "95 %", "energy before [kWh]")
-    return joined(
-        (
-            paragraphs(
-                "Above 0 the car took more power than the model expects, below 0 less. Where the interval reaches 0, "
-                "the difference may be chance."
-            ),
-            element(
-                "figure",
-                _legend(("before", "before, with 95 % interval"), ("after", "after, with 95 % interval"), mark=_dot),
-                element("div", *panels, class_="panels"),
-                element("figcaption", "Measured power less the model's by range. Whiskers that leave a plot are cut."),
-            ),
-            folded("The same as numbers", table("Measured power less the model's by range", heads, rows)),
-        )
+    return rendered(
+        "regimes.html", panels=panels, regimes=Table("Measured power less the model's by range", heads, rows)
     )
 
 
-def examples_section(diagnosis: Diagnosis) -> Html:
+def examples_section(diagnosis: Diagnosis) -> Markup:
     """Power over time on the trip where most was explained and on the one that is still met worst."""
     examples = example_trips(diagnosis.trips)
     if not examples:
-        return paragraphs(NO_TRIPS)
-    figures = [
-        element("figure", element("h3", title), element("div", trip_panel(trip), class_="wide"))
-        for title, trip in examples
-    ]
-    return joined(
-        (
-            paragraphs("Powers are means over one minute, on very long drives over more."),
-            _legend(("measured", "measured"), ("before", "model before"), ("after", "model after"), ("speed", "speed")),
-            *figures,
-        )
-    )
+        return rendered("nothing.html", text=NO_TRIPS)
+    return rendered("examples.html", examples=[(title, trip_panel(trip)) for title, trip in examples])
 
 
-def energy_section(diagnosis: Diagnosis) -> Html:
+def energy_section(diagnosis: Diagnosis) -> Markup:
     """Where each trip's energy went: bars by family, and the table of trips."""
     if not diagnosis.trips:
-        return paragraphs(NO_TRIPS)
-    cold_first = sorted(diagnosis.trips, key=lambda one: math.inf if one.ambient_c is None else one.ambient_c)
+        return rendered("nothing.html", text=NO_TRIPS)
+    cold_first = sorted(diagnosis.trips, key=lambda trip: math.inf if trip.ambient_c is None else trip.ambient_c)
     names = families(diagnosis.trips)
-    shown = "" if len(cold_first) <= MOST_BARS else f" The first {MOST_BARS} of {len(cold_first)} drives are drawn."
-    return joined(
-        (
-            element(
-                "figure",
-                _legend(*((name, family_name(name)) for name in names), mark=_box),
-                element("div", energy_bars(cold_first), class_="wide"),
-                element(
-                    "figcaption",
-                    f"Energy of each drive, coldest first. ◆ measured, ● held out. Shares left of 0 were saved.{shown}",
-                ),
-            ),
-            _trip_table(diagnosis.trips, names),
-            paragraphs(
-                "Vehicle file: the model as it came. Before: its own parameters fitted. After: with what was found, "
-                "the drive's own power not used. Explained: its own power used for levels that a drive has, as an "
-                "account of where it went. Errors are positive where the model takes more.",
-                class_="soft",
-            ),
-        )
+    return rendered(
+        "energy.html",
+        families=[(family_class(name), family_name(name)) for name in names],
+        bars=energy_bars(cold_first),
+        trip_count=len(cold_first),
+        most_bars=MOST_BARS,
+        drives=_trip_table(diagnosis.trips, names),
     )
 
 
-def profile_section(splits: Sequence[ProfileSplit]) -> Html:
+def profile_section(splits: Sequence[ProfileSplit]) -> Markup:
     """What planning and what the vehicle model got wrong, trip by trip and over all trips."""
     planned, driven, measured = (
         math.fsum(values)
         for values in (
-            [one.planned_kwh for one in splits],
-            [one.driven_kwh for one in splits],
-            [one.measured_kwh for one in splits],
+            [split.planned_kwh for split in splits],
+            [split.driven_kwh for split in splits],
+            [split.measured_kwh for split in splits],
         )
     )
-    text = None
+    sentence = None
     if measured > 0.0:
-        text = (
+        sentence = (
             f"Over {count(len(splits), 'drive')}, planning errs by {_percent_text(planned - driven, measured)} of the "
             "measured energy, for it takes other speeds and stops than were driven. Given the driven speed, the "
             f"vehicle model errs by {_percent_text(driven - measured, measured)}."
@@ -165,7 +116,8 @@ def profile_section(splits: Sequence[ProfileSplit]) -> Html:
         *("vehicle model's error [%]", "planned [min]", "driven [min]", "planned stops", "driven stops"),
         "forecast with the findings [kWh]",
     )
-    return joined((paragraphs(text), table("Planning and vehicle model", heads, [_split_row(one) for one in splits])))
+    table = Table("Planning and vehicle model", heads, [_split_row(split) for split in splits])
+    return rendered("profile.html", sentence=sentence, splits=table)
 
 
 def example_trips(trips: Sequence[TripAccount]) -> list[tuple[str, TripAccount]]:
@@ -187,22 +139,15 @@ def _gain_kwh(trip: TripAccount) -> float:
     return abs(trip.before_kwh - trip.measured_kwh) - abs(trip.after_kwh - trip.measured_kwh)
 
 
-def _scatter(trips: Sequence[TripAccount]) -> Html:
+def _scatter(trips: Sequence[TripAccount]) -> list[Markup]:
     reach = energy_reach(trips)
-    panels = (
-        fit_panel(trips, lambda one: one.before_kwh, "Before", "before", reach),
-        fit_panel(trips, lambda one: one.after_kwh, "After", "after", reach),
-    )
-    return element(
-        "figure",
-        element("div", *panels, class_="panels"),
-        element(
-            "figcaption", "Filled: drives held out. Hollow: drives that were fitted. On the dashed line all is met."
-        ),
-    )
+    return [
+        fit_panel(trips, lambda trip: trip.before_kwh, "Before", "before", reach),
+        fit_panel(trips, lambda trip: trip.after_kwh, "After", "after", reach),
+    ]
 
 
-def _score_row(name: str, score: FitScore) -> list[str]:
+def _score_row(name: str, score: FitScore) -> list[Cell]:
     mape = percents(score.mape_ci95)
     return [
         name,
@@ -214,9 +159,9 @@ def _score_row(name: str, score: FitScore) -> list[str]:
     ]
 
 
-def _regime_rows(axis: Axis, before: Sequence[Regime], after: Sequence[Regime]) -> list[list[str]]:
+def _regime_rows(axis: Axis, before: Sequence[Regime], after: Sequence[Regime]) -> list[list[Cell]]:
     was, now = ({(one.low, one.high): one for one in regimes} for regimes in (before, after))
-    rows = []
+    rows: list[list[Cell]] = []
     for reach, known in sorted((was | now).items(), key=lambda item: item[0]):
         energy = was[reach].energy_kwh if reach in was else None
         rows.append(
@@ -232,14 +177,14 @@ def _regime_rows(axis: Axis, before: Sequence[Regime], after: Sequence[Regime]) 
     return rows
 
 
-def _residual_cells(regime: Regime | None) -> tuple[str, str]:
+def _residual_cells(regime: Regime | None) -> tuple[Cell, Cell]:
     if regime is None:
         return NONE, NONE
     interval = None if regime.low_w is None or regime.high_w is None else (regime.low_w, regime.high_w)
     return cell(regime.mean_w, interval, signed=True), interval_cell(regime.mean_w, interval)
 
 
-def _trip_table(trips: Sequence[TripAccount], names: Sequence[str]) -> Html:
+def _trip_table(trips: Sequence[TripAccount], names: Sequence[str]) -> Table:
     heads = headers(
         *("drive", "outside [°C]", "way [km]", "time [min]", "measured [kWh]", "vehicle file [kWh]"),
         *("before [kWh]", "after [kWh]", "explained [kWh]", "error before [%]", "error after [%]"),
@@ -247,7 +192,7 @@ def _trip_table(trips: Sequence[TripAccount], names: Sequence[str]) -> Html:
     )
     heads.insert(1, Header("held out"))
     sums = [math.fsum(column) for column in zip(*(_energies(one, names) for one in trips), strict=True)]
-    total = [
+    total: list[Cell] = [
         f"all {count(len(trips), 'drive')}",
         data(sum(one.held_out for one in trips), str(sum(one.held_out for one in trips))),
         "",
@@ -255,10 +200,10 @@ def _trip_table(trips: Sequence[TripAccount], names: Sequence[str]) -> Html:
         _places(math.fsum(one.duration_s for one in trips) / 60.0, 0),
         *_energy_cells(sums),
     ]
-    return table("Drives", heads, [_trip_row(one, names) for one in trips], total)
+    return Table("Drives", heads, [_trip_row(one, names) for one in trips], total)
 
 
-def _trip_row(trip: TripAccount, names: Sequence[str]) -> list[str]:
+def _trip_row(trip: TripAccount, names: Sequence[str]) -> list[Cell]:
     return [
         trip.id,
         "yes" if trip.held_out else "no",
@@ -277,7 +222,7 @@ def _energies(trip: TripAccount, names: Sequence[str]) -> list[float]:
     ]
 
 
-def _energy_cells(energies: Sequence[float]) -> list[str]:
+def _energy_cells(energies: Sequence[float]) -> list[Cell]:
     measured, _, before, after = energies[:4]
     return [
         *(_places(kwh, KWH_PLACES) for kwh in energies[:5]),
@@ -287,7 +232,7 @@ def _energy_cells(energies: Sequence[float]) -> list[str]:
     ]
 
 
-def _split_row(split: ProfileSplit) -> list[str]:
+def _split_row(split: ProfileSplit) -> list[Cell]:
     return [
         split.trip_id,
         *(_places(kwh, KWH_PLACES) for kwh in (split.planned_kwh, split.driven_kwh, split.measured_kwh)),
@@ -301,11 +246,11 @@ def _split_row(split: ProfileSplit) -> list[str]:
     ]
 
 
-def _places(value: float, places: int) -> Html:
+def _places(value: float, places: int) -> Number:
     return data(value, fixed(value, places))
 
 
-def _error_cell(error_kwh: float, measured_kwh: float) -> str:
+def _error_cell(error_kwh: float, measured_kwh: float) -> Cell:
     """Error relative to the measured energy [%]; none where that is not positive."""
     if not measured_kwh > 0.0:
         return NONE
@@ -314,25 +259,3 @@ def _error_cell(error_kwh: float, measured_kwh: float) -> str:
 
 def _percent_text(error_kwh: float, measured_kwh: float) -> str:
     return f"{fixed(100.0 * error_kwh / measured_kwh, 1, signed=True)} %"
-
-
-def _legend(*entries: tuple[str, str], mark: Callable[[str], Html] | None = None) -> Html:
-    """What the plots' classes stand for; marks are lines if nothing else is said."""
-    shown = mark or (lambda class_: element("path", d="M1 6H25", class_=f"line {class_}"))
-    return element(
-        "ul",
-        *(
-            element("li", element("svg", shown(class_), viewBox="0 0 26 12", aria_hidden="true"), text)
-            for class_, text in entries
-        ),
-        class_="legend",
-    )
-
-
-def _box(family: str) -> Html:
-    return element("rect", x=2, y=1, width=20, height=10, class_=family_class(family))
-
-
-def _dot(class_: str) -> Html:
-    """A mean as `regime_panel` draws it."""
-    return joined((line(13, 0, 13, 12, f"line {class_} whisker"), mean_mark(class_, 13, 6)))

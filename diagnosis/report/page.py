@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 from diagnosis.answer.results import Verdict
 from diagnosis.report.causes import findings_section, parameters_section, unexplained_section
 from diagnosis.report.fit import energy_section, examples_section, fit_section, profile_section, regimes_section
-from diagnosis.report.markup import Html, element, items, paragraphs
 from diagnosis.report.method import method_section, quality_section
+from diagnosis.report.rendering import rendered
 from diagnosis.report.style import CSS
 from diagnosis.report.text import (
     count,
@@ -24,6 +24,8 @@ from diagnosis.report.text import (
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from markupsafe import Markup
+
     from diagnosis.answer.results import Diagnosis
 
 POLICY: Final = "default-src 'none'; style-src 'unsafe-inline'"  # a page that could not load anything if it wanted to
@@ -38,83 +40,59 @@ HEADLINES: Final[Mapping[Verdict, str]] = {
 }
 
 
+class Section(NamedTuple):
+    """A section of the page under a heading; name: its id."""
+
+    name: str
+    title: str
+    content: Markup
+
+
 def report_html(diagnosis: Diagnosis) -> str:
     """The page as one HTML document: style and plots inline, no script, nothing to load, same bytes for the same input.
 
     Every string of the diagnosis is shown as text, whatever it holds. Numbers are rounded to their intervals; those in
     tables carry their value to six digits in `<data value>`.
     """
-    sections = _sections(diagnosis)
-    head = element(
-        "head",
-        element("meta", charset="utf-8"),
-        element("meta", http_equiv="Content-Security-Policy", content=POLICY),
-        element("meta", name="viewport", content="width=device-width, initial-scale=1"),
-        element("title", f"Diagnosis of {diagnosis.vehicle_id}: {HEADLINES[diagnosis.verdict]}"),
-        element("style", Html(CSS)),
-    )
-    links = items(element("a", title, href=f"#{name}") for name, title, _ in sections)
-    body = element(
-        "body",
-        element("header", element("h1", f"What the drives say about {diagnosis.vehicle_id}"), _extent(diagnosis)),
-        element(
-            "main",
-            _verdict(diagnosis),
-            element("nav", links, aria_label="Contents"),
-            *(
-                element(
-                    "section",
-                    element("h2", title, id=f"{name}-title"),
-                    content,
-                    id=name,
-                    aria_labelledby=f"{name}-title",
-                )
-                for name, title, content in sections
-            ),
-        ),
-    )
-    return f"<!DOCTYPE html>\n{element('html', head, body, lang='en')}\n"
-
-
-def _sections(diagnosis: Diagnosis) -> list[tuple[str, str, Html]]:
-    """Name, title and content of each section in the page's order."""
-    found = [
-        ("fit", "How well drives are met, before and after", fit_section(diagnosis)),
-        ("findings", "What the model leaves out", findings_section(diagnosis)),
-        ("parameters", "Numbers of the vehicle that are off", parameters_section(diagnosis)),
-        ("unexplained", "What no effect explains", unexplained_section(diagnosis)),
-        ("regimes", "Where the mismatch lies", regimes_section(diagnosis)),
-        ("examples", "Example drives over time", examples_section(diagnosis)),
-        ("energy", "Where each drive's energy went", energy_section(diagnosis)),
-        ("profile", "Planning and vehicle model apart", profile_section(diagnosis.profile)),
-        ("quality", "Quality of the recordings", quality_section(diagnosis.data_quality)),
-        ("method", "How it was done", method_section(diagnosis)),
-    ]
-    return [one for one in found if one[0] != "profile" or diagnosis.profile]
-
-
-def _extent(diagnosis: Diagnosis) -> Html:
-    """How much was driven."""
-    kilometres = sum(one.distance_km for one in diagnosis.trips)
-    energy = sum(one.measured_kwh for one in diagnosis.trips)
-    return paragraphs(
-        f"{count(len(diagnosis.trips), 'drive')}, {kilometres:.0f} km, {energy:.0f} kWh measured; "
-        f"{len(diagnosis.fitted_trips)} fitted, {len(diagnosis.held_out_trips)} held out.",
-        class_="soft",
-    )
-
-
-def _verdict(diagnosis: Diagnosis) -> Html:
-    """The answer in a sentence, the diagnosis' own words for it, and what else was found."""
     first, *others = _verdict_sentences(diagnosis)
-    return element(
-        "section",
-        element("h2", HEADLINES[diagnosis.verdict], id="verdict-title"),
-        paragraphs(first, diagnosis.text if diagnosis.text != first else None),
-        items(others) if others else None,
-        class_="verdict",
-        id="verdict",
-        aria_labelledby="verdict-title",
+    page = rendered(
+        "page.html",
+        policy=POLICY,
+        css=CSS,
+        vehicle_id=diagnosis.vehicle_id,
+        headline=HEADLINES[diagnosis.verdict],
+        extent=_extent(diagnosis),
+        verdict=[text for text in dict.fromkeys((first, diagnosis.text)) if text],
+        others=others,
+        sections=_sections(diagnosis),
+    )
+    return f"{page}\n"
+
+
+def _sections(diagnosis: Diagnosis) -> list[Section]:
+    """The sections in the page's order."""
+    found = [
+        Section("fit", "How well drives are met, before and after", fit_section(diagnosis)),
+        Section("findings", "What the model leaves out", findings_section(diagnosis)),
+        Section("parameters", "Numbers of the vehicle that are off", parameters_section(diagnosis)),
+        Section("unexplained", "What no effect explains", unexplained_section(diagnosis)),
+        Section("regimes", "Where the mismatch lies", regimes_section(diagnosis)),
+        Section("examples", "Example drives over time", examples_section(diagnosis)),
+        Section("energy", "Where each drive's energy went", energy_section(diagnosis)),
+        Section("profile", "Planning and vehicle model apart", profile_section(diagnosis.profile)),
+        Section("quality", "Quality of the recordings", quality_section(diagnosis.data_quality)),
+        Section("method", "How it was done", method_section(diagnosis)),
+    ]
+    return [section for section in found if section.name != "profile" or diagnosis.profile]
+
+
+def _extent(diagnosis: Diagnosis) -> str:
+    """How much was driven."""
+    kilometres = sum(trip.distance_km for trip in diagnosis.trips)
+    energy = sum(trip.measured_kwh for trip in diagnosis.trips)
+    return (
+        f"{count(len(diagnosis.trips), 'drive')}, {kilometres:.0f} km, {energy:.0f} kWh measured; "
+        f"{len(diagnosis.fitted_trips)} fitted, {len(diagnosis.held_out_trips)} held out."
     )
 
 

@@ -5,9 +5,12 @@ from __future__ import annotations
 import math
 
 import pytest
+from jinja2 import UndefinedError
+from markupsafe import Markup
 
 from diagnosis.answer.regimes import Axis, Regime
-from diagnosis.report.markup import data, element, escaped, interval_cell
+from diagnosis.report.rendering import pixels, rendered
+from diagnosis.report.tables import Header, Table, cell, data, interval_cell
 from diagnosis.report.text import (
     axis_name,
     decimals,
@@ -113,17 +116,33 @@ def test_names_lose_their_unit():
     assert parameter_name("aux_idle_eff") == "aux idle eff"
 
 
-def test_markup_escapes_texts_and_leaves_markup():
-    inner = element("b", 'a < b & "c"')
-    assert inner == "<b>a &lt; b &amp; &quot;c&quot;</b>"
-    assert element("p", inner, None, "'", class_='x"y', data_x=1.25) == (
-        '<p class="x&quot;y" data-x="1.2">' + inner + "&#x27;</p>"
-    )
-    assert escaped("a\x00b\u202ec\ud800") == "a\ufffdb\ufffdc?"
+def test_template_escapes_texts_and_leaves_markup():
+    assert rendered("nothing.html", text="a < b & \"c\" 'd'") == "<p>a &lt; b &amp; &#34;c&#34; &#39;d&#39;</p>"
+    assert rendered("nothing.html", text=Markup("<b>a &lt; b</b>")) == "<p><b>a &lt; b</b></p>"
+    assert rendered("nothing.html", text="a\x00b\u202ec\ud800") == "<p>a\ufffdb\ufffdc?</p>"
+
+
+def test_template_without_a_fact_that_it_asks_for_is_refused():
+    with pytest.raises(UndefinedError, match="'text' is undefined"):
+        rendered("nothing.html")
+
+
+def test_coordinates_are_tenths_of_a_pixel():
+    assert [pixels(value) for value in (1.25, 3.0, 3, -0.04, 12.96)] == ["1.2", "3", "3", "0", "13"]
 
 
 def test_number_for_machines_stands_beside_its_text():
-    assert data(1.23456789, "1.2") == '<data value="1.23457">1.2</data>'
-    assert data(math.nan, "–") == "–"
-    assert interval_cell(1.92, None) == "–"
-    assert interval_cell(1.92, (1.71, 2.13)) == '<data value="1.71">1.71</data> to <data value="2.13">2.13</data>'
+    rows = [
+        ["a", data(1.23456789, "1.2"), interval_cell(1.92, (1.71, 2.13))],
+        ["b", cell(math.nan), interval_cell(1.92, None)],
+    ]
+    table = Table("T", [Header("name"), Header("value", numeric=True), Header("95 %")], rows)
+    page = rendered("profile.html", sentence=None, splits=table)
+    assert '<td class="n"><data value="1.23457">1.2</data></td>' in page
+    assert '<td><data value="1.71">1.71</data> to <data value="2.13">2.13</data></td>' in page
+    assert '<th scope="row">b</th><td class="n">–</td><td>–</td>' in page
+
+
+def test_table_with_a_row_of_other_length_is_refused():
+    with pytest.raises(ValueError, match="a row of 'T' has 1 cells, allowed: 2"):
+        Table("T", [Header("a"), Header("b")], [["only"]])
