@@ -1,4 +1,4 @@
-"""Where in the world measured and simulated energy part: residuals on links or on a grid, and as GeoJSON."""
+"""Where in the world measured and simulated energy part: residuals on links, and as GeoJSON."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ from scipy import stats
 
 from diagnosis.answer.regimes import CONFIDENCE_FRAC
 from diagnosis.errors import DiagnosisError
-from diagnosis.matching.tracks import odometer_m, positions_deg
 from energy.units import JOULE_PER_WH, METRE_PER_KM
-from routing.graph.earth import METRE_PER_DEGREE
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,10 +19,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from diagnosis.matching.map_matcher import Match
-    from diagnosis.recordings.reading import Recording
     from routing.graph.road_graph import RoadGraph
 
-CELL_M: Final = 250.0
 # nine classes from less than simulated to more: ColorBrewer's RdBu, safe for colour-blind readers
 COLOURS: Final = ("#2166ac", "#4393c3", "#92c5de", "#d1e5f0", "#f7f7f7", "#fddbc7", "#f4a582", "#d6604d", "#b2182b")
 FULL_SCALE_QUANTILE: Final = 0.95  # of the places' |mean_w|, beyond which colours don't change
@@ -62,7 +58,7 @@ class TripResidual:
 class PlaceResidual:
     """What trips took more than simulated at one place.
 
-    place: link, or number of a grid's cell. energy_j: over all passes. mean_w, wh_per_km: energy over time and over way
+    place: link. energy_j: over all passes. mean_w, wh_per_km: energy over time and over way
     driven there, with the 95 % intervals that the delete-one-trip jackknife gives, None for fewer than two trips.
     wh_per_km is NaN where nothing moved.
     """
@@ -82,31 +78,6 @@ class PlaceResidual:
     def departs(self) -> bool:
         """Whether the interval of the mean power leaves 0 out."""
         return self.mean_w_ci95 is not None and (self.mean_w_ci95[0] > 0.0 or self.mean_w_ci95[1] < 0.0)
-
-
-@dataclass(frozen=True, slots=True)
-class Grid:
-    """Cells of equal degrees, about as wide as high: (row, column) of a cell is place // columns, place % columns."""
-
-    south_deg: float
-    west_deg: float
-    height_deg: float
-    width_deg: float
-    columns: int
-
-    def cell(self, lat_deg: NDArray[np.float64], lon_deg: NDArray[np.float64]) -> NDArray[np.int64]:
-        """Cell of each position, int64 (n,)."""
-        row = np.floor((lat_deg - self.south_deg) / self.height_deg).astype(np.int64)
-        column = np.floor((lon_deg - self.west_deg) / self.width_deg).astype(np.int64)
-        return row * self.columns + column
-
-    def ring(self, place: int) -> list[list[float]]:
-        """Outline of a cell, counter-clockwise and closed, [lon, lat] [deg]."""
-        row, column = divmod(place, self.columns)
-        south, west = self.south_deg + row * self.height_deg, self.west_deg + column * self.width_deg
-        north, east = south + self.height_deg, west + self.width_deg
-        corners = ((west, south), (east, south), (east, north), (west, north), (west, south))
-        return [[round(lon, 7), round(lat, 7)] for lon, lat in corners]
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,36 +112,6 @@ def link_residuals(trips: Sequence[tuple[TripResidual, Match]]) -> tuple[PlaceRe
     return _summed([trip for trip, _ in trips], passes)
 
 
-def cell_residuals(
-    trips: Sequence[tuple[TripResidual, Recording]], cell_m: float = CELL_M
-) -> tuple[Grid, tuple[PlaceResidual, ...]]:
-    """Residuals of trips in the cells of a grid that they went through, for recordings without a graph.
-
-    A sample without a position lies where the odometer puts it between the ones before and after, but for ways longer
-    than a cell, which are left out. Raises DiagnosisError without trips, NoPositionsError.
-    """
-    if not trips:
-        raise DiagnosisError("no trips, at least one is needed")
-    tracks = [_filled_deg(recording, cell_m) for _, recording in trips]
-    lat, lon = (np.concatenate([track[k] for track in tracks]) for k in (0, 1))
-    grid = _grid(lat[~np.isnan(lat)], lon[~np.isnan(lon)], cell_m)
-    passes = []
-    for (trip, recording), (lat, lon) in zip(trips, tracks, strict=True):
-        if trip.trip_id != recording.id:
-            raise DiagnosisError(f"trip {trip.trip_id!r} comes with recording {recording.id!r}")
-        cell = np.full(lat.size, -1, np.int64)
-        known = ~np.isnan(lat)
-        cell[known] = grid.cell(lat[known], lon[known])
-        first = np.concatenate(([0], np.flatnonzero(np.diff(cell)) + 1))
-        time_s, way = recording.time_s, odometer_m(recording)
-        # a cell's border is crossed halfway between two samples
-        edge_s = np.concatenate(([time_s[0]], 0.5 * (time_s[first[1:] - 1] + time_s[first[1:]]), [time_s[-1]]))
-        edge_m = np.interp(edge_s, time_s, way)
-        here = cell[first] >= 0
-        passes.append(_Passes(cell[first][here], edge_s[:-1][here], edge_s[1:][here], np.diff(edge_m)[here]))
-    return grid, _summed([trip for trip, _ in trips], passes)
-
-
 def link_features(residuals: Sequence[PlaceResidual], graph: RoadGraph) -> dict[str, Any]:
     """Links as a GeoJSON FeatureCollection (RFC 7946) of LineStrings, coloured by mean power."""
     full_w = _full_scale_w(residuals)
@@ -188,17 +129,6 @@ def link_features(residuals: Sequence[PlaceResidual], graph: RoadGraph) -> dict[
             for one in residuals
         ]
     )
-
-
-def cell_features(residuals: Sequence[PlaceResidual], grid: Grid) -> dict[str, Any]:
-    """Cells of a grid as a GeoJSON FeatureCollection (RFC 7946) of Polygons, coloured by mean power."""
-    full_w = _full_scale_w(residuals)
-    features = []
-    for one in residuals:
-        properties = {"cell": one.place, **_properties(one, full_w)}
-        properties["fill"], properties["fill-opacity"] = properties["stroke"], properties["stroke-opacity"]
-        features.append(_feature({"type": "Polygon", "coordinates": [grid.ring(one.place)]}, properties))
-    return _collection(features)
 
 
 def colour(mean_w: float, full_w: float) -> str:
@@ -278,35 +208,6 @@ def _interval(above: NDArray[np.float64], below: NDArray[np.float64]) -> tuple[f
     half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE_FRAC, n - 1)) * sd
     mean = _ratio(above, below)
     return mean - half, mean + half
-
-
-def _filled_deg(recording: Recording, most_m: float) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Positions of all samples, those without one by the odometer, NaN on ways longer than most_m and at the ends."""
-    lat, lon, fix = positions_deg(recording)
-    way = odometer_m(recording)
-    n = way.size
-    before = np.searchsorted(fix, np.arange(n), side="right") - 1
-    inside = (before >= 0) & (before < fix.size - 1)
-    a = fix[np.clip(before, 0, fix.size - 1)]
-    b = fix[np.clip(before + 1, 0, fix.size - 1)]
-    span = way[b] - way[a]
-    share = np.divide(way - way[a], span, out=np.zeros(n), where=span > 0.0)
-    filled = [
-        np.where(inside & (span <= most_m), values[a] + share * (values[b] - values[a]), np.nan)
-        for values in (lat, lon)
-    ]
-    for values, known in zip(filled, (lat, lon), strict=True):
-        values[fix] = known[fix]
-    return filled[0], filled[1]
-
-
-def _grid(lat_deg: NDArray[np.float64], lon_deg: NDArray[np.float64], cell_m: float) -> Grid:
-    """Cells with corners at whole multiples of their size, so that neighbouring trips meet the same ones."""
-    height = cell_m / METRE_PER_DEGREE
-    middle = 0.5 * (float(lat_deg.min()) + float(lat_deg.max()))
-    width = height / max(math.cos(math.radians(middle)), 0.01)
-    south, west = math.floor(float(lat_deg.min()) / height), math.floor(float(lon_deg.min()) / width)
-    return Grid(south * height, west * width, height, width, math.floor(float(lon_deg.max()) / width) - west + 1)
 
 
 def _full_scale_w(residuals: Sequence[PlaceResidual]) -> float:

@@ -11,18 +11,9 @@ import pytest
 import shapely
 from scipy import stats
 
-from diagnosis.answer.places import (
-    COLOURS,
-    TripResidual,
-    cell_features,
-    cell_residuals,
-    colour,
-    link_features,
-    link_residuals,
-)
+from diagnosis.answer.places import COLOURS, TripResidual, colour, link_features, link_residuals
 from diagnosis.errors import DiagnosisError
 from diagnosis.matching.map_matcher import MapMatcher
-from routing.graph.earth import METRE_PER_DEGREE
 from tests.diagnosis.map_drives import link_between, steady, streets, whole
 
 pytestmark = pytest.mark.nojit
@@ -75,9 +66,7 @@ def test_energy_on_all_links_is_that_of_the_matched_steps(road, matcher):
     found = link_residuals([(trip, match)])
     assert sum(one.energy_j for one in found) == pytest.approx(trip.residual_j.sum())
     assert sum(one.duration_s for one in found) == pytest.approx(recording.time_s[-1])
-    _, cells = cell_residuals([(trip, recording)])
-    assert sum(one.energy_j for one in cells) == pytest.approx(trip.residual_j.sum())
-    assert sum(one.distance_m for one in cells) == pytest.approx(recording.distance_m())
+    assert sum(one.distance_m for one in found) == pytest.approx(recording.distance_m())
 
 
 def test_both_directions_of_a_road_are_places_of_their_own(road, matcher):
@@ -113,35 +102,6 @@ def test_passes_count_each_time_and_trips_once(road, matcher):
     assert twice.distance_m == pytest.approx(1000.0, abs=1.0)
 
 
-def test_cells_are_about_as_wide_as_asked_and_hold_what_happened_in_them(road, matcher):
-    trips = [
-        driven(road, matcher, f"T{k}", power_w=lambda link: np.where(link == link_between(road, 3, 4), 700.0, 0.0))
-        for k in range(2)
-    ]
-    grid, cells = cell_residuals([(trip, recording) for trip, _, recording in trips], 100.0)
-    assert grid.height_deg * METRE_PER_DEGREE == pytest.approx(100.0)
-    assert grid.width_deg * METRE_PER_DEGREE * math.cos(math.radians(45.0)) == pytest.approx(100.0, rel=1e-3)
-    assert 15 <= len(cells) <= 17  # 1.5 km along one row
-    border_deg = 5.0 + 1000.0 / (METRE_PER_DEGREE * math.cos(math.radians(45.0)))
-    for one in cells:
-        west, east = (grid.ring(one.place)[k][0] for k in (0, 1))
-        if west > border_deg:
-            assert one.mean_w == pytest.approx(700.0)
-        elif east < border_deg:
-            assert one.mean_w == pytest.approx(0.0, abs=1e-9)
-
-
-def test_cells_of_a_long_way_without_positions_are_left_out(road, matcher):
-    trip, _, recording = driven(road, matcher, "T1", power_w=lambda link: 100.0 + 0.0 * link)
-    lost = (recording.time_s > 40.0) & (recording.time_s < 90.0)
-    recording = replace(recording, latitude_deg=np.where(lost, np.nan, recording.latitude_deg))
-    _, cells = cell_residuals([(trip, recording)])
-    assert sum(one.duration_s for one in cells) == pytest.approx(recording.time_s[-1] - 49.0, abs=1.5)
-    assert all(one.mean_w == pytest.approx(100.0) for one in cells)
-    _, cells = cell_residuals([(trip, recording)], cell_m=600.0)  # 500 m are shorter than that: filled
-    assert sum(one.duration_s for one in cells) == pytest.approx(recording.time_s[-1])
-
-
 def test_features_are_geojson_with_the_roads_own_lines(road, matcher):
     trips = [driven(road, matcher, f"T{k}", power_w=lambda link: 40.0 * (link - 2.0)) for k in range(3)]
     residuals = link_residuals([trip[:2] for trip in trips])
@@ -159,12 +119,6 @@ def test_features_are_geojson_with_the_roads_own_lines(road, matcher):
         assert (properties["trips"], properties["passes"]) == (3, 3)
         assert properties["stroke"] in COLOURS
         assert set(properties) >= {"wh_per_km", "energy_wh", "stroke-opacity", "stroke-width"}
-    grid, cells = cell_residuals([(trip, recording) for trip, _, recording in trips])
-    for feature in json.loads(json.dumps(cell_features(cells, grid), allow_nan=False))["features"]:
-        polygon = shapely.geometry.shape(feature["geometry"])
-        assert polygon.is_valid
-        assert polygon.exterior.is_ccw
-        assert feature["properties"]["fill"] == feature["properties"]["stroke"]
 
 
 def test_colour_is_blue_below_red_above_and_pale_in_the_middle():
@@ -176,18 +130,13 @@ def test_colour_is_blue_below_red_above_and_pale_in_the_middle():
 
 
 def test_place_where_nothing_moved_has_no_consumption_for_its_length(road, matcher):
-    recording = steady(road, whole(road, (1, 2)), trip_id="T1").recording
-    recording = replace(
-        recording,
-        speed_mps=np.zeros(recording.time_s.size),
-        latitude_deg=np.full(recording.time_s.size, 45.0),
-        longitude_deg=np.full(recording.time_s.size, 5.0),
-    )
-    trip = TripResidual("T1", recording.time_s, np.full(recording.time_s.size - 1, 300.0))
-    grid, (cell,) = cell_residuals([(trip, recording)])
-    assert cell.mean_w == pytest.approx(300.0)
-    assert math.isnan(cell.wh_per_km)
-    (feature,) = json.loads(json.dumps(cell_features([cell], grid), allow_nan=False))["features"]
+    trip, match, _ = driven(road, matcher, "T1", places=(1, 2), power_w=lambda link: 300.0 + 0.0 * link)
+    (stretch,) = match.stretches
+    standing = replace(match, stretches=(replace(stretch, to_m=stretch.from_m),))
+    (found,) = link_residuals([(trip, standing)])
+    assert found.mean_w == pytest.approx(300.0)
+    assert math.isnan(found.wh_per_km)
+    (feature,) = json.loads(json.dumps(link_features([found], road), allow_nan=False))["features"]
     assert feature["properties"]["wh_per_km"] is None
 
 
@@ -205,13 +154,9 @@ def test_residual_that_cannot_be_is_refused(time_s, residual_j, message):
 
 
 def test_trips_that_do_not_belong_together_are_refused(road, matcher):
-    trip, match, recording = driven(road, matcher, "T1")
+    trip, match, _ = driven(road, matcher, "T1")
     other = replace(trip, trip_id="T2")
     with pytest.raises(DiagnosisError, match="trip 'T2' comes with the match of recording 'T1'"):
         link_residuals([(other, match)])
-    with pytest.raises(DiagnosisError, match="trip 'T2' comes with recording 'T1'"):
-        cell_residuals([(other, recording)])
     with pytest.raises(DiagnosisError, match="trip 'T1' is there 2 times"):
         link_residuals([(trip, match), (trip, match)])
-    with pytest.raises(DiagnosisError, match="no trips"):
-        cell_residuals([])
