@@ -13,10 +13,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from docs.coquimbo_graph import DATABASE, import_aequilibrae, line_from_spatialite
 from energy.stops import Cross, FunctionalClass
 from routing.errors import ImportFailedError
 from routing.graph.road_graph import Terrain
-from routing.importers.aequilibrae import DATABASE, import_aequilibrae, line_from_spatialite
 
 Point = tuple[float, float]
 LINE = [(-71.25, -29.9), (-71.251, -29.901), (-71.252, -29.9)]
