@@ -1,10 +1,15 @@
-"""Road graphs from AequilibraE projects: a SQLite database of links with SpatiaLite geometry."""
+"""Writes data/graphs/coquimbo from the wheel of the Python package aequilibrae, which carries it as an example.
+
+Run `python docs/coquimbo_graph.py aequilibrae-1.7.2-….whl`. An AequilibraE project is a SQLite database of links with
+SpatiaLite geometry.
+"""
 
 from __future__ import annotations
 
 import shutil
 import sqlite3
 import struct
+import sys
 import tempfile
 import zipfile
 from collections import Counter
@@ -16,6 +21,7 @@ import numpy as np
 
 from routing.errors import ImportFailedError
 from routing.graph.earth import E7
+from routing.graph.files import save_graph
 from routing.graph.road_graph import RoadGraph
 from routing.importers.region import graph_from_roads
 from routing.importers.roads import Roads, Ways
@@ -27,6 +33,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+COQUIMBO: Final = Path(__file__).resolve().parents[1] / "data" / "graphs" / "coquimbo"
 DATABASE: Final = "project_database.sqlite"
 CAR: Final = "c"  # mode of cars in AequilibraE's default set of modes
 MOST_BYTES: Final = 2**31  # of an unpacked database
@@ -224,3 +231,7 @@ def _limit_mps(speed_kmh: float | None, dropped: Counter[str]) -> float:
         dropped[Dropped.SPEED] += 1
         return float("nan")
     return float(speed_kmh) * KMH
+
+
+if __name__ == "__main__":
+    save_graph(import_aequilibrae(Path(sys.argv[1]), COQUIMBO.name), COQUIMBO)
