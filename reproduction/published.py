@@ -43,8 +43,6 @@ TRIP_COUNT: Final = {
 ROUTE_LENGTHS_KM: Final = (77.0, 124.0)  # section III: shortest and longest route
 COUNTRY_ROUTE_KM: Final = 113.0  # section II.B: one country route, of 906 links
 COUNTRY_ROUTE_LINKS: Final = 906
-MASSES_KG: Final = (1810.0, 2082.0)  # section III.A: lightest and heaviest trip
-AUX_POWER_W: Final = 520.0  # section III.A
 AUX_EFF: Final = 0.9
 
 
@@ -144,8 +142,6 @@ WITHOUT_AC_PERCENT: Final = (13.0, 2.0)
 WITH_AC_PERCENT: Final = (1.0, -15.0, -10.0, -10.0)
 WITHOUT_AC_MEAN_PERCENT: Final = 7.3
 WITH_AC_MEAN_PERCENT: Final = -8.3
-AC_DIFFERENCE_PERCENT: Final = 15.6  # section III.D
-AC_ELSEWHERE_PERCENT: Final = (3.0, 8.0)  # section III.D: on county roads and highway
 
 # Section VI: the more complex algorithm in town against reality
 COMPLEX_URBAN_STOPS_PERCENT: Final = -70.0

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,8 +12,6 @@ from app.tiles.errors import TileOutOfRangeError
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-EARTH_GIRTH_M: Final = 2.0 * math.pi * 6_378_137.0  # of the sphere that EPSG:3857 is defined on
 
 
 @dataclass(frozen=True, slots=True)

@@ -28,7 +28,6 @@ if TYPE_CHECKING:
     from diagnosis.recordings.reading import Recording
     from energy.vehicle.vehicle import Vehicle
 
-CENTRAL_FRAC: Final = QUANTILES[-1] - QUANTILES[0]
 CONFIDENCE_FRAC: Final = 1.0 - 2.0 * float(ndtr(-NORMAL_QUANTILE))  # 95.0004 %, what ± 1.96 SD hold
 DPI: Final = 120
 FONT_PT: Final = 12

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -108,14 +108,6 @@ def windows(trip: Trip, candidates: Sequence[Candidate]) -> Windows:
         names=FREE + tuple(one.label for one in candidates),
         columns_j=np.column_stack([summed(trip, column) for column in columns]),
     )
-
-
-def with_column(trip: Trip, old: Windows, label: str, candidate: Candidate) -> Windows:
-    """Windows with one column worked out anew for another shape."""
-    columns = old.columns_j.copy()
-    columns[:, old.names.index(label)] = summed(trip, candidate.term.column_j(trip.drive, candidate.shape))
-    names = tuple(candidate.label if name == label else name for name in old.names)
-    return replace(old, names=names, columns_j=columns)
 
 
 def measured_size_j(trips: Sequence[Windows]) -> float:
