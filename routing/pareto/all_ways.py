@@ -8,12 +8,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
 
 from energy.force.kernels_physics import cabin_energy_j
 from routing.links.kernels_tables import LIMIT, STOP
 from routing.pareto import kernels_labels as kernels
 from routing.pareto import kernels_states
-from routing.pareto.kernels_sums import least_sums, turned_round
 from routing.search.found import FoundPath
 
 if TYPE_CHECKING:
@@ -90,7 +91,7 @@ def uncovered_ways(
     sg = _states(space, begins, ends, _within(space.arrays, begins, ends, cover.most_s), states_a_link)
     if sg is None:
         return None
-    least_s, least_j = (_left(sg, weight) for weight in (sg.time_s, sg.energy_j))
+    least_s, least_j = (_least_to_goal(sg, weight) for weight in (sg.time_s, sg.energy_j))
     gain_j = float(sg.number[kernels_states.GOAL, kernels_states.POTENTIAL] - sg.number[1, kernels_states.POTENTIAL])
     lb = _labels(cover, gain_j)
     full = kernels.explore(
@@ -133,20 +134,16 @@ def _within(g: LinkArrays, begins: NDArray[np.float64], ends: NDArray[np.float64
     """Links that some way enters which takes no more than most_s, at the limit all along, bool (M,)."""
     link_s = g.length_m / g.row[:, LIMIT] + g.row[:, STOP] * g.stop_time_s
     links = link_s.size
-    arc_s = np.repeat(link_s, np.diff(g.successor_first))
+    ways = csr_array(
+        (np.repeat(link_s, np.diff(g.successor_first)), g.successor, g.successor_first), shape=(links, links)
+    )
     since = np.full(links, math.inf)
     for link, offset_m in begins.tolist():
         driven_s = offset_m / float(g.row[int(link), LIMIT])  # counted by the search, but behind the start
-        one = np.full(links, math.inf)
-        least_sums(g.successor_first, g.successor, arc_s, int(link), most_s + driven_s, one)
-        since = np.minimum(since, np.maximum(one - driven_s, 0.0))
-    back_first, arc = np.empty(links + 1, np.int64), np.empty(g.successor.size, np.int64)
-    turned_round(g.successor_first, g.successor, back_first, arc)
-    tail = np.repeat(np.arange(links, dtype=np.int32), np.diff(g.successor_first))[arc]
-    left = np.full(links, math.inf)
-    for link, _ in ends.tolist():
-        least_sums(back_first, tail, arc_s[arc], int(link), most_s, left)
-    whole = since + left
+        (way_s,) = dijkstra(ways, indices=[int(link)], limit=most_s + driven_s)
+        since = np.minimum(since, np.maximum(way_s - driven_s, 0.0))
+    onward = least_to(ways, ends[:, 0].astype(np.int64), most_s)
+    whole = since + onward
     allowed: NDArray[np.bool_] = np.isfinite(whole) & (whole <= most_s * (1.0 + 1e-9))
     return allowed
 
@@ -192,15 +189,19 @@ def _states(
     )
 
 
-def _left(sg: StateGraph, weight: NDArray[np.float64]) -> NDArray[np.float64]:
+def _least_to_goal(sg: StateGraph, weight: NDArray[np.float64]) -> NDArray[np.float64]:
     """Least sum of weights from each state to the goal, float64 (S,)."""
     states = sg.link.size
-    back_first, arc = np.empty(states + 1, np.int64), np.empty(sg.head.size, np.int64)
-    turned_round(sg.first, sg.head, back_first, arc)
-    tail = np.repeat(np.arange(states, dtype=np.int32), np.diff(sg.first))[arc]
-    left = np.full(states, math.inf)
-    least_sums(back_first, tail, weight[arc], kernels_states.GOAL, math.inf, left)
-    return left
+    return least_to(csr_array((weight, sg.head, sg.first), shape=(states, states)), np.array([kernels_states.GOAL]))
+
+
+def least_to(arcs: csr_array, goals: NDArray[np.int64], most: float = math.inf) -> NDArray[np.float64]:
+    """Least sum of arc weights from every vertex to the nearest of goals, inf where it is more than most.
+
+    Weights ≥ 0: explicit zeros are arcs, and so is each of parallel ones.
+    """
+    sums: NDArray[np.float64] = dijkstra(arcs.T.tocsr(), indices=np.unique(goals), limit=most, min_only=True)
+    return sums
 
 
 def _labels(cover: Cover, gain_j: float) -> Labels:
