@@ -12,20 +12,28 @@ from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
 from app.schemas.base import refusal
 from app.schemas.place import MAX_PLACES
+from energy.folders import bundled_folder, user_folder, user_graphs_folder
 
-BUNDLED_DATA = Path(__file__).resolve().parent.parent / "data"
+BUNDLED_DATA = bundled_folder("data")
 STYLE_FORMS = "https://HOST/PATH, http://HOST/PATH or /PATH on this host"
 ORIGIN_FORMS = "https://HOST, http://HOST or either with :PORT, separated by commas"
 _ORIGIN_FORM = re.compile(r"https?://[A-Za-z0-9.*-]+(:[0-9]+)?\Z|https?://\[[0-9a-fA-F:]+\](:[0-9]+)?\Z")
 _STYLE_FORM = re.compile(r"(https?://[A-Za-z0-9.-]+(:[0-9]+)?)?/[!-~]*\Z")
+DATABASE_FILE = "vehicles.sqlite"
 DATABASE_FORMS = "sqlite:///PATH or postgresql://USER:PASSWORD@HOST/NAME"
 
 
 def default_database_url() -> str:
-    """An SQLite file in the user's data directory (XDG base directory specification)."""
-    given = os.environ.get("XDG_DATA_HOME", "")
-    folder = Path(given) if os.path.isabs(given) else Path("~/.local/share").expanduser()
-    return f"sqlite:///{folder / 'joulepath' / 'vehicles.sqlite'}"
+    """An SQLite file in the user's data folder; one that an older joulepath has left in ~/.local/share stays in use."""
+    file = user_folder() / DATABASE_FILE
+    older = Path(os.path.expanduser("~/.local/share/joulepath")) / DATABASE_FILE
+    named = os.path.isabs(os.environ.get("XDG_DATA_HOME", ""))
+    return f"sqlite:///{older if not named and older.is_file() and not file.exists() else file}"
+
+
+def default_graph_dirs() -> tuple[Path, ...]:
+    """The user's own graphs, then those that come with joulepath."""
+    return user_graphs_folder(), BUNDLED_DATA / "graphs"
 
 
 class Settings(BaseSettings):
@@ -36,7 +44,7 @@ class Settings(BaseSettings):
     host: str = Field(default="127.0.0.1", description="address that the server listens on")
     port: int = Field(default=8000, ge=0, le=65535, description="port that the server listens on")
     graph_dirs: Annotated[tuple[Path, ...], NoDecode] = Field(
-        default=(BUNDLED_DATA / "graphs",),
+        default_factory=default_graph_dirs,
         description="folders with one graph in each subfolder; the first of a name wins",
     )
     vehicle_dir: Path = Field(default=BUNDLED_DATA / "vehicles", description="folder with one TOML file a vehicle")

@@ -13,6 +13,7 @@ from starlette.exceptions import HTTPException
 from starlette.staticfiles import StaticFiles
 
 from app import VERSION
+from energy.folders import bundled_folder
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
     from app.settings import Settings
 
-WEB_FOLDER: Final = Path(__file__).resolve().parents[2] / "web"
+WEB_FOLDER: Final = bundled_folder("web")
 LIBRARY_FILES: Final = frozenset({"maplibre-gl.js", "maplibre-gl.css"})
 READING: Final = ["GET", "HEAD"]
 REVALIDATED: Final = "no-cache"  # kept by the browser, which asks each time whether it changed

@@ -5,16 +5,18 @@ from __future__ import annotations
 import csv
 from dataclasses import dataclass
 from functools import cache
-from pathlib import Path
 from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
 from energy.errors import EnergyError
+from energy.folders import bundled_folder
 from energy.units import JOULE_PER_M_PER_KWH_PER_100KM, MPS_PER_MPH
 from energy.vehicle.vehicle import Powertrain, Vehicle
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from numpy.typing import NDArray
 
     from energy.vehicle.files import AnyVehicle
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 
 CycleName = Literal["udds", "hwfet"]
 
-CYCLE_FOLDER: Final = Path(__file__).resolve().parents[2] / "data" / "cycles"
+CYCLE_FOLDER: Final = bundled_folder("data", "cycles")
 # assumed: between fastsim's chg_eff of 0.86 for every electric car and emobpy's battery_charging_eff of 0.9
 WALL_EFF: Final = 0.88
 # EPA's label for electric cars: the range of the dynamometer tests times 0.7, hence their consumption over 0.7
