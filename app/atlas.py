@@ -6,29 +6,14 @@ from threading import Lock
 from typing import TYPE_CHECKING
 
 from routing.errors import GraphNotFoundError
-from routing.graph.files import load_graph, load_meta
+from routing.graph.files import load_graph
 from routing.planner import Planner
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Mapping
     from pathlib import Path
 
     from energy.vehicle.files import AnyVehicle
-
-
-def graph_folders(parents: Iterable[Path]) -> dict[str, Path]:
-    """Folder of each stored graph by its name, in alphabetic order; the first folder of a name wins.
-
-    Raises GraphFormatError where a folder's meta.json is damaged or of another version.
-    """
-    found: dict[str, Path] = {}
-    for parent in parents:
-        if not parent.is_dir():
-            continue
-        for folder in sorted(parent.iterdir()):
-            if not folder.name.startswith(".") and (folder / "meta.json").is_file():
-                found.setdefault(load_meta(folder).name, folder)
-    return dict(sorted(found.items()))
 
 
 class Atlas:

@@ -43,6 +43,20 @@ class GraphList(Answered):
     default: str
 
 
+class GraphFolder(Answered):
+    """A folder that graphs are looked for in."""
+
+    path: str
+    exists: bool
+
+
+class StoredGraphs(GraphList):
+    """All graphs, as the command line lists them: with where they lie."""
+
+    folders: list[GraphFolder] = Field(description="in the order of search; the first of a name wins")
+    paths: dict[str, str] = Field(description="folder of each graph by its name")
+
+
 class RoadClassLength(Answered):
     """Length of the directed links of one functional class."""
 

@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from dataclasses import replace
 from typing import TYPE_CHECKING, TypeVar
 
-from app.atlas import Atlas, graph_folders
+from app.atlas import Atlas
 from app.conversions.conditions import vehicle_with_effects
 from app.conversions.course import course_of
 from app.conversions.graph import graph_detail, graph_summary
@@ -35,6 +35,7 @@ from energy.errors import LinkError
 from energy.stops import StopSettings
 from energy.vehicle.files import load_published, load_vehicles
 from routing.errors import GraphNotFoundError
+from routing.graph.folders import graph_folders
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping, Sequence

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,6 +13,9 @@ from app.cli import tables
 from app.cli.commands.output import JsonOption, service_for, show
 from app.cli.commands.progress import reporter, stage_bars
 from app.errors.raised import CommandError
+from app.schemas.graph import GraphFolder, StoredGraphs
+from app.settings import Settings
+from energy.folders import user_graphs_folder
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -20,7 +24,14 @@ graphs = typer.Typer(no_args_is_help=True, help="The road networks that requests
 making = typer.Typer()
 
 NameOption = Annotated[str | None, typer.Option("--name", help="name of the graph, by default that of its folder")]
-OutOption = Annotated[Path, typer.Option("--out", help="folder that the graph is written to", metavar="DIR")]
+OutOption = Annotated[
+    Path | None,
+    typer.Option(
+        "--out",
+        help="folder that the graph is written to; by default, one of its name where `graphs list` looks first",
+        metavar="DIR",
+    ),
+]
 
 
 @making.command("import")
@@ -28,7 +39,7 @@ def import_map(
     map_path: Annotated[Path, typer.Argument(metavar="MAP", help="OpenStreetMap PBF, or GraphML as OSMnx writes it")],
     more_dem: Annotated[list[Path] | None, typer.Argument(metavar="[TILE]...", help="further elevation files")] = None,
     *,
-    out: OutOption,
+    out: OutOption = None,
     dem: Annotated[
         list[Path] | None, typer.Option(help="elevation file: GeoTIFF, .hgt or .hgt.zip", metavar="TILE…")
     ] = None,
@@ -41,16 +52,17 @@ def import_map(
 
     tiles = [*(dem or []), *(more_dem or [])]
     length_m = DEFAULT_SMOOTHING_M if smoothing_m is None else smoothing_m
+    place = out or _own_folder(name or map_path.name.partition(".")[0])
     with stage_bars() as progress:
-        graph = import_region(map_path, tiles, name or out.name, smoothing_m=length_m, progress=reporter(progress))
-    save_graph(graph, out)
-    _say_written(out, graph.node_count, graph.link_count, graph.meta.dropped)
+        graph = import_region(map_path, tiles, name or place.name, smoothing_m=length_m, progress=reporter(progress))
+    save_graph(graph, place)
+    _say_written(place, graph.node_count, graph.link_count, graph.meta.dropped)
 
 
 @making.command()
 def synth(
     *,
-    out: OutOption,
+    out: OutOption = None,
     name: NameOption = None,
     seed: Annotated[int, typer.Option(help="the same seed makes the same graph")] = 1,
     links: Annotated[int, typer.Option(help="directed links, about")] = 45_000,
@@ -63,10 +75,11 @@ def synth(
     from routing.graph.files import save_graph
     from routing.synth import synthesize
 
+    place = out or _own_folder(f"synthetic-{seed}" if name is None else name)
     with stage_bars() as progress:
         try:
             graph = synthesize(
-                name or out.name,
+                name or place.name,
                 seed=seed,
                 width_km=width_km,
                 height_km=height_km,
@@ -75,14 +88,25 @@ def synth(
             )
         except ValueError as error:
             raise CommandError(str(error)) from error
-    save_graph(graph, out)
-    _say_written(out, graph.node_count, graph.link_count, graph.meta.dropped)
+    save_graph(graph, place)
+    _say_written(place, graph.node_count, graph.link_count, graph.meta.dropped)
 
 
 @graphs.command("list")
 def list_graphs(as_json: JsonOption = False) -> None:
-    """All graphs."""
-    show(service_for(None).list_graphs(), tables.graphs_table, as_json)
+    """All graphs, and the folders that they are looked for in."""
+    service = service_for(None)
+    folders = [GraphFolder(path=str(parent), exists=os.path.isdir(parent)) for parent in service.settings.graph_dirs]
+    listed = service.list_graphs()
+    paths = {name: str(service.atlas.folder(name)) for name in service.atlas.names}
+    answer = StoredGraphs(graphs=listed.graphs, default=listed.default, folders=folders, paths=paths)
+    show(answer, tables.graphs_table, as_json)
+    if not as_json:
+        console = Console(soft_wrap=True)
+        console.print("folders with graphs, the first of a name wins:", style="dim", highlight=False)
+        for folder in folders:
+            missing = "" if folder.exists else " (does not exist yet)"
+            console.print(f"  {folder.path}{missing}", style="dim", markup=False, highlight=False)
 
 
 @graphs.command("show")
@@ -103,6 +127,13 @@ def export_graph(
     service = service_for(name)
     write_graphml(service.atlas.planner(service.settings.default_graph).graph, out)
     Console(stderr=True).print(f"{out} written", highlight=False)
+
+
+def _own_folder(name: str) -> Path:
+    """Where a graph goes without --out: the first folder that graphs are looked for in, the user's own by default."""
+    if not name or name in {".", ".."} or Path(name).name != name:
+        raise CommandError(f"--name is {name!r}, allowed without --out: the name of a folder")
+    return next(iter(Settings().graph_dirs), user_graphs_folder()) / name
 
 
 def _say_written(out: Path, nodes: int, links: int, dropped: Mapping[str, int]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -104,12 +105,25 @@ def test_simulate_as_json_equals_http(client: TestClient, tmp_path: Path, from_f
     [
         (("vehicles", "list"), "/vehicles"),
         (("vehicles", "show", "bmw-i3-60ah"), "/vehicles/bmw-i3-60ah"),
-        (("graphs", "list"), "/graphs"),
         (("graphs", "show", "grid"), "/graphs/grid"),
     ],
 )
 def test_listing_as_json_equals_http(client: TestClient, arguments: tuple[str, ...], path: str) -> None:
     assert run_json(*arguments) == client.get(path).json()
+
+
+def test_listing_of_graphs_as_json_is_that_of_http_and_says_where_they_lie(
+    client: TestClient, settings: Settings, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    missing, there = tmp_path / "not-yet", settings.graph_dirs[0]
+    monkeypatch.setenv("JOULEPATH_GRAPH_DIRS", os.pathsep.join((str(missing), str(there))))
+    listed = run_json("graphs", "list")
+    assert listed.pop("folders") == [{"path": str(missing), "exists": False}, {"path": str(there), "exists": True}]
+    assert listed.pop("paths") == {name: str(there / name) for name in ("grid", "level")}
+    assert listed == client.get("/graphs").json()
+    shown = run("graphs", "list")
+    assert f"{missing} (does not exist yet)" in shown.stdout
+    assert f"{there}\n" in shown.stdout
 
 
 def test_route_as_a_table_names_energy_charge_and_data() -> None:
@@ -332,6 +346,38 @@ def test_exported_graph_imports_again(tmp_path: Path) -> None:
     answer = run_json("route", *PLACES, "--soc", "0.5", "--graph", folder)
     assert answer["terrain"]["graph"] == "again"
     assert answer["routes"][0]["feasible"] is True
+
+
+def test_graph_without_out_goes_to_the_users_folder_and_is_found_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delenv("JOULEPATH_GRAPH_DIRS")
+    monkeypatch.delenv("JOULEPATH_DEFAULT_GRAPH")
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    size = ("--links", "2000", "--width-km", "30", "--height-km", "20")
+    assert run("synth", "--name", "mine", *size).exit_code == 0
+    listed = run_json("graphs", "list")
+    assert listed["paths"]["mine"] == str(tmp_path / "joulepath" / "graphs" / "mine")
+    assert {graph["name"] for graph in listed["graphs"]} == {"coquimbo", "highlands", "mine"}
+
+
+def test_own_graph_hides_a_bundled_one_of_its_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path))
+    own = tmp_path / "joulepath" / "graphs" / "highlands"
+    assert run("graphs", "export", "grid", str(tmp_path / "grid.graphml")).exit_code == 0
+    monkeypatch.delenv("JOULEPATH_GRAPH_DIRS")
+    monkeypatch.delenv("JOULEPATH_DEFAULT_GRAPH")
+    assert run("import", str(tmp_path / "grid.graphml"), "--name", "highlands").exit_code == 0
+    listed = run_json("graphs", "list")
+    assert listed["paths"]["highlands"] == str(own)
+    assert [graph["link_count"] < 1000 for graph in listed["graphs"] if graph["name"] == "highlands"] == [True]
+
+
+@pytest.mark.parametrize("name", ["../elsewhere", "a/b", "..", ""])
+def test_name_that_is_no_folder_is_refused_without_out(name: str) -> None:
+    result = run("synth", "--name", name, "--links", "2000")
+    assert (result.exit_code, result.stdout) == (2, "")
+    assert "allowed without --out: the name of a folder" in result.stderr
 
 
 def test_synth_writes_a_graph_that_answers(tmp_path: Path) -> None:
