@@ -22,6 +22,7 @@ from app.cli.commands.queries import queries
 from app.cli.commands.vehicles import vehicles
 from app.errors.raised import CommandError
 from app.store.errors import StoreError
+from energy.compiled.progress import Display, compilations
 from energy.errors import EnergyError
 from routing.errors import RoutingError
 
@@ -35,10 +36,11 @@ def _validation_message(error: ValidationError) -> str:
 
 
 class ReportingGroup(TyperGroup):
-    """Commands whose expected errors end in one red line and exit code 2."""
+    """Commands that say what they compile, and whose expected errors end in one red line and exit code 2."""
 
     def invoke(self, ctx: Any) -> Any:
         """Run a command."""
+        compilations.watch(Display())
         try:
             return super().invoke(ctx)
         except ValidationError as error:
@@ -88,8 +90,10 @@ def serve(
 
     service = service_for(graph)
     console = Console(stderr=True)
-    with console.status("loading graphs and compiling kernels"):
-        service.load_all()
+    console.print(f"loading graphs: {', '.join(service.atlas.names)}", markup=False, highlight=False)
+    service.load_all()
+    if (compiled := compilations.state) is not None:
+        console.print(f"{compiled.done_count} kernels compiled in {compiled.seconds:.0f} s", highlight=False)
     settings = service.settings
     graphs_line = f"graphs: {', '.join(service.atlas.names)}; {len(service.vehicles)} bundled vehicles"
     console.print(f"{graphs_line}, others in {service.database.shown_url}", markup=False, highlight=False)
