@@ -1,0 +1,68 @@
+"""A road network to ask."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from energy.folders import bundled_folder, user_graphs_folder
+from routing.errors import GraphNotFoundError
+from routing.graph.files import load_graph
+from routing.graph.folders import graph_folders
+from routing.planner import Planner
+
+if TYPE_CHECKING:
+    from routing.graph.road_graph import GraphMeta
+
+
+class Graph:
+    """A road network with its planner; frozen, and safe to share between threads."""
+
+    def __init__(self, planner: Planner) -> None:
+        self.planner = planner
+
+    @classmethod
+    def load(cls, graph: str | Path, *, snap_limit_m: float = 1000.0) -> Graph:
+        """A stored graph by its name or its folder.
+
+        Names are looked for among the user's own graphs, then among those that come with joulepath. snap_limit_m: the
+        farthest road that a place is moved to. Raises GraphNotFoundError or GraphFormatError.
+        """
+        folder = Path(graph)
+        if not (isinstance(graph, Path) or len(folder.parts) > 1 or (folder / "meta.json").is_file()):
+            known = cls.stored()
+            if str(graph) not in known:
+                raise GraphNotFoundError(str(graph), tuple(known))
+            folder = known[str(graph)]
+        elif not os.path.isfile(folder / "meta.json"):
+            raise GraphNotFoundError(str(graph), tuple(cls.stored()))
+        return cls(Planner(load_graph(folder), snap_limit_m=snap_limit_m))
+
+    @staticmethod
+    def stored() -> dict[str, Path]:
+        """The folder of each graph that `load` finds by its name."""
+        return graph_folders((user_graphs_folder(), bundled_folder("data", "graphs")))
+
+    @property
+    def meta(self) -> GraphMeta:
+        """Its name, whose data it is under which licence, where its heights are from, and its extent."""
+        return self.planner.graph.meta
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+        return self.meta.name
+
+    @property
+    def node_count(self) -> int:
+        """Nodes."""
+        return self.planner.graph.node_count
+
+    @property
+    def link_count(self) -> int:
+        """Directed links."""
+        return self.planner.graph.link_count
+
+    def __repr__(self) -> str:
+        return f"<Graph {self.name!r}: {self.node_count} nodes, {self.link_count} links>"

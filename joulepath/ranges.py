@@ -1,0 +1,112 @@
+"""Areas that can be reached."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING
+
+from shapely.geometry import mapping
+
+from energy.chain.chain import LinkModel, StopRule
+from joulepath.conditions import conditions_in_si
+from joulepath.figures import Feature, MapFeature, MapFeatures, Snapped, feature, one_of, point_of, snapped_of
+from routing.queries import RangeQuery, Trip
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from shapely import MultiPolygon
+
+    from joulepath.conditions import Conditions
+    from joulepath.graph import Graph
+    from joulepath.vehicle import Vehicle
+    from routing.range.bands import RangeBand
+
+M2_PER_KM2 = 1e6
+
+
+@dataclass(frozen=True, slots=True)
+class Band(MapFeature):
+    """The area in which at least soc_left_frac is left; geometry: in lon, lat [deg], `tolerance_m` off at most.
+
+    probability_frac: that a place at its edge is reached so, where uncertainty was asked for. false_in_frac,
+    false_out_frac: share of its nodes that can't be reached, and of reachable nodes that it leaves out.
+    """
+
+    soc_left_frac: float
+    probability_frac: float | None
+    area_km2: float
+    tolerance_m: float
+    node_count: int
+    false_in_frac: float
+    false_out_frac: float
+    geometry: MultiPolygon
+
+    @property
+    def __geo_interface__(self) -> Feature:
+        """GeoJSON Feature."""
+        shown = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "geometry"}
+        return feature(mapping(self.geometry), shown)
+
+
+@dataclass(frozen=True, slots=True)
+class Range(MapFeatures):
+    """Bands from the outermost, which keeps the reserve, to the innermost."""
+
+    bands: tuple[Band, ...]
+    origin: Snapped
+    warnings: tuple[str, ...]
+
+    def _features(self) -> Sequence[Band]:
+        return self.bands
+
+
+def range(  # the name of the question; within this package nothing counts
+    graph: Graph,
+    vehicle: Vehicle,
+    *,
+    origin: tuple[float, float],
+    soc_frac: float,
+    reserve_soc_frac: float = 0.0,
+    bands_soc_frac: Sequence[float] = (),
+    trip: str = "out",
+    conditions: Conditions | None = None,
+    link_model: str = "integrated",
+    stops: str = "expected",
+    uncertainty: bool = False,
+) -> Range:
+    """The area that can be reached from a place (lat, lon) [deg] before the charge falls below the reserve.
+
+    bands_soc_frac: charges that are to be left, a band each, besides the reserve. trip: "out", "reverse" for the area
+    from which the place is reached, "round_trip" for what can be driven to and back.
+
+    Raises QueryError for a value out of range, PointOutsideMapError, PointFarFromRoadError, NegativeCycleError,
+    SearchLimitError.
+    """
+    query = RangeQuery(
+        origin=point_of("origin", origin),
+        soc_frac=soc_frac,
+        vehicle=vehicle.model,
+        reserve_soc_frac=reserve_soc_frac,
+        bands_soc_frac=tuple(sorted(set(bands_soc_frac))),
+        link_model=one_of("link_model", link_model, LinkModel),
+        stop_rule=one_of("stops", stops, StopRule),
+        conditions=conditions_in_si(conditions),
+        uncertainty=uncertainty,
+        trip=one_of("trip", trip, Trip),
+    )
+    answer = graph.planner.range(query)
+    return Range(tuple(map(_band, answer.bands)), snapped_of(answer.origin), answer.warnings)
+
+
+def _band(found: RangeBand) -> Band:
+    return Band(
+        soc_left_frac=found.soc_left_frac,
+        probability_frac=found.probability_frac,
+        area_km2=found.area_m2 / M2_PER_KM2,
+        tolerance_m=found.tolerance_m,
+        node_count=found.node_count,
+        false_in_frac=found.false_in_frac,
+        false_out_frac=found.false_out_frac,
+        geometry=found.area,
+    )
