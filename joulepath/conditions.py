@@ -6,12 +6,19 @@ import math
 from dataclasses import dataclass
 from typing import Final
 
-from energy.conditions import STILL, RoadSurface
+from energy.conditions import CONDITION_RANGES, STILL, RoadSurface
 from energy.conditions import Conditions as ConditionsInSi
 from energy.errors import ConditionsError
 from energy.units import KMH_PER_MPS, ZERO_CELSIUS_K
 
-DIGITS: Final = 9  # of K and m/s, so that the ends of the ranges are those inside
+DIGITS: Final = 9  # of K, so that the ends of the ranges are those inside
+# the fields whose units are not those inside: the name there, and what a value is multiplied with and moved by
+IN_SI: Final = {
+    "ambient_c": ("ambient_k", 1.0, ZERO_CELSIUS_K),
+    "cabin_start_c": ("cabin_start_k", 1.0, ZERO_CELSIUS_K),
+    "wind_from_deg": ("wind_from_rad", math.pi / 180.0, 0.0),
+    "top_speed_kmh": ("top_speed_mps", 1.0 / KMH_PER_MPS, 0.0),
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,6 +44,14 @@ class Conditions:
     regen_limited: bool = False
 
     def __post_init__(self) -> None:
+        for name, (inside, factor, offset) in IN_SI.items():
+            value = getattr(self, name)
+            low, high = ((bound - offset) / factor for bound in CONDITION_RANGES[inside])
+            if value is not None and not low <= value <= high:
+                raise ConditionsError(f"conditions.{name}", value, f"{low:g}..{high:g}")
+        if self.ambient_c is None and (self.cabin_start_c is not None or self.sun_w > 0.0):
+            name = "cabin_start_c" if self.cabin_start_c is not None else "sun_w"
+            raise ConditionsError(f"conditions.{name}", getattr(self, name), "only together with ambient_c")
         self.in_si()
 
     def in_si(self) -> ConditionsInSi:
