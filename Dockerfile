@@ -2,28 +2,32 @@
 FROM python:3.12-slim AS builder
 RUN python -m venv /opt/joulepath
 ENV PATH=/opt/joulepath/bin:$PATH PIP_DISABLE_PIP_VERSION_CHECK=1 PIP_NO_CACHE_DIR=1
+WORKDIR /build
 COPY requirements.lock .
 RUN pip install --require-hashes --requirement requirements.lock
-
-FROM python:3.12-slim
-RUN useradd --system --create-home --uid 10001 joulepath
-WORKDIR /srv/joulepath
-COPY --from=builder /opt/joulepath /opt/joulepath
 COPY pyproject.toml README.md LICENSE NOTICE ./
+COPY joulepath joulepath
 COPY app app
+COPY proof proof
+COPY reproduction reproduction
 COPY diagnosis diagnosis
 COPY routing routing
 COPY energy energy
 COPY data data
 COPY web web
-RUN /opt/joulepath/bin/pip install --no-index --no-deps --no-build-isolation --no-cache-dir --editable .
+RUN pip wheel --no-index --no-deps --no-build-isolation --wheel-dir dist . && pip install --no-index --no-deps dist/*.whl
+
+FROM python:3.12-slim
+RUN useradd --system --create-home --uid 10001 joulepath
+COPY --from=builder /opt/joulepath /opt/joulepath
 ENV PATH=/opt/joulepath/bin:$PATH PYTHONUNBUFFERED=1
-# stored vehicles; for PostgreSQL set JOULEPATH_DATABASE_URL and install the extra "postgresql"
+# graphs of one's own in graphs/ and stored vehicles; for PostgreSQL set JOULEPATH_DATABASE_URL and install the extra "postgresql"
 RUN install --directory --owner joulepath /var/lib/joulepath
-ENV JOULEPATH_DATABASE_URL=sqlite:////var/lib/joulepath/vehicles.sqlite
+ENV XDG_DATA_HOME=/var/lib JOULEPATH_DATABASE_URL=sqlite:////var/lib/joulepath/vehicles.sqlite
 VOLUME /var/lib/joulepath
 USER joulepath
+WORKDIR /var/lib/joulepath
 EXPOSE 8000
-HEALTHCHECK --interval=30s --timeout=5s --start-period=60s --retries=3 \
+HEALTHCHECK --interval=30s --timeout=5s --start-period=180s --retries=3 \
     CMD ["python", "-c", "import urllib.request; urllib.request.urlopen('http://127.0.0.1:8000/healthz', timeout=4)"]
 CMD ["joulepath", "serve", "--host", "0.0.0.0", "--port", "8000"]
