@@ -12,7 +12,7 @@ from app.conversions.vehicle import detail_of_sent, sent_with_tables, vehicle_de
 from app.errors.validation import validation_detail
 from app.schemas.vehicle import MAX_ID_CHARS, VEHICLE_ID_PATTERN, SentVehicle, VehicleBody
 from app.schemas.vehicle_answer import VehicleList
-from app.store.errors import VehicleDamagedError, VehicleIsBundledError
+from app.store.errors import DatabaseUnavailableError, VehicleDamagedError, VehicleIsBundledError
 from app.store.vehicles import VehicleDocument
 from energy.errors import VehicleError, VehicleNotFoundError
 
@@ -49,13 +49,23 @@ class Fleet:
             return vehicle_detail(self.bundled[vehicle_id])
         return detail_of_sent(*self._stored(vehicle_id))
 
-    def list(self) -> VehicleList:
-        """All vehicles in the order of their ids; stored ones that can't be read are told instead."""
+    def list(self, *, needs_store: bool = True) -> VehicleList:
+        """All vehicles in the order of their ids; stored ones that can't be read are told instead.
+
+        needs_store: False where a store that is not available is told as well; otherwise DatabaseUnavailableError.
+        """
         lines: dict[str, VehicleSummary] = {
             vehicle.id: vehicle_summary(vehicle, self.default_id, bundled=True) for vehicle in self.bundled.values()
         }
         warnings = []
-        for row in self.store.all():
+        try:
+            stored = self.store.all()
+        except DatabaseUnavailableError as error:
+            if needs_store:
+                raise
+            stored = []
+            warnings.append(f"stored vehicles are missing: {error}")
+        for row in stored:
             if row.id in lines:
                 warnings.append(f"stored vehicle {row.id!r} is hidden by the bundled one of this id")
                 continue

@@ -42,8 +42,8 @@ def _digest() -> str:
 
 
 def _home() -> Path:
-    given = os.environ.get("XDG_CACHE_HOME")
-    return Path(given or os.path.expanduser("~/.cache")) / "joulepath" / "kernels"
+    given = os.environ.get("XDG_CACHE_HOME", "")
+    return Path(given if os.path.isabs(given) else os.path.expanduser("~/.cache")) / "joulepath" / "kernels"
 
 
 class KernelLocator:
@@ -109,6 +109,8 @@ def _kernel_name(compiled: Any) -> str | None:
 
 
 def _is_writable(folder: Path) -> bool:
+    if not folder.is_absolute():  # as where the user has no home
+        return False
     try:
         folder.mkdir(parents=True, exist_ok=True)
         tempfile.TemporaryFile(dir=folder).close()

@@ -133,7 +133,9 @@ def _own_folder(name: str) -> Path:
     """Where a graph goes without --out: the first folder that graphs are looked for in, the user's own by default."""
     if not name or name in {".", ".."} or Path(name).name != name:
         raise CommandError(f"--name is {name!r}, allowed without --out: the name of a folder")
-    return next(iter(Settings().graph_dirs), user_graphs_folder()) / name
+    parent = next(iter(Settings().graph_dirs), user_graphs_folder())
+    parent.mkdir(parents=True, exist_ok=True)  # where that can't be, it is better said before the work than after it
+    return parent / name
 
 
 def _say_written(out: Path, nodes: int, links: int, dropped: Mapping[str, int]) -> None:

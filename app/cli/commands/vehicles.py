@@ -27,8 +27,8 @@ IdArgument = Annotated[str, typer.Argument(metavar="ID")]
 
 @vehicles.command("list")
 def list_vehicles(as_json: JsonOption = False) -> None:
-    """All vehicles."""
-    answer = service_for(None).list_vehicles()
+    """All vehicles; the bundled ones where the database of the others is not available."""
+    answer = service_for(None).fleet.list(needs_store=False)
     show(answer, tables.vehicles_table, as_json)
     if not as_json:
         for warning in answer.warnings:

@@ -373,6 +373,23 @@ def test_own_graph_hides_a_bundled_one_of_its_name(tmp_path: Path, monkeypatch: 
     assert [graph["link_count"] < 1000 for graph in listed["graphs"] if graph["name"] == "highlands"] == [True]
 
 
+def test_data_folder_that_cannot_be_written_leaves_what_is_bundled(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    blocked = tmp_path / "blocked"
+    blocked.write_text("a file, where no folder can be made", encoding="utf-8")
+    for name in ("GRAPH_DIRS", "DEFAULT_GRAPH", "DATABASE_URL"):
+        monkeypatch.delenv(f"JOULEPATH_{name}")
+    monkeypatch.setenv("XDG_DATA_HOME", str(blocked))
+    vehicles = run_json("vehicles", "list")
+    assert "nissan-leaf" in [vehicle["id"] for vehicle in vehicles["vehicles"]]
+    assert str(blocked) in vehicles["warnings"][0]
+    assert run_json("graphs", "list")["folders"][0]["exists"] is False
+    refused = run("synth", "--links", "2000")
+    assert (refused.exit_code, refused.stdout) == (2, "")
+    assert refused.stderr.strip() == f"Not a directory: {blocked / 'joulepath' / 'graphs'}"
+
+
 @pytest.mark.parametrize("name", ["../elsewhere", "a/b", "..", ""])
 def test_name_that_is_no_folder_is_refused_without_out(name: str) -> None:
     result = run("synth", "--name", name, "--links", "2000")
