@@ -346,5 +346,20 @@ def test_database_is_by_default_in_the_users_data_directory(monkeypatch: pytest.
         assert default_database_url() == "sqlite:////home/someone/.local/share/joulepath/vehicles.sqlite"
 
 
+def test_database_that_an_older_version_has_left_at_home_stays_in_use(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("HOME", str(tmp_path))
+    monkeypatch.delenv("XDG_DATA_HOME", raising=False)
+    monkeypatch.setattr("app.settings.user_folder", lambda: tmp_path / "Library" / "joulepath")  # as on macOS
+    older = tmp_path / ".local" / "share" / "joulepath" / "vehicles.sqlite"
+    newer = tmp_path / "Library" / "joulepath" / "vehicles.sqlite"
+    assert default_database_url() == f"sqlite:///{newer}"
+    for file in (older, newer):
+        file.parent.mkdir(parents=True)
+        file.touch()
+        assert default_database_url() == f"sqlite:///{file}"
+
+
 def test_settings_do_not_print_the_database_url() -> None:
     assert "secret" not in repr(Settings(database_url="postgresql://me:secret@db/x"))

@@ -18,6 +18,12 @@ from numba import njit
 def twice(x):
     return 2 * x
 """
+TALKATIVE: Final = """
+from energy.compiled import progress
+progress.QUIET_S = progress.LINE_S = 0.0
+progress.TICK_S = 0.001
+progress.compilations.watch(progress.Display())
+"""
 RUN: Final = "from energy.kernels_twice import twice; print(twice(21), sum(twice.stats.cache_hits.values()))"
 
 
@@ -29,9 +35,10 @@ def packages_in(folder: Path) -> Path:
     return folder
 
 
-def run_in(folder: Path, **environment: str) -> subprocess.CompletedProcess[str]:
+def run_in(folder: Path, before: str = "", **environment: str) -> subprocess.CompletedProcess[str]:
     plain = {name: value for name, value in os.environ.items() if not name.startswith("NUMBA_")} | environment
-    command = [sys.executable, "-P", "-c", f"import sys; sys.path.insert(0, {str(folder)!r}); {RUN}"]
+    program = f"import sys; sys.path.insert(0, {str(folder)!r})\n{before}\n{RUN}"
+    command = [sys.executable, "-P", "-c", program]
     return subprocess.run(command, env=plain, cwd=folder, capture_output=True, text=True, check=False)
 
 
@@ -40,6 +47,13 @@ def test_kernel_that_is_compiled_in_one_place_is_not_compiled_again_in_another(t
     cache = str(tmp_path / "cache")
     assert run_in(first, XDG_CACHE_HOME=cache).stdout == "42 0\n"
     assert run_in(second, XDG_CACHE_HOME=cache).stdout == "42 1\n"
+
+
+def test_kernel_is_named_on_an_output_that_is_no_terminal_while_it_is_compiled_and_never_again(tmp_path: Path) -> None:
+    place, cache = packages_in(tmp_path / "a"), str(tmp_path / "cache")
+    said = run_in(place, TALKATIVE, XDG_CACHE_HOME=cache).stderr.splitlines()
+    assert said[0] == "compiling kernels, once for this version: 0 done, now energy.kernels_twice.twice (0 s)"
+    assert run_in(place, TALKATIVE, XDG_CACHE_HOME=cache).stderr == ""
 
 
 def test_kernel_whose_text_differs_is_compiled_anew(tmp_path: Path) -> None:
