@@ -104,8 +104,8 @@ class _Listener(event.Listener):
 
 def _kernel_name(compiled: Any) -> str | None:
     function = compiled.data["dispatcher"].py_func
-    module = str(function.__module__)
-    return f"{module}.{function.__qualname__}" if module.partition(".")[0] in PACKAGES else None
+    package, _, module = str(function.__module__).partition(".")
+    return f"{module.rpartition('.')[2]}.{function.__qualname__}" if package in PACKAGES else None
 
 
 def _is_writable(folder: Path) -> bool:

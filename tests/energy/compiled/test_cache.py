@@ -52,7 +52,7 @@ def test_kernel_that_is_compiled_in_one_place_is_not_compiled_again_in_another(t
 def test_kernel_is_named_on_an_output_that_is_no_terminal_while_it_is_compiled_and_never_again(tmp_path: Path) -> None:
     place, cache = packages_in(tmp_path / "a"), str(tmp_path / "cache")
     said = run_in(place, TALKATIVE, XDG_CACHE_HOME=cache).stderr.splitlines()
-    assert said[0] == "compiling kernels, once for this version: 0 done, now energy.kernels_twice.twice (0 s)"
+    assert said[0] == "compiling kernels, once for this version: 0 done, now kernels_twice.twice (0 s)"
     assert run_in(place, TALKATIVE, XDG_CACHE_HOME=cache).stderr == ""
 
 
