@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
-    from playwright.sync_api import ConsoleMessage, Locator, Page, Request
+    from playwright.sync_api import ConsoleMessage, Locator, Page, Request, Response
 
 LOADED: Final = "Failed to load resource"  # what the browser says of every answer from 400 on
 OVERTAKEN: Final = "net::ERR_ABORTED"  # a request that the page took back
@@ -89,18 +89,27 @@ class MapPage:
 
     @contextmanager
     def asking(self, path: str) -> Iterator[Exchange]:
-        """What the page asks for with POST because of what is done meanwhile; waits for the answer."""
+        """What the page asks for with POST because of what is done meanwhile; waits for the answer.
+
+        A request that the page takes back for a newer one has no answer, and is passed over.
+        """
         exchange = Exchange()
+        meanwhile: list[Request] = []
 
-        def fits(request: Request) -> bool:
-            return urlsplit(request.url).path == path and request.method == "POST"
+        def asked(request: Request) -> None:
+            meanwhile.append(request)
 
-        with self.page.expect_request(fits) as caught:
+        def fits(response: Response) -> bool:
+            request = response.request
+            return request in meanwhile and urlsplit(request.url).path == path and request.method == "POST"
+
+        self.page.on("request", asked)
+        with self.page.expect_response(fits) as caught:
             yield exchange
-        response = caught.value.response()
-        assert response, f"{path} was taken back"
+        self.page.remove_listener("request", asked)
+        response = caught.value
         assert response.status < 400 or response.status in self.refused, response.text()
-        exchange.body = caught.value.post_data_json
+        exchange.body = response.request.post_data_json
         exchange.answer = response.json()
 
     def type_place(self, title: str, place: Place) -> None:
