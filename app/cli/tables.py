@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
+from energy.force.parts import SOURCE_PART_COUNT
+
 if TYPE_CHECKING:
     from app.schemas.graph import GraphDetail, GraphList, TerrainNote
     from app.schemas.matrix import MatrixResponse
@@ -17,7 +19,6 @@ if TYPE_CHECKING:
 
 SHOWN_LINKS = 40
 SHOWN_PLACES = 8
-SOURCE_PARTS = 8  # causes that the model always has
 SHOWN_KWH = 0.0005
 
 
@@ -47,7 +48,7 @@ def parts_table(parts: list[tuple[str, EnergyPartsKwh]]) -> Table:
     table = _table("kWh", *(label for label, _ in parts))
     for k, name in enumerate(names):
         values = [getattr(kwh, name) for _, kwh in parts]
-        if k < SOURCE_PARTS or any(abs(value) >= SHOWN_KWH for value in values):
+        if k < SOURCE_PART_COUNT or any(abs(value) >= SHOWN_KWH for value in values):
             table.add_row(name.replace("_", " "), *(f"{value:.3f}" for value in values))
     return table
 

@@ -157,7 +157,7 @@ def parts_kwh(parts: EnergyParts) -> EnergyPartsKwh:
 
 
 def parts_wh(parts_j: list[float]) -> EnergyPartsWh:
-    """Energy by cause of one link [Wh], from the parts in the order of PART_NAMES."""
+    """Energy by cause of one link [Wh], from the parts in the order of Part."""
     return EnergyPartsWh(**{name: part / JOULE_PER_WH for name, part in zip(PART_NAMES, parts_j, strict=True)})
 
 

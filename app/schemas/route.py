@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Final, Literal
+from typing import Any, Final, Literal
 
-from pydantic import Field, model_validator
+from pydantic import Field, create_model, model_validator
 
 from app.schemas.base import Answered, Flag, Fraction, Number, Sent, refusal
 from app.schemas.conditions import ConditionsSent
@@ -13,6 +13,7 @@ from app.schemas.learned_effects import EffectsChoice
 from app.schemas.place import LatLon, LineString, Place, PlaceFeature, Snapped
 from app.schemas.vehicle import VehicleChoice
 from energy.chain.chain import LinkModel, StopRule
+from energy.force.parts import Part
 from routing.queries import EPSILON_RANGE, MOST_RANGE, ParetoSettings
 from routing.route.hot_links import HotReason
 from routing.route.route import ParetoProof
@@ -100,29 +101,12 @@ class RouteRequest(Sent):
         return self
 
 
-class EnergyPartsKwh(Answered):
-    """Battery energy by cause [kWh]; the parts add up to the whole. Those of effects are 0 while the effect is off."""
+_PART_FIELDS: Final[Any] = {part.value: (float, Field(description=part.meaning)) for part in Part}
+_FloatByPart: Any = create_model("_FloatByPart", __base__=Answered, **_PART_FIELDS)
 
-    rolling: float = Field(description="rolling resistance of the vehicle itself, at the wheels")
-    linear: float = Field(description="part of the road load that grows with speed, at the wheels")
-    aero: float = Field(description="drag of the vehicle itself in still air of the reference density, at the wheels")
-    grade: float = Field(description="climbing, negative downhill, at the wheels")
-    inertia: float = Field(description="gaining speed, negative when losing it, at the wheels")
-    drivetrain_loss: float = Field(description="between battery and wheels when driving")
-    recuperation_loss: float = Field(description="what braking does not bring back")
-    auxiliary: float = Field(description="on-board supply")
-    tyre_temperature: float = Field(description="effect: rolling resistance of tyres colder or warmer than 20 °C")
-    road_surface: float = Field(description="effect: water or snow on the road")
-    payload: float = Field(description="effect: load beyond the vehicle's mass, rolling, climbing and inertia")
-    air_density: float = Field(description="effect: air denser or thinner than at 20 °C and 100 kPa")
-    drag: float = Field(description="effect: roof load, and air flow from the side")
-    wind: float = Field(description="effect: wind against or with the vehicle")
-    regen_limit: float = Field(description="effect: recuperation beyond its cap, left to the friction brakes")
-    load_loss: float = Field(description="effect: drivetrain loss that grows with the square of the force")
-    battery_resistance: float = Field(description="effect: heat in a battery colder than its reference")
-    cabin: float = Field(description="effect: heating or cooling the cabin")
-    tyre_warm_up: float = Field(description="effect: rolling resistance of tyres that are not yet warm from driving")
-    consumption_table: float = Field(description="all that a vehicle given as a consumption table takes on the flat")
+
+class EnergyPartsKwh(_FloatByPart):  # type: ignore[misc]  # its fields are those of energy.force.parts.Part
+    """Battery energy by cause [kWh]; the parts add up to the whole. Those of effects are 0 while the effect is off."""
 
 
 class EnergyPartsWh(EnergyPartsKwh):

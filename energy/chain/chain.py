@@ -75,7 +75,7 @@ class LinkResult:
 
     energy_j: from the battery [J], negative where more is recuperated. duration_s includes standing still.
     speed_end_mps: speed carried into the next link, given no stop. stop_probability_frac: of having stopped at its end.
-    parts_j: float64 (20,), in the order of `energy.force.parts.PART_NAMES`; they add up to energy_j.
+    parts_j: float64 (20,), in the order of `energy.force.parts.Part`; they add up to energy_j.
     """
 
     energy_j: float

@@ -14,7 +14,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from energy.force.kernels_force import cruise_energy, cruise_terms, idle_energy, ramp_energy, ramp_terms
-from energy.force.kernels_parts import AUXILIARY, GRADE, INERTIA, RESISTANCE_LOSS, TABLE
+from energy.force.kernels_parts import AUXILIARY, BATTERY_RESISTANCE, CONSUMPTION_TABLE, GRADE, INERTIA
 from energy.force.kernels_physics import LinkPhysics, Road
 
 TOUCH_MPS = 1e-9  # a speed this near to an interval boundary touches only the interval on its own side
@@ -238,12 +238,12 @@ def add_link_parts(
     if p.table:
         climb = r.grade * length
         parts[AUXILIARY] += p.aux_move_w * length / v_max
-        parts[TABLE] += r.rolling_n * length
+        parts[CONSUMPTION_TABLE] += r.rolling_n * length
         parts[GRADE] += climb * (p.climb_up_j_per_m if climb > 0.0 else p.climb_down_j_per_m)
         parts[INERTIA] += (1.0 - p_start) * speed_change_j(p, v_start, v_max) + p_start * speed_change_j(p, 0.0, v_max)
         parts[INERTIA] += (1.0 - p_stop) * speed_change_j(p, v_max, target) + p_stop * speed_change_j(p, v_max, 0.0)
         return
-    parts[RESISTANCE_LOSS] += p.loss_per_w * p.aux_idle_w * p.aux_idle_w * wait
+    parts[BATTERY_RESISTANCE] += p.loss_per_w * p.aux_idle_w * p.aux_idle_w * wait
     for branch in range(4):
         weight = (p_start if branch & 1 else 1.0 - p_start) * (p_stop if branch & 2 else 1.0 - p_stop)
         if weight > 0.0:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from energy.chain.kernels_chain import stop_at
 from energy.chain.kernels_link import TOUCH_MPS
 from energy.force.kernels_force import cruise_terms, idle_energy, ramp_terms, total_j
-from energy.force.kernels_parts import AUXILIARY, CABIN, REGEN_LIMIT, RESISTANCE_LOSS, ROLLING
+from energy.force.kernels_parts import AUXILIARY, BATTERY_RESISTANCE, CABIN, REGEN_LIMIT, ROLLING
 from energy.force.kernels_physics import ROAD_WAIT, LinkPhysics, accepted_j, book_warm_up, cabin_energy_j, road_in_time
 
 SLACK = 1e-6  # a step that ends this share of itself before the link's end ends there: no step of rounding errors
@@ -246,7 +246,7 @@ def drive_steps(
             wait = 0.0 if arrive_stopped and k + 1 == n else roads[k, ROAD_WAIT]
             heat = cabin_energy_j(p, clock, clock + wait)
             parts[k, AUXILIARY] += p.aux_idle_w * wait
-            parts[k, RESISTANCE_LOSS] += p.loss_per_w * p.aux_idle_w * p.aux_idle_w * wait
+            parts[k, BATTERY_RESISTANCE] += p.loss_per_w * p.aux_idle_w * p.aux_idle_w * wait
             parts[k, CABIN] += heat
             taken = idle_energy(p, wait) + heat
             energy[k] += taken

@@ -14,9 +14,9 @@ import numpy as np
 
 from energy.conditions import STILL, Conditions, RoadSurface
 from energy.errors import ConditionsError
-from energy.force import kernels_parts, kernels_physics
+from energy.force import kernels_physics
 from energy.force.kernels_physics import LinkPhysics
-from energy.force.parts import PART_NAMES
+from energy.force.parts import Part
 from energy.units import GRAVITY_MPS2, JOULE_PER_WH
 from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
@@ -93,33 +93,30 @@ class Drive:
         return table
 
     def parts(self, links: LinkSetting, terms: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Energy by cause, float64 (n, 20) in the order of PART_NAMES, from the kernels' terms (n, 15) [J]."""
-        parts = np.zeros((terms.shape[0], len(PART_NAMES)))
-        parts[:, :8] = terms[:, :8]
-        parts[:, 13] = terms[:, kernels_parts.WIND]
-        parts[:, 14] = terms[:, kernels_parts.REGEN_LIMIT]
-        parts[:, 15] = terms[:, kernels_parts.LOAD_LOSS]
-        parts[:, 16] = terms[:, kernels_parts.RESISTANCE_LOSS]
-        parts[:, 17] = terms[:, kernels_parts.CABIN]
-        parts[:, 18] = terms[:, kernels_parts.WARM_UP]
-        parts[:, 19] = terms[:, kernels_parts.TABLE]
+        """Energy by cause, float64 (n, 20) in the order of Part, from the kernels' terms (n, 15) [J]."""
+        parts = np.zeros((terms.shape[0], len(Part)))
+        for part in Part:
+            if part.column is not None:
+                parts[:, part.idx] = terms[:, part.column]
         if isinstance(self.vehicle, ConsumptionTableVehicle) or self.conditions == STILL:
             return parts
         rolling = _rolling_n(self.vehicle, self.conditions)
-        for column, value in zip((0, 8, 9, 10), rolling, strict=True):
-            parts[:, column] = _share(value, sum(rolling)) * terms[:, kernels_parts.ROLLING]
+        of_rolling = (Part.ROLLING, Part.TYRE_TEMPERATURE, Part.ROAD_SURFACE, Part.PAYLOAD)
+        for part, value in zip(of_rolling, rolling, strict=True):
+            parts[:, part.idx] = _share(value, sum(rolling)) * terms[:, Part.ROLLING.column]
         linear = _linear_n_per_mps(self.vehicle, self.conditions)
-        parts[:, 1] = _share(linear[0], sum(linear)) * terms[:, kernels_parts.LINEAR]
-        parts[:, 9] += _share(linear[1], sum(linear)) * terms[:, kernels_parts.LINEAR]
+        parts[:, Part.LINEAR.idx] = _share(linear[0], sum(linear)) * terms[:, Part.LINEAR.column]
+        parts[:, Part.ROAD_SURFACE.idx] += _share(linear[1], sum(linear)) * terms[:, Part.LINEAR.column]
         base, density, drag = _aero_n_per_mps2(self.vehicle, self.conditions, links)
         whole = base + density + drag
-        for column, coefficient in zip((2, 11, 12), (base, density, drag), strict=True):
+        of_drag = (Part.AERO, Part.AIR_DENSITY, Part.DRAG)
+        for part, coefficient in zip(of_drag, (base, density, drag), strict=True):
             share = np.divide(coefficient, whole, out=np.zeros_like(whole), where=whole != 0.0)
-            parts[:, column] = share * terms[:, kernels_parts.AERO]
+            parts[:, part.idx] = share * terms[:, Part.AERO.column]
         moved = self.conditions.payload_kg / (self.vehicle.mass_kg + self.conditions.payload_kg)
-        for column in (kernels_parts.GRADE, kernels_parts.INERTIA):
-            parts[:, column] = (1.0 - moved) * terms[:, column]
-            parts[:, 10] += moved * terms[:, column]
+        for part in (Part.GRADE, Part.INERTIA):
+            parts[:, part.idx] = (1.0 - moved) * terms[:, part.column]
+            parts[:, Part.PAYLOAD.idx] += moved * terms[:, part.column]
         return parts
 
 

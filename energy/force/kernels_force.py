@@ -15,14 +15,14 @@ import energy.compiled.cache  # noqa: F401  (sets the cache folder before anythi
 from energy.force.kernels_parts import (
     AERO,
     AUXILIARY,
-    DRIVE_LOSS,
+    BATTERY_RESISTANCE,
+    DRIVETRAIN_LOSS,
     GRADE,
     INERTIA,
     LINEAR,
     LOAD_LOSS,
     RECUPERATION_LOSS,
     REGEN_LIMIT,
-    RESISTANCE_LOSS,
     ROLLING,
     WIND,
 )
@@ -168,8 +168,8 @@ Terms = tuple[float, float, float, float, float, float, float, float, float, flo
 def total_j(terms: Terms) -> float:
     """Battery energy of the terms of a phase."""
     work = terms[ROLLING] + terms[LINEAR] + terms[AERO] + terms[WIND] + terms[GRADE] + terms[INERTIA]
-    loss = terms[DRIVE_LOSS] + terms[RECUPERATION_LOSS] + terms[REGEN_LIMIT]
-    return work + loss + terms[AUXILIARY] + terms[LOAD_LOSS] + terms[RESISTANCE_LOSS]
+    loss = terms[DRIVETRAIN_LOSS] + terms[RECUPERATION_LOSS] + terms[REGEN_LIMIT]
+    return work + loss + terms[AUXILIARY] + terms[LOAD_LOSS] + terms[BATTERY_RESISTANCE]
 
 
 @njit(nogil=True, cache=True)

@@ -1,4 +1,8 @@
-"""Compiled: the columns in which kernels book the energy of a drive by cause."""
+"""Compiled: the columns in which kernels book the energy of a drive by cause.
+
+Each is named as the cause in energy.force.parts.Part, the enumeration of all of them; causes that have no column are
+split off these afterwards, by energy.force.effects.
+"""
 
 from __future__ import annotations
 
@@ -11,14 +15,14 @@ PART_COUNT = 15
     AERO,
     GRADE,
     INERTIA,
-    DRIVE_LOSS,
+    DRIVETRAIN_LOSS,
     RECUPERATION_LOSS,
     AUXILIARY,
     WIND,
     REGEN_LIMIT,
     LOAD_LOSS,
-    RESISTANCE_LOSS,
+    BATTERY_RESISTANCE,
     CABIN,
-    TABLE,
-    WARM_UP,
-) = range(15)
+    CONSUMPTION_TABLE,
+    TYRE_WARM_UP,
+) = range(PART_COUNT)

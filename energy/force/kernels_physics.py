@@ -10,7 +10,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from energy.compiled.kernels_borrow import borrowed
-from energy.force.kernels_parts import ROLLING, WARM_UP
+from energy.force.kernels_parts import ROLLING, TYRE_WARM_UP
 
 # columns of the table of roads, one row a link: what `Road` holds, the stop time at the link's end, and by how much
 # tyres as they are at departure raise the rolling resistance
@@ -113,7 +113,7 @@ def book_warm_up(
     if p.tyre_time_s > 0.0 and r.rolling_n != 0.0:
         cold = rolling_j * ((r.rolling_n - roads[link, ROAD_ROLLING]) / r.rolling_n)
         parts[ROLLING] -= cold
-        parts[WARM_UP] += cold
+        parts[TYRE_WARM_UP] += cold
 
 
 @njit(nogil=True, cache=True)

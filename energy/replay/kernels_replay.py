@@ -11,7 +11,16 @@ from numba import njit
 from numpy.typing import NDArray
 
 from energy.force.kernels_force import cruise_terms, idle_energy, ramp_terms, total_j
-from energy.force.kernels_parts import AUXILIARY, CABIN, GRADE, INERTIA, REGEN_LIMIT, RESISTANCE_LOSS, ROLLING, TABLE
+from energy.force.kernels_parts import (
+    AUXILIARY,
+    BATTERY_RESISTANCE,
+    CABIN,
+    CONSUMPTION_TABLE,
+    GRADE,
+    INERTIA,
+    REGEN_LIMIT,
+    ROLLING,
+)
 from energy.force.kernels_physics import LinkPhysics, accepted_j, book_warm_up, cabin_energy_j, road_in_time
 
 
@@ -40,16 +49,16 @@ def drive_profile(
         r = road_in_time(p, roads, k, time[k] - time[0], dt)
         if ds <= 0.0:
             terms[k, AUXILIARY] = p.aux_idle_w * dt
-            terms[k, RESISTANCE_LOSS] = p.loss_per_w * p.aux_idle_w * p.aux_idle_w * dt
+            terms[k, BATTERY_RESISTANCE] = p.loss_per_w * p.aux_idle_w * p.aux_idle_w * dt
             taken = idle_energy(p, dt)
         elif p.table:
             climb = r.grade * ds
             gain = 0.5 * (v_b - v_a) * (v_b + v_a)
             terms[k, AUXILIARY] = p.aux_move_w * dt
-            terms[k, TABLE] = r.rolling_n * ds
+            terms[k, CONSUMPTION_TABLE] = r.rolling_n * ds
             terms[k, GRADE] = climb * (p.climb_up_j_per_m if climb > 0.0 else p.climb_down_j_per_m)
             terms[k, INERTIA] = gain * (p.kinetic_up_kg if gain > 0.0 else p.kinetic_down_kg)
-            taken = terms[k, AUXILIARY] + terms[k, TABLE] + terms[k, GRADE] + terms[k, INERTIA]
+            taken = terms[k, AUXILIARY] + terms[k, CONSUMPTION_TABLE] + terms[k, GRADE] + terms[k, INERTIA]
         else:
             if v_a == v_b:
                 work = cruise_terms(p, r, ds, v_a)

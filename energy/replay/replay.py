@@ -13,7 +13,7 @@ from energy.errors import ConditionsError, EnergyError
 from energy.force.effects import LinkSetting, drive_of
 from energy.force.kernels_parts import PART_COUNT
 from energy.force.kernels_physics import ROAD_COLUMNS
-from energy.force.parts import PART_NAMES, energy_parts
+from energy.force.parts import Part, energy_parts
 from energy.replay.kernels_replay import drive_profile
 from energy.vehicle.vehicle import CHECKED_SPEED_MPS
 
@@ -102,7 +102,7 @@ class ReplayResult:
     """What driving a profile takes, whole and step by step.
 
     dissipated_j: of energy_j what is not stored in height and speed at the end. step_energy_j: float64 (n−1,) from the
-    battery; step_parts_j: float64 (n−1, 20) in the order of PART_NAMES; power_w: float64 (n−1,) mean over each step.
+    battery; step_parts_j: float64 (n−1, 20) in the order of Part; power_w: float64 (n−1,) mean over each step.
     """
 
     distance_m: float
@@ -140,7 +140,7 @@ def replay(
     altitude_m = profile.altitude_m
     driven_mps = step_m / np.diff(profile.time_s)
     energy, terms, roads = np.zeros(n), np.zeros((n, PART_COUNT)), np.zeros((n, ROAD_COLUMNS))
-    parts = np.zeros((n, len(PART_NAMES)))
+    parts = np.zeros((n, len(Part)))
     used = stored = 0.0
     full_j = filling_energy_j(soc_start_frac, vehicle.usable_capacity_wh)
     for steps, weather in _weather(profile, conditions):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from energy.force.parts import SOURCE_PART_COUNT, Part
 from routing.errors import QueryError
 
 if TYPE_CHECKING:
@@ -20,10 +21,6 @@ HOT_STRETCH_LIMIT: Final = 5
 SHORTEST_STRETCH_M: Final = 100.0  # assumed: shorter ones are single junctions, of no use to somebody who reads a route
 MARGIN_FRAC: Final = 0.5  # assumed: without one, stretches of half the route a few percent above its mean come first
 ROUNDING_FRAC: Final = 1e-9  # an excess below this share of all energy moved is rounding
-
-# Columns of parts_j, in the order of energy.chain.kernels_link
-ROLLING, LINEAR, AERO, GRADE, INERTIA, DRIVE_LOSS, RECUPERATION_LOSS, AUXILIARY = range(8)
-BASE_PART_COUNT: Final = 8
 
 
 class HotReason(StrEnum):
@@ -72,8 +69,8 @@ class RouteLinks:
             shape = getattr(self, name).shape
             if shape != (n,):
                 raise QueryError(name, f"of shape {shape}", f"({n},), one value a link")
-        if self.parts_j.ndim != 2 or self.parts_j.shape[0] != n or self.parts_j.shape[1] < BASE_PART_COUNT:
-            raise QueryError("parts_j", f"of shape {self.parts_j.shape}", f"({n}, {BASE_PART_COUNT} or more)")
+        if self.parts_j.ndim != 2 or self.parts_j.shape[0] != n or self.parts_j.shape[1] < SOURCE_PART_COUNT:
+            raise QueryError("parts_j", f"of shape {self.parts_j.shape}", f"({n}, {SOURCE_PART_COUNT} or more)")
         if len(self.road_names) != n:
             raise QueryError("road_names", f"{len(self.road_names)} long", f"{n}, one a link")
         if self.altitude_m is not None and self.altitude_m.shape != (n + 1,):
@@ -237,13 +234,16 @@ def _causes_j(links: RouteLinks) -> dict[HotReason, list[float]]:
     standing = np.divide(
         links.standstill_s, links.duration_s, out=np.zeros(links.length_m.size), where=links.duration_s > 0.0
     )
-    idle_j = parts[:, AUXILIARY] * standing
+    idle_j = parts[:, Part.AUXILIARY.idx] * standing
     causes = {
-        HotReason.CLIMB: parts[:, GRADE],
-        HotReason.SPEED: parts[:, LINEAR] + parts[:, AERO],
-        HotReason.STOPS: parts[:, INERTIA] + parts[:, DRIVE_LOSS] + parts[:, RECUPERATION_LOSS] + idle_j,
-        HotReason.AUXILIARY: parts[:, AUXILIARY] - idle_j,
-        HotReason.ROLLING: parts[:, ROLLING],
-        HotReason.CONDITIONS: parts[:, BASE_PART_COUNT:].sum(axis=1),
+        HotReason.CLIMB: parts[:, Part.GRADE.idx],
+        HotReason.SPEED: parts[:, Part.LINEAR.idx] + parts[:, Part.AERO.idx],
+        HotReason.STOPS: parts[:, Part.INERTIA.idx]
+        + parts[:, Part.DRIVETRAIN_LOSS.idx]
+        + parts[:, Part.RECUPERATION_LOSS.idx]
+        + idle_j,
+        HotReason.AUXILIARY: parts[:, Part.AUXILIARY.idx] - idle_j,
+        HotReason.ROLLING: parts[:, Part.ROLLING.idx],
+        HotReason.CONDITIONS: parts[:, SOURCE_PART_COUNT:].sum(axis=1),
     }
     return {reason: cause_j.tolist() for reason, cause_j in causes.items()}

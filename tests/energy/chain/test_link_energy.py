@@ -14,7 +14,7 @@ import pytest
 from energy.force.kernels_parts import (
     AERO,
     AUXILIARY,
-    DRIVE_LOSS,
+    DRIVETRAIN_LOSS,
     GRADE,
     INERTIA,
     LINEAR,
@@ -273,7 +273,7 @@ def test_parts_of_a_climbing_start_are_the_terms_of_the_force(make_physics):
     assert parts[AERO] == pytest.approx(8000.0)
     assert parts[GRADE] == pytest.approx(470_880.0)
     assert parts[INERTIA] == pytest.approx(220_000.0)
-    assert parts[DRIVE_LOSS] == pytest.approx((6400.0 + 3200.0 + 8000.0 + 470_880.0 + 220_000.0) * 0.25)
+    assert parts[DRIVETRAIN_LOSS] == pytest.approx((6400.0 + 3200.0 + 8000.0 + 470_880.0 + 220_000.0) * 0.25)
     assert parts[RECUPERATION_LOSS] == 0.0
     assert parts[AUXILIARY] == pytest.approx(4800.0)
 
@@ -285,6 +285,6 @@ def test_parts_of_braking_charge_the_recuperation_loss(make_physics):
     assert parts[ROLLING] == pytest.approx(2000.0)
     assert parts[AERO] == pytest.approx(2000.0)
     assert parts[INERTIA] == pytest.approx(-220_000.0)
-    assert parts[DRIVE_LOSS] == 0.0
+    assert parts[DRIVETRAIN_LOSS] == 0.0
     assert parts[RECUPERATION_LOSS] == pytest.approx(108_000.0)
     assert parts[AUXILIARY] == pytest.approx(1200.0 + 1500.0)

@@ -9,14 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from energy.force.parts import Part
 from routing.errors import QueryError
 from routing.route.hot_links import (
-    AERO,
-    AUXILIARY,
-    DRIVE_LOSS,
-    GRADE,
-    INERTIA,
-    ROLLING,
     HotReason,
     RouteLinks,
     hot_stretches,
@@ -27,7 +22,7 @@ from routing.route.hot_links import (
 def route(
     energy_j,
     *,
-    part=ROLLING,
+    part=Part.ROLLING.idx,
     length_m=1000.0,
     parts_j=None,
     road_names=None,
@@ -152,26 +147,26 @@ def test_short_stretches_are_left_out():
 @pytest.mark.parametrize(
     ("column", "reason"),
     [
-        (GRADE, HotReason.CLIMB),
-        (AERO, HotReason.SPEED),
-        (INERTIA, HotReason.STOPS),
-        (AUXILIARY, HotReason.AUXILIARY),
-        (ROLLING, HotReason.ROLLING),
+        (Part.GRADE.idx, HotReason.CLIMB),
+        (Part.AERO.idx, HotReason.SPEED),
+        (Part.INERTIA.idx, HotReason.STOPS),
+        (Part.AUXILIARY.idx, HotReason.AUXILIARY),
+        (Part.ROLLING.idx, HotReason.ROLLING),
         (8, HotReason.CONDITIONS),
     ],
 )
 def test_reason_is_the_part_above_its_mean(column, reason):
     parts = np.zeros((4, 10))
-    parts[:, ROLLING] = 1e3
+    parts[:, Part.ROLLING.idx] = 1e3
     parts[1, column] += 5e3
-    parts[1, DRIVE_LOSS] += 400.0  # the loss that comes with it does not count for more
+    parts[1, Part.DRIVETRAIN_LOSS.idx] += 400.0  # the loss that comes with it does not count for more
     (stretch,) = hot_stretches(route(parts.sum(axis=1), parts_j=parts))
     assert (stretch.first, stretch.last, stretch.reason) == (1, 1, reason)
 
 
 def test_auxiliaries_of_standing_count_as_stops():
     parts = np.zeros((3, 8))
-    parts[:, AUXILIARY] = [1e3, 6e3, 1e3]
+    parts[:, Part.AUXILIARY.idx] = [1e3, 6e3, 1e3]
     links = route(parts.sum(axis=1), parts_j=parts, duration_s=[100.0, 600.0, 100.0], standstill_s=[0.0, 500.0, 0.0])
     assert hot_stretches(links)[0].reason is HotReason.STOPS
     moving = route(parts.sum(axis=1), parts_j=parts, duration_s=[100.0, 600.0, 100.0])
@@ -181,8 +176,8 @@ def test_auxiliaries_of_standing_count_as_stops():
 def test_reason_is_against_the_mean_not_the_largest_part():
     # drag is the largest part everywhere; the climb is what link 1 has more of
     parts = np.zeros((3, 8))
-    parts[:, AERO] = 50e3
-    parts[1, GRADE] = 10e3
+    parts[:, Part.AERO.idx] = 50e3
+    parts[1, Part.GRADE.idx] = 10e3
     links = route(parts.sum(axis=1), parts_j=parts)
     assert hot_stretches(links, margin_frac=0.0)[0].reason is HotReason.CLIMB
 

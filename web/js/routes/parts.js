@@ -4,11 +4,11 @@ import { el } from "../dom.js";
 import { energyText, percentText } from "../units.js";
 import { signed } from "./compare.js";
 
-/** Causes: short name, and what is meant. */
+/** Causes in the order of energy/force/parts.py, which a test holds them to: short name, and what is meant. */
 export const CAUSES = {
-  aero: ["Air drag", "drag of the vehicle itself in still air"],
   rolling: ["Rolling", "rolling resistance of the tyres at 20 °C on a dry road"],
   linear: ["Drag by speed", "part of the measured road load that grows evenly with speed; it corrects air drag and rolling, and may be below 0"],
+  aero: ["Air drag", "drag of the vehicle itself in still air"],
   grade: ["Climbing", "lifting the vehicle; below 0 where the way leads down"],
   inertia: ["Speeding up", "gaining speed; what braking gives back is taken off"],
   drivetrain_loss: ["Drivetrain losses", "lost between battery and wheels when driving"],
