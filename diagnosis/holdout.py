@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from diagnosis.errors import DiagnosisError
+from energy.errors import Refusal
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -17,14 +18,13 @@ if TYPE_CHECKING:
 MOST_FRAC: Final = 0.9  # assumed: with less than a tenth of the trips fitted, what is held out judges nothing
 
 
-class HoldoutError(DiagnosisError):
+class HoldoutError(Refusal, DiagnosisError):
     """Trips that can't be held out: names the field, its value and what is allowed."""
 
+    code = "invalid_request"
+
     def __init__(self, field: str, value: object, allowed: str) -> None:
-        self.field = field
-        self.value = value
-        self.allowed = allowed
-        super().__init__(f"{field} is {value!r}, allowed: {allowed}")
+        super().__init__(field, value, allowed, message=f"{field} is {value!r}, allowed: {allowed}")
 
 
 def named_trips(trip_ids: Sequence[str], patterns: Sequence[str]) -> frozenset[str]:

@@ -1,49 +1,81 @@
-"""Errors that the energy package raises, with their facts as attributes."""
+"""Errors that the energy package raises, with their facts as attributes, and what all refusals of input share."""
 
 from __future__ import annotations
+
+from typing import ClassVar
+
+
+class Refusal(Exception):  # noqa: N818 - it says what is refused, and errors of every package are refusals
+    """A value that is not taken: names the field, the value and what is allowed.
+
+    Input errors of every package derive from it. code: stable name of its kind in answers, empty for a value that no
+    request can hold. subject: what the message says of the field beyond its name. message: in place of the usual form.
+    """
+
+    code: ClassVar[str] = ""
+
+    def __init__(self, field: str, value: object, allowed: str, *, subject: str = "", message: str = "") -> None:
+        self.field = field
+        self.value = value
+        self.allowed = allowed
+        super().__init__(message or f"{subject or field} is {value}, allowed: {allowed}")
+
+    @property
+    def request_field(self) -> str:
+        """Path of the field in a request."""
+        return self.field
 
 
 class EnergyError(ValueError):
     """Root of what the energy package raises."""
 
 
-class VehicleError(EnergyError):
-    """A vehicle that cannot be: names the field, its value and the allowed range."""
+class VehicleError(Refusal, EnergyError):
+    """A vehicle that cannot be; one without an id is a part of a request."""
+
+    code = "invalid_vehicle"
 
     def __init__(self, field: str, value: object, allowed: str, vehicle_id: str = "") -> None:
-        self.field = field
-        self.value = value
-        self.allowed = allowed
         self.vehicle_id = vehicle_id
         of = f" of vehicle {vehicle_id!r}" if vehicle_id else ""
-        super().__init__(f"{field}{of} is {value}, allowed: {allowed}")
+        super().__init__(field, value, allowed, subject=f"{field}{of}")
+
+    @property
+    def request_field(self) -> str:
+        """The field itself of a vehicle that is the whole body, else below `vehicle`."""
+        return self.field if self.vehicle_id else f"vehicle.{self.field}"
 
 
-class VehicleNotFoundError(EnergyError):
+class VehicleNotFoundError(Refusal, EnergyError):
     """No vehicle of that id is known."""
+
+    code = "unknown_vehicle"
 
     def __init__(self, vehicle_id: str, known: tuple[str, ...]) -> None:
         self.vehicle_id = vehicle_id
         self.known = known
-        super().__init__(f"vehicle {vehicle_id!r} is unknown, known: {', '.join(known)}")
+        names = ", ".join(known)
+        super().__init__(
+            "vehicle", vehicle_id, f"one of {names}", message=f"vehicle {vehicle_id!r} is unknown, known: {names}"
+        )
 
 
-class LinkError(EnergyError):
-    """A link that cannot be driven: names the field, its position in the chain, its value and the range."""
+class LinkError(Refusal, EnergyError):
+    """A link that cannot be driven, with its position in the chain."""
+
+    code = "invalid_link"
 
     def __init__(self, field: str, position: int, value: object, allowed: str) -> None:
-        self.field = field
         self.position = position
-        self.value = value
-        self.allowed = allowed
-        super().__init__(f"{field} of link {position} is {value}, allowed: {allowed}")
+        super().__init__(field, value, allowed, subject=f"{field} of link {position}")
+
+    @property
+    def request_field(self) -> str:
+        """The field of the link at its position."""
+        return f"links[{self.position}].{self.field}"
 
 
-class ConditionsError(EnergyError):
-    """Conditions or effect coefficients out of range: names the field, its value and the allowed range."""
+class ConditionsError(Refusal, EnergyError):
+    """Conditions or effect coefficients out of range."""
 
-    def __init__(self, field: str, value: object, allowed: str) -> None:
-        self.field = field
-        self.value = value
-        self.allowed = allowed
-        super().__init__(f"{field} is {value}, allowed: {allowed}")
+    code = "invalid_conditions"

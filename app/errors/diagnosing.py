@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from energy.errors import Refusal
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -35,14 +37,13 @@ class UnusableRecordingsError(DiagnosingError):
         super().__init__(f"no recording can be used: {listed}")
 
 
-class SourceError(DiagnosingError):
+class SourceError(Refusal, DiagnosingError):
     """Files, folders or patterns of recordings that can't be taken: names the field, its value and what is allowed."""
 
+    code = "invalid_request"
+
     def __init__(self, field: str, value: object, allowed: str) -> None:
-        self.field = field
-        self.value = value
-        self.allowed = allowed
-        super().__init__(f"{field} is {value!r}, allowed: {allowed}")
+        super().__init__(field, value, allowed, message=f"{field} is {value!r}, allowed: {allowed}")
 
 
 class TooManyDiagnosesError(DiagnosingError):
@@ -53,13 +54,20 @@ class TooManyDiagnosesError(DiagnosingError):
         super().__init__(f"{limit} diagnoses are queued or running already, allowed: at most {limit}; try again later")
 
 
-class DiagnosisNotDoneError(DiagnosingError):
+class DiagnosisNotDoneError(Refusal, DiagnosingError):
     """Something that only a finished diagnosis has."""
+
+    code = "diagnosis_not_done"
 
     def __init__(self, diagnosis_id: str, state: str) -> None:
         self.diagnosis_id = diagnosis_id
         self.state = state
-        super().__init__(f"diagnosis {diagnosis_id!r} is {state}, allowed: done")
+        super().__init__(
+            "id",
+            diagnosis_id,
+            f"a diagnosis that is done, this is {state}",
+            message=f"diagnosis {diagnosis_id!r} is {state}, allowed: done",
+        )
 
 
 class DiagnosisInterruptedError(DiagnosingError):
@@ -78,9 +86,13 @@ class MalformedFormError(DiagnosingError):
         super().__init__(f"the multipart body can't be read: {reason}")
 
 
-class UnsupportedMediaTypeError(DiagnosingError):
+class UnsupportedMediaTypeError(Refusal, DiagnosingError):
     """A body of a kind that is not read."""
+
+    code = "unsupported_media_type"
 
     def __init__(self, media_type: str) -> None:
         self.media_type = media_type
-        super().__init__(f"Content-Type is {media_type!r}, allowed: multipart/form-data, application/json")
+        allowed = "multipart/form-data, application/json"
+        message = f"Content-Type is {media_type!r}, allowed: {allowed}"
+        super().__init__("Content-Type", media_type, allowed, message=message)

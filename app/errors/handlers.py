@@ -10,6 +10,7 @@ from starlette.exceptions import HTTPException
 
 from app.errors.problems import PROBLEM_TYPE, problem_bytes
 from app.errors.table import TABLE, problem_of
+from energy.errors import Refusal
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -25,7 +26,7 @@ def problem_response(error: Exception, instance: str, headers: Mapping[str, str]
 
 
 def install_error_handlers(app: FastAPI, allowed_methods: Callable[[str], set[str]]) -> None:
-    """Answer every error of the table, of validation and of the framework as a problem.
+    """Answer every refusal, error of the table, of validation and of the framework as a problem.
 
     allowed_methods: of an address; the framework names those of the first matching route only.
     """
@@ -37,5 +38,11 @@ def install_error_handlers(app: FastAPI, allowed_methods: Callable[[str], set[st
             headers |= {"Allow": ", ".join(sorted(methods))} if methods else {}
         return problem_response(error, request.url.path, headers)
 
+    def handle_refusal(request: Request, error: Exception) -> Response:
+        if isinstance(error, Refusal) and not error.code:
+            raise error  # a fault of the service, to be logged as one
+        return handle(request, error)
+
+    app.add_exception_handler(Refusal, handle_refusal)
     for kind in (*TABLE, RequestValidationError, HTTPException, Exception):
         app.add_exception_handler(kind, handle)

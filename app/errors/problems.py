@@ -71,8 +71,8 @@ def make_problem(code: ErrorCode, detail: str, fields: list[FieldProblem], insta
         type=f"urn:joulepath:problem:{code.value}",
         title=kind.title,
         status=kind.status,
-        detail=_shortened(detail, 1000),
-        instance=_shortened(instance, MAX_VALUE_CHARS),
+        detail=shortened(detail, 1000),
+        instance=shortened(instance, MAX_VALUE_CHARS),
         code=code,
         errors=fields,
     )
@@ -83,8 +83,9 @@ def problem_bytes(problem: Problem) -> bytes:
     return json.dumps(problem.model_dump(mode="python"), allow_nan=False).encode("ascii")
 
 
-def _field(field: str, value: object, allowed: str) -> FieldProblem:
-    return FieldProblem(field=field, value=_json_value(value), allowed=_shortened(allowed, 1000))
+def field_problem(field: str, value: object, allowed: str) -> FieldProblem:
+    """One field that was wrong, its value in valid JSON and not too long."""
+    return FieldProblem(field=field, value=_json_value(value), allowed=shortened(allowed, 1000))
 
 
 def _json_value(value: object) -> JsonValue:
@@ -96,18 +97,18 @@ def _json_value(value: object) -> JsonValue:
     if isinstance(value, int):
         return value if abs(value) < 2**63 else "an integer beyond 64 bits"
     if isinstance(value, str):
-        return _shortened(value, MAX_VALUE_CHARS)
+        return shortened(value, MAX_VALUE_CHARS)
     if isinstance(value, dict) and len(value) <= 2 and all(isinstance(v, (int, float)) for v in value.values()):
-        return {_shortened(str(k), MAX_VALUE_CHARS): _json_value(v) for k, v in value.items()}
+        return {shortened(str(k), MAX_VALUE_CHARS): _json_value(v) for k, v in value.items()}
     if isinstance(value, dict):
         return "an object"
     if isinstance(value, (list, tuple)):
         plain = len(value) <= 8 and all(isinstance(v, (int, float, str)) for v in value)
         return [_json_value(v) for v in value] if plain else f"a list of {len(value)}"
-    return _shortened(str(value), MAX_VALUE_CHARS)
+    return shortened(str(value), MAX_VALUE_CHARS)
 
 
-def _shortened(text: str, limit: int) -> str:
+def shortened(text: str, limit: int) -> str:
     """At most so many characters, lone surrogates replaced."""
     text = text[: limit + 1].encode("utf-8", "replace").decode("utf-8")
     return text if len(text) <= limit else text[: limit - 1] + "…"

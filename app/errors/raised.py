@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from energy.errors import LinkError
+from energy.errors import LinkError, Refusal
 
 
-class TimeLimitError(Exception):
+class TimeLimitError(Refusal):
     """No answer within the time allowed."""
+
+    code = "time_limit"
 
     def __init__(self, limit_s: float) -> None:
         self.limit_s = limit_s
-        super().__init__(
-            f"no answer within {limit_s:g} s; ask for a shorter route, less charge, fewer alternatives or places"
-        )
+        remedy = "ask for a shorter route, less charge, fewer alternatives or places"
+        super().__init__("", None, f"at most {limit_s:g} s", message=f"no answer within {limit_s:g} s; {remedy}")
 
 
 class NotReadyError(Exception):
@@ -22,12 +23,15 @@ class NotReadyError(Exception):
         super().__init__("graphs are being loaded and kernels compiled; try again in a moment")
 
 
-class BodyTooLargeError(Exception):
+class BodyTooLargeError(Refusal):
     """A request body above the limit."""
+
+    code = "body_too_large"
 
     def __init__(self, limit_bytes: int) -> None:
         self.limit_bytes = limit_bytes
-        super().__init__(f"the request body is too large, allowed: at most {limit_bytes} bytes")
+        allowed = f"at most {limit_bytes} bytes"
+        super().__init__("", None, allowed, message=f"the request body is too large, allowed: {allowed}")
 
 
 class CommandError(Exception):
@@ -36,3 +40,8 @@ class CommandError(Exception):
 
 class ChainLinkError(LinkError):
     """A link given by its numbers that cannot be driven: field and value are those that were sent."""
+
+    @property
+    def request_field(self) -> str:
+        """The field of the link at its position in the chain."""
+        return f"chain[{self.position}].{self.field}"

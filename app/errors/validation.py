@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import ValidationError
 
-from app.errors.problems import MAX_FIELDS, MAX_VALUE_CHARS, _field, _shortened, make_problem
+from app.errors.problems import MAX_FIELDS, MAX_VALUE_CHARS, field_problem, make_problem, shortened
 from app.schemas.learned_effects import EFFECTS_BRANCH, EFFECTS_ID_BRANCH
 from app.schemas.problem import ErrorCode, FieldProblem, Problem
 from app.schemas.vehicle import ID_BRANCH, PHYSICAL_BRANCH, TABLE_BRANCH
@@ -27,13 +27,14 @@ BRANCHES: Final = frozenset(
 
 def validation_detail(error: ValidationError) -> str:
     """What is wrong with something that pydantic refused, in one line."""
-    return _validation_problem(error.errors(), "").detail.removeprefix("the body is ")
+    return validation_problem(error.errors(), "").detail.removeprefix("the body is ")
 
 
-def _validation_problem(errors: Sequence[Any], instance: str) -> Problem:
+def validation_problem(errors: Sequence[Any], instance: str) -> Problem:
+    """What is answered for the errors that pydantic reports of one request."""
     if any(error["type"] == "json_invalid" for error in errors):
         reason = str(errors[0].get("ctx", {}).get("error", errors[0]["msg"]))
-        field = _field("", None, f"valid JSON: {reason}")
+        field = field_problem("", None, f"valid JSON: {reason}")
         return make_problem(ErrorCode.MALFORMED_JSON, f"the body is not valid JSON: {reason}", [field], instance)
     fields = [_validation_field(error) for error in errors[:MAX_FIELDS]]
     first = fields[0]
@@ -54,14 +55,16 @@ def _validation_field(error: Any) -> FieldProblem:
     kind, value = error["type"], error.get("input")
     if kind == "refused":
         name = ".".join(part for part in (path, context["field"]) if part)
-        return _field(name, context["value"], context["allowed"])
+        return field_problem(name, context["value"], context["allowed"])
     if kind == "missing":
-        return _field(path, None, "required")
+        return field_problem(path, None, "required")
     if kind == "extra_forbidden":
-        return _field(path, value, "no field of this name")
+        return field_problem(path, value, "no field of this name")
     if isinstance(value, bytes):
-        return _field(path, value.decode("utf-8", "replace"), "a JSON object, sent with Content-Type: application/json")
-    return _field(path, value, _allowed(kind, context, str(error["msg"])))
+        return field_problem(
+            path, value.decode("utf-8", "replace"), "a JSON object, sent with Content-Type: application/json"
+        )
+    return field_problem(path, value, _allowed(kind, context, str(error["msg"])))
 
 
 def _allowed(kind: str, context: Mapping[str, object], message: str) -> str:
@@ -85,4 +88,4 @@ def _path(location: Sequence[str | int]) -> str:
             path += f"[{part}]"
         elif not (depth == 0 and part in ("body", "query", "path")) and part not in BRANCHES:
             path += f".{part}" if path else part
-    return _shortened(path, MAX_VALUE_CHARS)
+    return shortened(path, MAX_VALUE_CHARS)

@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
+from energy.errors import Refusal
+
 
 class TileError(Exception):
     """Root of what tiles raise."""
 
 
-class TileOutOfRangeError(TileError):
+class TileOutOfRangeError(Refusal, TileError):
     """A zoom level, column or row that a pyramid of tiles does not have."""
 
-    def __init__(self, field: str, value: int, allowed: str) -> None:
-        self.field = field
-        self.value = value
-        self.allowed = allowed
-        super().__init__(f"{field} is {value}, allowed: {allowed}")
+    code = "invalid_request"
 
 
-class HeightsAbsentError(TileError):
+class HeightsAbsentError(Refusal, TileError):
     """Heights were asked for of a graph that has none."""
 
+    code = "not_found"
+
     def __init__(self, graph_name: str) -> None:
-        self.field = "name"
-        self.value = graph_name
-        self.allowed = "a graph with heights (terrain measured or synthetic)"
-        super().__init__(f"graph {graph_name!r} has no heights, allowed: {self.allowed}")
+        allowed = "a graph with heights (terrain measured or synthetic)"
+        super().__init__(
+            "name", graph_name, allowed, message=f"graph {graph_name!r} has no heights, allowed: {allowed}"
+        )

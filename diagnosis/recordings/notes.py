@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from diagnosis.errors import DiagnosisError
+from energy.errors import Refusal
 
 
 class NoteKind(StrEnum):
@@ -33,16 +34,14 @@ class Note:
     text: str
 
 
-class RecordingError(DiagnosisError):
+class RecordingError(DiagnosisError, Refusal):
     """A recording that can't be read: names file, row (1 is the header), column, value and what is allowed."""
 
     def __init__(self, path: str, row: int, column: str, value: str, allowed: str) -> None:
         self.path = path
         self.row = row
         self.column = column
-        self.value = value
-        self.allowed = allowed
-        super().__init__(f"{path}, row {row}: {column} is {value}, allowed: {allowed}")
+        super().__init__(column, value, allowed, subject=f"{path}, row {row}: {column}")
 
 
 def shown(text: str) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from energy.chain.chain import filling_energy_j
 from energy.conditions import STILL, Conditions
-from energy.errors import ConditionsError, EnergyError
+from energy.errors import ConditionsError, EnergyError, Refusal
 from energy.force.effects import LinkSetting, drive_of
 from energy.force.kernels_parts import PART_COUNT
 from energy.force.kernels_physics import ROAD_COLUMNS
@@ -30,15 +30,12 @@ SMOOTHING_M: Final = 200.0  # assumed: a height in whole metres errs by 0.29 m, 
 AMBIENT_STEP_K: Final = 0.5  # resolution of a driven profile's air temperature
 
 
-class DrivenProfileError(EnergyError):
+class DrivenProfileError(Refusal, EnergyError):
     """A driven profile that cannot be replayed: names the field, the position in it, its value and the range."""
 
     def __init__(self, field: str, position: int, value: object, allowed: str) -> None:
-        self.field = field
         self.position = position
-        self.value = value
-        self.allowed = allowed
-        super().__init__(f"{field} at sample {position} is {value}, allowed: {allowed}")
+        super().__init__(field, value, allowed, subject=f"{field} at sample {position}")
 
 
 @dataclass(frozen=True, slots=True)

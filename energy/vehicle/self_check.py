@@ -11,6 +11,7 @@ import numpy as np
 
 from energy.errors import EnergyError
 from energy.folders import bundled_folder
+from energy.errors import EnergyError, Refusal
 from energy.units import JOULE_PER_M_PER_KWH_PER_100KM, MPS_PER_MPH
 from energy.vehicle.vehicle import Powertrain, Vehicle
 
@@ -33,15 +34,12 @@ LABEL_FACTOR: Final = 0.7
 BAND: Final = (0.85, 1.15)
 
 
-class CycleError(EnergyError):
+class CycleError(Refusal, EnergyError):
     """A driving cycle that can't be one: names the file, the field, its value and what is allowed."""
 
     def __init__(self, path: str, field: str, value: object, allowed: str) -> None:
         self.path = path
-        self.field = field
-        self.value = value
-        self.allowed = allowed
-        super().__init__(f"{path}: {field} is {value}, allowed: {allowed}")
+        super().__init__(field, value, allowed, subject=f"{path}: {field}")
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,17 +7,19 @@ import time
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from fastapi import FastAPI
 from starlette.testclient import TestClient
 
-from app.errors.handlers import problem_response
+from app.errors.handlers import install_error_handlers, problem_response
 from app.errors.problems import KINDS
 from app.errors.raised import TimeLimitError
 from app.errors.table import HTTP_CODES, TABLE
 from app.http.deadline import DeadlinePool
 from app.main import create_app
 from app.schemas.problem import ErrorCode
-from energy.errors import LinkError
-from routing.errors import NegativeCycleError, NoPathError
+from diagnosis.errors import ComparisonError
+from energy.errors import LinkError, Refusal
+from routing.errors import GraphFormatError, NegativeCycleError, NoPathError
 from tests.app.expected import CHAIN_LINK, VEHICLE, check_problem
 
 if TYPE_CHECKING:
@@ -337,6 +339,8 @@ def test_simulate_without_exactly_one_form_is_refused(client: TestClient, body: 
         (NegativeCycleError(3), 422, "energy_gain"),
         (NoPathError("no road leads to the goal"), 404, "no_path"),
         (LinkError("length_m", 2, 0.0, "above 0"), 422, "invalid_link"),
+        (ComparisonError("series", "absent", "a measured one"), 422, "diagnosis_failed"),
+        (GraphFormatError("grid", "version", 1, "2, by division"), 500, "internal"),
         (ZeroDivisionError("division by zero"), 500, "internal"),
     ],
 )
@@ -347,6 +351,32 @@ def test_error_of_the_packages_has_its_status_and_code(error: Exception, status:
     assert "division" not in problem["detail"]
 
 
-def test_every_error_code_is_reachable_from_the_tables() -> None:
-    reached = {code for code, _ in TABLE.values()} | set(HTTP_CODES.values()) | {ErrorCode.INTERNAL}
+def test_refusal_that_no_request_can_cause_is_a_fault_that_the_server_logs() -> None:
+    damaged = GraphFormatError("grid", "version", 1, "2")
+    app = FastAPI()
+    install_error_handlers(app, lambda _: set())
+
+    @app.get("/")
+    def fail() -> None:
+        raise damaged
+
+    with pytest.raises(GraphFormatError):  # passed on to the server after the answer
+        TestClient(app).get("/")
+    check_problem(TestClient(app, raise_server_exceptions=False).get("/"), 500, "internal")
+
+
+def refusals(of: type[Refusal] = Refusal) -> list[type[Refusal]]:
+    """All classes of refusals that are loaded with the application."""
+    return [of, *(found for below in of.__subclasses__() for found in refusals(below))]
+
+
+def test_every_error_code_is_reachable_from_the_table_and_refusals() -> None:
+    own = {ErrorCode(refused.code) for refused in refusals() if refused.code}
+    reached = {code for code, _ in TABLE.values()} | own | set(HTTP_CODES.values()) | {ErrorCode.INTERNAL}
     assert reached == set(ErrorCode) == set(KINDS)
+
+
+@pytest.mark.parametrize("refused", [kind for kind in refusals() if kind.code], ids=lambda kind: kind.__name__)
+def test_refusal_with_a_code_is_answered_by_it_and_no_class_before(refused: type[Refusal]) -> None:
+    order = refused.__mro__
+    assert not [kind for kind in order[: order.index(Refusal)] if kind in TABLE]
