@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import Annotated, ClassVar, Literal
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from app.schemas.base import Answered, Count, Flag, Fraction, Sent, refusal
-from app.schemas.conditions import ConditionsSent, condition_field
+from app.schemas.base import Answered, Count, Flag, Fraction, refusal
+from app.schemas.conditions import condition_field
+from app.schemas.drive import SearchRequest
 from app.schemas.graph import TerrainNote
-from app.schemas.learned_effects import MAX_EFFECTS_ID_CHARS, EffectsChoice
+from app.schemas.learned_effects import MAX_EFFECTS_ID_CHARS
 from app.schemas.place import MultiPolygonGeometry, Place, PlaceFeature
 from app.schemas.route import SearchStatsAnswer
-from app.schemas.vehicle import VehicleChoice
 from energy.chain.chain import LinkModel, StopRule
 from energy.conditions import RoadSurface
 
@@ -46,29 +46,31 @@ Bands = Annotated[
 ]
 
 
-class RangeRequest(Sent):
+class RangeRequest(SearchRequest):
     """One range request; unknown fields are errors."""
+
+    order: ClassVar[tuple[str, ...]] = (
+        "origin",
+        "soc",
+        "vehicle",
+        "graph",
+        "reserve_soc",
+        "bands",
+        "link_model",
+        "stops",
+        "conditions",
+        "effects",
+        "uncertainty",
+        "reverse",
+        "round_trip",
+    )
 
     origin: Place
     soc: Fraction = Field(description="state of charge at departure, 0..1; with reverse, at each place")
-    vehicle: VehicleChoice | None = Field(default=None, description="without it, the default vehicle")
-    graph: str | None = Field(default=None, max_length=200, description="without it, the default graph")
     reserve_soc: Fraction = Field(
         default=0.0, description="charge that must be left; always the outermost band; at most soc"
     )
     bands: Bands = Field(default=1, description="number of bands from reserve_soc to soc, or the charge left for each")
-    link_model: LinkModel = Field(
-        default=LinkModel.INTEGRATED, description="exact integral, or the equations as printed"
-    )
-    stops: StopRule = Field(
-        default=StopRule.EXPECTED, description="stops by expectation, by the source's counters, or none"
-    )
-    conditions: ConditionsSent | None = Field(
-        default=None, description="weather, load and habits; without it, none of their effects"
-    )
-    effects: EffectsChoice | None = Field(
-        default=None, description="how strong effects are, instead of the vehicle's own; learned ones also by their id"
-    )
     uncertainty: Flag = Field(
         default=False, description="true gives each band three times: reached with a probability of 0.1, 0.5 and 0.9"
     )
@@ -83,8 +85,7 @@ class RangeRequest(Sent):
 
     @model_validator(mode="after")
     def _bands_between_reserve_and_soc(self) -> RangeRequest:
-        if self.reserve_soc > self.soc:
-            raise refusal("reserve_soc", self.reserve_soc, f"at most soc, {self.soc}")
+        self.check_reserve()
         if isinstance(self.bands, list):
             for band in self.bands:
                 if not self.reserve_soc <= band <= self.soc:

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any, Final, Literal
+from typing import Any, ClassVar, Final, Literal
 
 from pydantic import Field, create_model, model_validator
 
-from app.schemas.base import Answered, Flag, Fraction, Number, Sent, refusal
-from app.schemas.conditions import ConditionsSent
+from app.schemas.base import Answered, Flag, Number, Sent, refusal
+from app.schemas.drive import SearchRequest
 from app.schemas.graph import TerrainNote
-from app.schemas.learned_effects import EffectsChoice
 from app.schemas.place import LatLon, LineString, Place, PlaceFeature, Snapped
-from app.schemas.vehicle import VehicleChoice
-from energy.chain.chain import LinkModel, StopRule
 from energy.force.parts import Part
 from routing.queries import EPSILON_RANGE, MOST_RANGE, ParetoSettings
 from routing.route.hot_links import HotReason
@@ -50,8 +47,27 @@ class ParetoSent(Sent):
     )
 
 
-class RouteRequest(Sent):
+class RouteRequest(SearchRequest):
     """One route request; unknown fields are errors."""
+
+    order: ClassVar[tuple[str, ...]] = (
+        "start",
+        "goal",
+        "via",
+        "soc",
+        "vehicle",
+        "graph",
+        "weights",
+        "alternatives",
+        "pareto",
+        "reserve_soc",
+        "link_model",
+        "stops",
+        "conditions",
+        "effects",
+        "uncertainty",
+        "links",
+    )
 
     start: Place
     goal: Place
@@ -60,9 +76,6 @@ class RouteRequest(Sent):
         max_length=MAX_VIA,
         description="places to go over, in this order; the vehicle comes to rest at each and goes on at once",
     )
-    soc: Fraction = Field(description="state of charge at departure, 0..1")
-    vehicle: VehicleChoice | None = Field(default=None, description="without it, the default vehicle")
-    graph: str | None = Field(default=None, max_length=200, description="without it, the default graph")
     weights: WeightsSent | None = Field(
         default=None, description="own weighting; excludes alternatives; default energy only"
     )
@@ -71,19 +84,6 @@ class RouteRequest(Sent):
     )
     pareto: ParetoSent | None = Field(
         default=None, description="the Pareto set of time and energy; excludes weights and alternatives"
-    )
-    reserve_soc: Fraction = Field(default=0.0, description="state of charge that must be kept everywhere, at most soc")
-    link_model: LinkModel = Field(
-        default=LinkModel.INTEGRATED, description="exact integral, or the equations as printed"
-    )
-    stops: StopRule = Field(
-        default=StopRule.EXPECTED, description="stops by expectation, by the source's counters, or none"
-    )
-    conditions: ConditionsSent | None = Field(
-        default=None, description="weather, load and habits; without it, none of their effects"
-    )
-    effects: EffectsChoice | None = Field(
-        default=None, description="how strong effects are, instead of the vehicle's own; learned ones also by their id"
     )
     uncertainty: Flag = Field(default=False, description="true adds quantiles of energy and arrival charge")
     links: Flag = Field(default=True, description="false leaves the list of links out of the answer")
@@ -96,8 +96,7 @@ class RouteRequest(Sent):
             raise refusal("pareto", "sent with weights or alternatives", "pareto without weights and alternatives")
         if self.alternatives is not None and len(set(self.alternatives)) != len(self.alternatives):
             raise refusal("alternatives", self.alternatives, "each at most once")
-        if self.reserve_soc > self.soc:
-            raise refusal("reserve_soc", self.reserve_soc, f"at most soc, {self.soc}")
+        self.check_reserve()
         return self
 
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from enum import StrEnum
-from typing import Annotated, Final
+from typing import Annotated, ClassVar, Final
 
 from pydantic import Field, model_validator
 
 from app.schemas.base import Answered, Count, Flag, Fraction, Number, Sent, refusal
 from app.schemas.conditions import ConditionsSent
+from app.schemas.drive import DriveRequest
 from app.schemas.graph import TerrainNote
 from app.schemas.learned_effects import EffectsChoice
 from app.schemas.route import EnergyPartsKwh, EnergyPartsWh
@@ -82,8 +83,23 @@ class ChainLinkSent(Sent):
     )
 
 
-class SimulateRequest(Sent):
+class SimulateRequest(DriveRequest):
     """Links of a graph, or a chain by its numbers; unknown fields are errors."""
+
+    order: ClassVar[tuple[str, ...]] = (
+        "graph",
+        "links",
+        "chain",
+        "vehicle",
+        "soc",
+        "model",
+        "link_model",
+        "stops",
+        "arrive_stopped",
+        "conditions",
+        "effects",
+        "profile",
+    )
 
     graph: str | None = Field(
         default=None, max_length=200, description="graph of the links; without it, the default graph"
@@ -94,7 +110,6 @@ class SimulateRequest(Sent):
     chain: Annotated[list[ChainLinkSent], Field(min_length=1, max_length=MAX_LINKS)] | None = Field(
         None, description="links by their numbers; excludes links and graph"
     )
-    vehicle: VehicleChoice | None = Field(default=None, description="without it, the default vehicle")
     soc: Fraction | None = Field(
         default=None, description="state of charge at departure; with it, that at each link's end"
     )
@@ -115,9 +130,6 @@ class SimulateRequest(Sent):
     )
     conditions: ConditionsSent | None = Field(
         default=None, description="weather, load and habits; without it, those of the source"
-    )
-    effects: EffectsChoice | None = Field(
-        default=None, description="how strong effects are, instead of the vehicle's own; learned ones also by their id"
     )
     profile: Flag = Field(default=False, description="whether the answer has the speed along the way")
 

@@ -16,6 +16,7 @@ from app.conversions.range import range_features, range_query
 from app.conversions.route import route_features_json, route_json, route_query, route_response
 from app.conversions.simulation import chain_from_numbers, chain_link_error, simulation_answer, spans_from_links
 from app.conversions.vehicle_check import vehicle_check
+from app.schemas.drive import DriveRequest
 from app.schemas.graph import GraphDetail, GraphList
 from app.schemas.matrix import MatrixRequest, MatrixResponse
 from app.schemas.range import RangeFeatureCollection, RangeRequest
@@ -53,7 +54,7 @@ if TYPE_CHECKING:
 
 LOG = logging.getLogger(__name__)
 
-Asked = TypeVar("Asked", RouteRequest, MatrixRequest, RangeRequest, SimulateRequest)
+Asked = TypeVar("Asked", bound=DriveRequest)
 
 
 class Service:
@@ -198,7 +199,7 @@ class Service:
         understood = sent.model_copy(update={"vehicle": choice, "graph": graph})
         return self.atlas.planner(graph), vehicle, understood, warnings
 
-    def _vehicle_with_effects(self, sent: Asked) -> tuple[AnyVehicle, VehicleChoice, tuple[str, ...]]:
+    def _vehicle_with_effects(self, sent: DriveRequest) -> tuple[AnyVehicle, VehicleChoice, tuple[str, ...]]:
         """The vehicle of a request with the effects that it asks for, the choice of it, and warnings."""
         vehicle, choice = self.chosen_vehicle(sent.vehicle)
         effects = self.learned.chosen(sent.effects)
