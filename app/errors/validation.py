@@ -10,6 +10,7 @@ from pydantic import ValidationError
 from app.errors.problems import MAX_FIELDS, MAX_VALUE_CHARS, field_problem, make_problem, shortened
 from app.schemas.learned_effects import EFFECTS_BRANCH, EFFECTS_ID_BRANCH
 from app.schemas.problem import ErrorCode, FieldProblem, Problem
+from app.schemas.service_vehicle import SERVICE_BRANCHES
 from app.schemas.vehicle import ID_BRANCH, PHYSICAL_BRANCH, TABLE_BRANCH
 
 if TYPE_CHECKING:
@@ -21,6 +22,7 @@ BRANCHES: Final = frozenset(
     {
         *("named", "pair", "metric", "epa", "count", "values", "[key]"),
         *(ID_BRANCH, PHYSICAL_BRANCH, TABLE_BRANCH, EFFECTS_ID_BRANCH, EFFECTS_BRANCH),
+        *SERVICE_BRANCHES.values(),
     }
 )
 

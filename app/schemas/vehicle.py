@@ -13,6 +13,7 @@ from energy.vehicle.vehicle import Powertrain
 
 VEHICLE_ID_PATTERN: Final = r"^[a-z0-9]+(-[a-z0-9]+)*$"
 MAX_ID_CHARS: Final = 100
+MAX_TABLE_POINTS: Final = 400
 KIND_NAMES: Final = "'physical' or 'consumption_table'"
 NUMBER_SD: Final = ("aux_power_w", "usable_capacity_kwh")
 METRIC_SD: Final = ("road_load.a_n", "road_load.b_n_per_kmh", "road_load.c_n_per_kmh2")
@@ -89,9 +90,9 @@ TableConsumption = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0
 class Consumption(Sent):
     """Consumption at constant speed on the flat, without auxiliaries; linear in between, constant beyond the ends."""
 
-    speed_kmh: list[TableSpeed] = Field(min_length=1, max_length=400, description="rising [km/h]")
+    speed_kmh: list[TableSpeed] = Field(min_length=1, max_length=MAX_TABLE_POINTS, description="rising [km/h]")
     kwh_per_100km: list[TableConsumption] = Field(
-        min_length=1, max_length=400, description="from the battery at each of these speeds [kWh/100 km]"
+        min_length=1, max_length=MAX_TABLE_POINTS, description="from the battery at each of these speeds [kWh/100 km]"
     )
 
 
@@ -210,7 +211,8 @@ PHYSICAL_BRANCH: Final = "physical vehicle"
 TABLE_BRANCH: Final = "consumption table vehicle"
 
 
-def _form_of_object(value: object) -> str | None:
+def form_of_object(value: object) -> str | None:
+    """The branch of an object that describes a vehicle by its physics or by a table; None for what is no object."""
     if isinstance(value, dict):
         # an object of unknown kind goes to the physical branch, which names the kinds
         table = value["kind"] == "consumption_table" if "kind" in value else "consumption" in value
@@ -221,14 +223,14 @@ def _form_of_object(value: object) -> str | None:
 
 
 def _form_of_choice(value: object) -> str | None:
-    return ID_BRANCH if isinstance(value, str) else _form_of_object(value)
+    return ID_BRANCH if isinstance(value, str) else form_of_object(value)
 
 
 SentVehicle = InlineVehicle | InlineTableVehicle
 VehicleBody = Annotated[
     Annotated[InlineVehicle, Tag(PHYSICAL_BRANCH)] | Annotated[InlineTableVehicle, Tag(TABLE_BRANCH)],
     Discriminator(
-        _form_of_object,
+        form_of_object,
         custom_error_type="vehicle",
         custom_error_message="an object that describes a vehicle, sent with Content-Type: application/json",
     ),

@@ -8,8 +8,10 @@ from typing import TYPE_CHECKING, Final
 
 from pydantic import TypeAdapter, ValidationError
 
+from app.conversions.service_vehicle import table_from_service
 from app.conversions.vehicle import detail_of_sent, sent_with_tables, vehicle_detail, vehicle_from_sent, vehicle_summary
 from app.errors.validation import validation_detail
+from app.schemas.service_vehicle import ServiceVehicle
 from app.schemas.vehicle import MAX_ID_CHARS, VEHICLE_ID_PATTERN, SentVehicle, VehicleBody
 from app.schemas.vehicle_answer import VehicleList
 from app.store.errors import DatabaseUnavailableError, VehicleDamagedError, VehicleIsBundledError
@@ -19,6 +21,7 @@ from energy.errors import VehicleError, VehicleNotFoundError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from app.schemas.service_vehicle import NewVehicle
     from app.schemas.vehicle_answer import AnyVehicleDetail, VehicleSummary
     from app.store.vehicles import VehicleStore
     from energy.vehicle.files import AnyVehicle
@@ -79,10 +82,11 @@ class Fleet:
             vehicles=[line for _, line in sorted(lines.items())], default=self.default_id, warnings=warnings
         )
 
-    def put(self, vehicle_id: str, sent: SentVehicle) -> tuple[AnyVehicleDetail, bool]:
+    def put(self, vehicle_id: str, new: NewVehicle) -> tuple[AnyVehicleDetail, bool]:
         """Store a vehicle, in place of one of the same id; its numbers, and whether there was none.
 
         What it leaves out is stored as it is now: the default vehicle's acceleration tables, and the id as its name.
+        One in a service's parameters is stored as the consumption table that it stands for.
 
         Raises VehicleIsBundledError, VehicleError or DatabaseUnavailableError.
         """
@@ -90,6 +94,7 @@ class Fleet:
         if not _can_be_stored(vehicle_id):
             allowed = f"lower-case letters and digits, joined by single hyphens, at most {MAX_ID_CHARS}"
             raise VehicleError("id", repr(vehicle_id), allowed)
+        sent = table_from_service(new, vehicle_id) if isinstance(new, ServiceVehicle) else new
         named = sent if "name" in sent.model_fields_set else sent.model_copy(update={"name": vehicle_id})
         vehicle = vehicle_from_sent(named, self._tables_for(named), vehicle_id)
         whole = sent_with_tables(named, vehicle)

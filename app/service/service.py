@@ -43,8 +43,9 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.conversions.course import Course
+    from app.schemas.service_vehicle import NewVehicle
     from app.schemas.simulation import SimulationModel
-    from app.schemas.vehicle import SentVehicle, VehicleChoice
+    from app.schemas.vehicle import VehicleChoice
     from app.schemas.vehicle_answer import AnyVehicleDetail, VehicleList
     from app.settings import Settings
     from energy.chain.profile import SpeedProfile
@@ -164,7 +165,7 @@ class Service:
         """One vehicle with all its numbers."""
         return self.fleet.detail(vehicle_id)
 
-    def put_vehicle(self, vehicle_id: str, sent: SentVehicle) -> tuple[AnyVehicleDetail, bool]:
+    def put_vehicle(self, vehicle_id: str, sent: NewVehicle) -> tuple[AnyVehicleDetail, bool]:
         """Store a vehicle; its numbers, and whether there was none of this id."""
         return self.fleet.put(vehicle_id, sent)
 

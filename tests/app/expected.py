@@ -21,6 +21,9 @@ VEHICLE: dict[str, Any] = {
     "usable_capacity_kwh": 40,
 }
 TABLE: dict[str, Any] = VEHICLE_BODIES["consumption table"]["value"]
+TOMTOM: dict[str, Any] = VEHICLE_BODIES["tomtom"]["value"]
+HERE: dict[str, Any] = VEHICLE_BODIES["here"]["value"]
+MAPBOX: dict[str, Any] = VEHICLE_BODIES["mapbox"]["value"]
 CHAIN_LINK: dict[str, Any] = {"length_m": 100, "speed_limit_kmh": 50}
 
 

@@ -18,7 +18,7 @@ from app.cli.commands.output import JsonOption, print_json, service_for, show
 from app.errors.raised import CommandError
 
 if TYPE_CHECKING:
-    from app.schemas.vehicle import SentVehicle
+    from app.schemas.service_vehicle import NewVehicle
 
 vehicles = typer.Typer(no_args_is_help=True, help="The vehicles that requests can name: bundled, and in the database.")
 
@@ -45,7 +45,11 @@ def show_vehicle(vehicle_id: IdArgument, as_json: JsonOption = False) -> None:
 def add_vehicle(
     path: Annotated[
         Path,
-        typer.Argument(metavar="FILE.toml|FILE.json", help="a vehicle file, or what `vehicles show --json` prints"),
+        typer.Argument(
+            metavar="FILE.toml|FILE.json",
+            help="a vehicle file, or what `vehicles show --json` prints, or the parameters of TomTom, HERE or Mapbox"
+            " with their `format`",
+        ),
     ],
     as_json: JsonOption = False,
 ) -> None:
@@ -81,12 +85,12 @@ def check_vehicles(
     show(service_for(None).check_vehicles(vehicle_ids or []), tables.checks_table, as_json)
 
 
-def _vehicle_in(path: Path) -> tuple[str, SentVehicle]:
+def _vehicle_in(path: Path) -> tuple[str, NewVehicle]:
     """Id and vehicle of a file."""
     from pydantic import TypeAdapter
 
     from app.conversions.vehicle import vehicle_detail
-    from app.schemas.vehicle import VehicleBody
+    from app.schemas.service_vehicle import NewVehicleBody
     from energy.errors import EnergyError
     from energy.vehicle.files import load_vehicle
 
@@ -105,7 +109,7 @@ def _vehicle_in(path: Path) -> tuple[str, SentVehicle]:
     if not isinstance(content, dict):
         raise CommandError(f"{path} holds no JSON object, allowed: a vehicle as `vehicles show --json` prints it")
     vehicle_id = content.pop("id", path.stem)
-    body: TypeAdapter[SentVehicle] = TypeAdapter(VehicleBody)
+    body: TypeAdapter[NewVehicle] = TypeAdapter(NewVehicleBody)
     return str(vehicle_id), body.validate_python(content)
 
 

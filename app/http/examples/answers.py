@@ -132,6 +132,44 @@ VEHICLE_BODIES: Final[dict[str, Any]] = {
             "usable_capacity_kwh": 60,
         },
     },
+    "tomtom": {
+        "summary": "In the parameters of TomTom and Azure Maps",
+        "value": {
+            "format": "tomtom",
+            "name": "example of Azure Maps",
+            "source": "Azure Maps, Route - Get Route Range; the weight is assumed",
+            "constantSpeedConsumptionInkWhPerHundredkm": "50,8.2:130,21.3",
+            "maxChargeInkWh": 85,
+            "vehicleWeight": 1900,
+            "accelerationEfficiency": 0.66,
+            "decelerationEfficiency": 0.91,
+            "uphillEfficiency": 0.74,
+            "downhillEfficiency": 0.73,
+            "auxiliaryPowerInkW": 1.7,
+        },
+    },
+    "here": {
+        "summary": "In the parameters of HERE",
+        "value": {
+            "format": "here",
+            "freeFlowSpeedTable": "10,0.13,30,0.136,50,0.151,70,0.176,90,0.214,110,0.264,130,0.321",
+            "maxCharge": 80,
+            "ascent": 9,
+            "descent": 4.3,
+            "auxiliaryConsumption": 1.8,
+        },
+    },
+    "mapbox": {
+        "summary": "In the parameters of Mapbox",
+        "value": {
+            "format": "mapbox",
+            "energy_consumption_curve": "0,300;20,160;80,140;120,180",
+            "ev_max_charge": 50000,
+            "ev_ascent": 9,
+            "ev_descent": 4.3,
+            "auxiliary_consumption": 300,
+        },
+    },
 }
 
 RANGE_REQUESTS: Final[dict[str, Any]] = {

@@ -10,7 +10,8 @@ from app.http.examples.answers import VEHICLE_BODIES, VEHICLE_DETAIL, VEHICLE_LI
 from app.http.examples.problems import problems
 from app.http.routes.access import JSON, RunningService, answer
 from app.schemas.problem import ErrorCode
-from app.schemas.vehicle import MAX_ID_CHARS, VEHICLE_ID_PATTERN, VehicleBody
+from app.schemas.service_vehicle import NewVehicleBody
+from app.schemas.vehicle import MAX_ID_CHARS, VEHICLE_ID_PATTERN
 from app.schemas.vehicle_answer import AnyVehicleDetail, VehicleList
 
 router = APIRouter(tags=["vehicles"])
@@ -95,13 +96,15 @@ def show_vehicle(id: AnyId, service: RunningService) -> Response:
     },
 )
 def put_vehicle(
-    id: NewId, sent: Annotated[VehicleBody, Body(openapi_examples=VEHICLE_BODIES)], service: RunningService
+    id: NewId, sent: Annotated[NewVehicleBody, Body(openapi_examples=VEHICLE_BODIES)], service: RunningService
 ) -> Response:
     """Stores a vehicle under an id of one's own, in place of the stored one of this id; requests can name it at once.
 
-    The body is what an inline vehicle is. What it leaves out is stored as it is now: the default vehicle's acceleration
-    tables (404 or 409 where that one can't be read), and the id as its name. Of two that are stored under one id at the
-    same time, one stays whole.
+    The body is what an inline vehicle is, or a vehicle in the parameters of a routing service with its `format`:
+    `tomtom`, `here` or `mapbox`. Of the latter the consumption table is stored.
+
+    What the body leaves out is stored as it is now: the default vehicle's acceleration tables (404 or 409 where that
+    one can't be read), and the id as its name. Of two that are stored under one id at the same time, one stays whole.
     """
     detail, created = service.put_vehicle(id, sent)
     headers = {"Location": f"/vehicles/{id}"} if created else {}

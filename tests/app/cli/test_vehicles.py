@@ -13,7 +13,7 @@ from typer.testing import CliRunner
 
 from app.cli.main import cli
 from app.service.service import Service
-from tests.app.expected import TABLE, VEHICLE, database_in
+from tests.app.expected import HERE, MAPBOX, TABLE, TOMTOM, VEHICLE, database_in
 
 if TYPE_CHECKING:
     from typer.testing import Result
@@ -45,6 +45,19 @@ def run_json(*arguments: str) -> dict[str, Any]:
 def written(folder: Path, name: str, body: object) -> str:
     (folder / name).write_text(json.dumps(body), encoding="utf-8")
     return str(folder / name)
+
+
+@pytest.mark.parametrize("body", [TOMTOM, HERE, MAPBOX], ids=["tomtom", "here", "mapbox"])
+def test_vehicle_in_a_services_parameters_is_added_as_a_consumption_table(tmp_path: Path, body: dict[str, Any]) -> None:
+    shown = run_json("add", written(tmp_path, "moved-here.json", body))
+    assert (shown["id"], shown["kind"]) == ("moved-here", "consumption_table")
+    assert run_json("show", "moved-here") == shown
+
+
+def test_vehicle_in_a_services_parameters_with_a_wrong_one_names_it(tmp_path: Path) -> None:
+    result = run("add", written(tmp_path, "moved-here.json", HERE | {"descent": 9.5}))
+    assert result.exit_code == 2
+    assert "descent of vehicle 'moved-here' is 9.5, allowed: 0..9, at most ascent" in result.stderr
 
 
 def test_added_vehicle_is_shown_listed_and_removed(settings: Settings, tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from app.main import create_app
 from app.schemas.effects import EffectsSent
 from app.service.service import Service
 from energy.vehicle.coefficients import EffectCoefficients
-from tests.app.expected import TABLE, VEHICLE, check_problem, database_in
+from tests.app.expected import CHAIN_LINK, HERE, MAPBOX, TABLE, TOMTOM, VEHICLE, check_problem, database_in
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -109,6 +109,35 @@ def test_every_vehicle_without_its_id_can_be_stored_and_shows_the_same(
         assert {key: value for key, value in copy.json().items() if key in body} == body
 
 
+def test_put_in_a_services_parameters_stores_the_consumption_table_that_they_stand_for(shop: TestClient) -> None:
+    here = shop.put("/vehicles/by-here", json=HERE)
+    assert (here.status_code, here.json()["kind"], here.json()["name"]) == (201, "consumption_table", "by-here")
+    assert here.json() == shop.get("/vehicles/by-here").json()
+    assert here.json()["consumption"] == {
+        "speed_kmh": [10, 30, 50, 70, 90, 110, 130],
+        "kwh_per_100km": [13, 13.6, 15.1, 17.6, 21.4, 26.4, 32.1],
+    }
+    numbers = {name: here.json()[name] for name in ("ascent_wh_per_m", "descent_wh_per_m", "usable_capacity_kwh")}
+    assert numbers == {"ascent_wh_per_m": 9, "descent_wh_per_m": 4.3, "usable_capacity_kwh": 80}
+    assert here.json()["aux_power_w"] == pytest.approx(6480)  # 1.8 Wh/s
+    assert here.json()["kinetic"] is None
+    mapbox = shop.put("/vehicles/by-mapbox", json=MAPBOX).json()
+    assert mapbox["consumption"] == {"speed_kmh": [0, 20, 80, 120], "kwh_per_100km": [30, 16, 14, 18]}
+    assert (mapbox["usable_capacity_kwh"], mapbox["aux_power_w"]) == (50, 300)
+
+
+def test_put_in_tomtoms_parameters_drives_as_the_bundled_example_of_them(shop: TestClient) -> None:
+    stored = shop.put("/vehicles/by-tomtom", json=TOMTOM).json()
+    assert stored["name"] == TOMTOM["name"]
+    assert set(stored["sources"].values()) == {TOMTOM["source"]}
+    energies = [
+        shop.post("/simulate", json={"chain": [CHAIN_LINK, CHAIN_LINK | {"grade": 0.02}], "vehicle": name}).json()
+        for name in ("by-tomtom", "example-tomtom-table")
+    ]
+    assert energies[0]["energy_kwh"] == pytest.approx(energies[1]["energy_kwh"], rel=1e-5)
+    assert energies[0]["energy_parts_kwh"]["grade"] > 0.0
+
+
 @pytest.mark.parametrize("body", [VEHICLE, TABLE], ids=["physical", "consumption table"])
 def test_stored_vehicle_takes_what_the_same_vehicle_takes_inline(shop: TestClient, body: dict[str, Any]) -> None:
     shop.put("/vehicles/my-car", json=body)
@@ -181,6 +210,14 @@ def test_put_under_an_id_that_no_vehicle_file_could_have_is_refused(shop: TestCl
         (VEHICLE | {"colour": "red"}, "colour", "no field of this name"),
         (VEHICLE | {"id": "other"}, "id", "no field of this name"),
         (VEHICLE | {"kind": "steam"}, "kind", "'physical' or 'consumption_table'"),
+        (HERE | {"format": "garmin"}, "format", "'tomtom', 'here' or 'mapbox'"),
+        (HERE | {"format": ["here"]}, "format", "'tomtom', 'here' or 'mapbox'"),
+        (HERE | {"maxCharge": 0}, "maxCharge", "at least 0.001"),
+        (HERE | {"maxCharge": "80"}, "maxCharge", "a valid number"),
+        (HERE | {"trafficSpeedTable": "0,0.349"}, "trafficSpeedTable", "no field of this name"),
+        (HERE | {"kind": "consumption_table"}, "kind", "no field of this name"),
+        (TOMTOM | {"accelerationEfficiency": 0}, "accelerationEfficiency", "at least 0.1"),
+        ({"format": "mapbox", "ev_max_charge": 50000}, "energy_consumption_curve", "required"),
         (VEHICLE | {"kind": None}, "kind", "'physical' or 'consumption_table'"),
         (VEHICLE | {"name": "two\nlines"}, "name", "a text of one line"),
         (VEHICLE | {"name": "x" * 201}, "name", "at most 200 characters"),
@@ -201,6 +238,29 @@ def test_put_of_a_bad_field_names_it(shop: TestClient, body: object, field: str,
     problem = check_problem(shop.put("/vehicles/my-car", json=body), 422, "invalid_request")
     assert problem["errors"][0]["field"] == field
     assert problem["errors"][0]["allowed"].startswith(allowed)
+
+
+@pytest.mark.parametrize(
+    ("body", "field", "value"),
+    [
+        (HERE | {"descent": 9.5}, "descent", 9.5),
+        (HERE | {"freeFlowSpeedTable": "30,0.2,0,0.2"}, "freeFlowSpeedTable", [30, 0]),
+        (HERE | {"freeFlowSpeedTable": "0,fast"}, "freeFlowSpeedTable", "'fast'"),
+        (
+            HERE | {"freeFlowSpeedTable": ",".join(f"{k / 2},0.2" for k in range(401))},
+            "freeFlowSpeedTable",
+            "401 points",
+        ),
+        (TOMTOM | {"vehicleWeight": 0}, "vehicleWeight", 0),
+        (TOMTOM | {"decelerationEfficiency": 1.6}, "accelerationEfficiency and decelerationEfficiency", [0.66, 1.6]),
+        (MAPBOX | {"ev_descent": 9.5}, "ev_descent", 9.5),
+    ],
+)
+def test_put_in_a_services_parameters_that_contradict_themselves_names_the_services_parameter(
+    shop: TestClient, body: dict[str, Any], field: str, value: object
+) -> None:
+    problem = check_problem(shop.put("/vehicles/my-car", json=body), 422, "invalid_vehicle")
+    assert (problem["errors"][0]["field"], problem["errors"][0]["value"]) == (field, value)
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ from energy.vehicle.self_check import (
     load_cycle,
     self_check,
 )
-from energy.vehicle.services import vehicle_from_here
+from energy.vehicle.services import HereParameters, vehicle_from_here
 from energy.vehicle.vehicle import Powertrain, Vehicle
 
 BUNDLED = Path(__file__).resolve().parents[3] / "data" / "vehicles"
@@ -74,9 +74,7 @@ def test_loss_that_grows_with_force_is_part_of_the_consumption() -> None:
 
 
 def test_consumption_table_takes_its_curve_speed_changes_and_auxiliaries() -> None:
-    table = vehicle_from_here(
-        "t", "T", free_flow_speed_table_wh_per_m="0,0.1,36,0.2", max_charge_kwh=50.0, auxiliary_consumption_wh_per_s=0.1
-    )
+    table = vehicle_from_here("t", "T", HereParameters("0,0.1,36,0.2", 50.0, auxiliary_consumption_wh_per_s=0.1))
     moving = replace(table, kinetic_up_kg=2000.0, kinetic_down_kg=800.0)
     # 0 to 4 m/s at 2 m/s: 0.12 Wh/m · 2 m = 864 J, ½·16·2000 J, 360 J; then back with ½·16·800 J
     assert per_metre(moving, cycle(0.0, 4.0, 0.0)) == pytest.approx(2 * 864.0 + 16_000.0 - 6400.0 + 2 * 360.0)

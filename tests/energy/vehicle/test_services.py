@@ -11,7 +11,14 @@ import pytest
 from energy.errors import VehicleError
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from energy.vehicle.files import load_vehicle
-from energy.vehicle.services import vehicle_from_here, vehicle_from_mapbox, vehicle_from_tomtom
+from energy.vehicle.services import (
+    HereParameters,
+    MapboxParameters,
+    TomTomParameters,
+    vehicle_from_here,
+    vehicle_from_mapbox,
+    vehicle_from_tomtom,
+)
 
 BUNDLED = Path(__file__).resolve().parents[3] / "data" / "vehicles"
 # Azure Maps, Route - Get Route Range: sensible values for electric cars; the weight is assumed
@@ -43,15 +50,15 @@ MAPBOX: dict[str, Any] = {
 
 
 def tomtom(**changed: object) -> ConsumptionTableVehicle:
-    return vehicle_from_tomtom("car", "Car", **(AZURE | changed))
+    return vehicle_from_tomtom("car", "Car", TomTomParameters(**(AZURE | changed)))
 
 
-def here(**changed: object) -> ConsumptionTableVehicle:
-    return vehicle_from_here("car", "Car", **(HERE | changed))
+def here(source: str = "", **changed: object) -> ConsumptionTableVehicle:
+    return vehicle_from_here("car", "Car", HereParameters(**(HERE | changed)), source)
 
 
 def mapbox(**changed: object) -> ConsumptionTableVehicle:
-    return vehicle_from_mapbox("car", "Car", **(MAPBOX | changed))
+    return vehicle_from_mapbox("car", "Car", MapboxParameters(**(MAPBOX | changed)))
 
 
 def wh_per_km(vehicle: ConsumptionTableVehicle, *speeds_kmh: float) -> list[float]:
@@ -84,10 +91,15 @@ def test_tomtoms_single_point_holds_at_every_speed() -> None:
 
 
 def test_tomtom_without_efficiencies_takes_nothing_for_height_and_speed() -> None:
-    car = vehicle_from_tomtom(
-        "car", "Car", constant_speed_consumption_kwh_per_100km="50,8.2:130,21.3", max_charge_kwh=85.0
-    )
+    bare = TomTomParameters(constant_speed_consumption_kwh_per_100km="50,8.2:130,21.3", max_charge_kwh=85.0)
+    car = vehicle_from_tomtom("car", "Car", bare)
     assert (car.ascent_j_per_m, car.descent_j_per_m, car.kinetic_up_kg, car.kinetic_down_kg) == (0.0, 0.0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("gain", [0.1, 0.49, 0.66, 0.7])
+def test_tomtoms_efficiencies_whose_product_is_one_give_back_all_of_it(gain: float) -> None:
+    car = tomtom(acceleration_eff=gain, deceleration_eff=1.0 / gain)
+    assert car.kinetic_down_kg == pytest.approx(car.kinetic_up_kg)
 
 
 def test_bundled_tomtom_example_is_the_documented_one() -> None:
@@ -156,9 +168,23 @@ def test_source_is_kept_for_every_number() -> None:
     [
         ({"constant_speed_consumption_kwh_per_100km": "50;8.2"}, "constantSpeedConsumption", "speed,consumption"),
         ({"constant_speed_consumption_kwh_per_100km": "50,x"}, "constantSpeedConsumption", "a number"),
-        ({"constant_speed_consumption_kwh_per_100km": "50,8:50,9"}, "constantSpeedConsumption", "each speed once"),
+        (
+            {"constant_speed_consumption_kwh_per_100km": "50,8:50,9"},
+            "constantSpeedConsumption",
+            "rising speeds, each once",
+        ),
         ({"constant_speed_consumption_kwh_per_100km": "50,8:300,9"}, "constantSpeedConsumption", "within 0..255"),
         ({"constant_speed_consumption_kwh_per_100km": "50,9:90,8"}, "constantSpeedConsumption", "not falling"),
+        (
+            {"constant_speed_consumption_kwh_per_100km": "50,-1:90,8"},
+            "constantSpeedConsumption",
+            "each 0..1000 kWh/100 km",
+        ),
+        (
+            {"constant_speed_consumption_kwh_per_100km": "0,1:1,90"},
+            "constantSpeedConsumption",
+            "each 0..1000 kWh/100 km",
+        ),
         ({"constant_speed_consumption_kwh_per_100km": "50,8:60,18"}, "constantSpeedConsumption", "stays above 0"),
         (
             {"constant_speed_consumption_kwh_per_100km": ":".join(f"{10 * k},9" for k in range(26))},
@@ -186,8 +212,11 @@ def test_tomtom_values_that_the_service_refuses_are_refused(
     [
         ({"free_flow_speed_table_wh_per_m": "0,0.2,30"}, "freeFlowSpeedTable", "a consumption for each speed"),
         ({"free_flow_speed_table_wh_per_m": "0,fast"}, "freeFlowSpeedTable", "a number"),
-        ({"free_flow_speed_table_wh_per_m": "30,0.2,0,0.2"}, "speed_mps", "rising"),
-        ({"descent_wh_per_m": 10.0}, "descent_j_per_m", "0..32400"),
+        ({"free_flow_speed_table_wh_per_m": "0,nan"}, "freeFlowSpeedTable", "a number"),
+        ({"free_flow_speed_table_wh_per_m": "30,0.2,0,0.2"}, "freeFlowSpeedTable", "rising"),
+        ({"free_flow_speed_table_wh_per_m": "0,0.2,401,0.2"}, "freeFlowSpeedTable", "within 0..400 km/h"),
+        ({"free_flow_speed_table_wh_per_m": "0,10.5"}, "freeFlowSpeedTable", "each 0..10 Wh/m"),
+        ({"descent_wh_per_m": 10.0}, "descent", "0..9, at most ascent"),
     ],
 )
 def test_here_values_that_no_vehicle_can_have_are_refused(changed: dict[str, object], field: str, allowed: str) -> None:
@@ -203,7 +232,8 @@ def test_here_values_that_no_vehicle_can_have_are_refused(changed: dict[str, obj
         ({"ev_ascent_wh_per_m": 8.0}, "ev_ascent and ev_descent", "both or none"),
         ({"ev_ascent_wh_per_m": 2000.0, "ev_descent_wh_per_m": 1.0}, "ev_ascent", "0..1000"),
         ({"energy_consumption_curve_wh_per_km": "0,300,20,160"}, "energy_consumption_curve", "speed,consumption"),
-        ({"energy_consumption_curve_wh_per_km": "20,160;0,300"}, "speed_mps", "rising"),
+        ({"energy_consumption_curve_wh_per_km": "20,160;0,300"}, "energy_consumption_curve", "rising"),
+        ({"ev_ascent_wh_per_m": 8.0, "ev_descent_wh_per_m": 9.0}, "ev_descent", "0..8, at most ev_ascent"),
     ],
 )
 def test_mapbox_values_that_the_service_refuses_are_refused(

@@ -1,0 +1,67 @@
+"""Vehicles in the parameters of TomTom, HERE and Mapbox as the consumption tables that are stored of them."""
+
+from __future__ import annotations
+
+from app.conversions.consumption_table import table_vehicle_answer
+from app.schemas.service_vehicle import HereVehicle, ServiceVehicle, TomTomVehicle
+from app.schemas.vehicle import MAX_TABLE_POINTS, InlineTableVehicle
+from energy.errors import VehicleError
+from energy.vehicle.consumption_table import ConsumptionTableVehicle
+from energy.vehicle.services import (
+    HereParameters,
+    MapboxParameters,
+    TomTomParameters,
+    vehicle_from_here,
+    vehicle_from_mapbox,
+    vehicle_from_tomtom,
+)
+
+CONSUMPTION_DIGITS = 9  # of kWh/100 km, so that 0.13 Wh/m is shown as 13
+
+
+def table_from_service(sent: ServiceVehicle, vehicle_id: str) -> InlineTableVehicle:
+    """The consumption table of a service's parameters, as if it had been sent itself.
+
+    Raises VehicleError with the service's names.
+    """
+    vehicle = _vehicle(sent, vehicle_id)
+    if vehicle.speed_mps.size > MAX_TABLE_POINTS:
+        field = "freeFlowSpeedTable" if isinstance(sent, HereVehicle) else "energy_consumption_curve"
+        raise VehicleError(field, f"{vehicle.speed_mps.size} points", f"at most {MAX_TABLE_POINTS}", vehicle_id)
+    shown = table_vehicle_answer(vehicle).model_dump(exclude={"id"})
+    consumption = shown["consumption"]
+    consumption["kwh_per_100km"] = [round(value, CONSUMPTION_DIGITS) for value in consumption["kwh_per_100km"]]
+    return InlineTableVehicle.model_validate(shown)
+
+
+def _vehicle(sent: ServiceVehicle, vehicle_id: str) -> ConsumptionTableVehicle:
+    name = vehicle_id if sent.name is None else sent.name
+    if isinstance(sent, TomTomVehicle):
+        tomtom = TomTomParameters(
+            constant_speed_consumption_kwh_per_100km=sent.constantSpeedConsumptionInkWhPerHundredkm,
+            max_charge_kwh=sent.maxChargeInkWh,
+            vehicle_weight_kg=sent.vehicleWeight,
+            acceleration_eff=sent.accelerationEfficiency,
+            deceleration_eff=sent.decelerationEfficiency,
+            uphill_eff=sent.uphillEfficiency,
+            downhill_eff=sent.downhillEfficiency,
+            auxiliary_power_kw=sent.auxiliaryPowerInkW,
+        )
+        return vehicle_from_tomtom(vehicle_id, name, tomtom, sent.source)
+    if isinstance(sent, HereVehicle):
+        here = HereParameters(
+            free_flow_speed_table_wh_per_m=sent.freeFlowSpeedTable,
+            max_charge_kwh=sent.maxCharge,
+            ascent_wh_per_m=sent.ascent,
+            descent_wh_per_m=sent.descent,
+            auxiliary_consumption_wh_per_s=sent.auxiliaryConsumption,
+        )
+        return vehicle_from_here(vehicle_id, name, here, sent.source)
+    mapbox = MapboxParameters(
+        energy_consumption_curve_wh_per_km=sent.energy_consumption_curve,
+        ev_max_charge_wh=sent.ev_max_charge,
+        ev_ascent_wh_per_m=sent.ev_ascent,
+        ev_descent_wh_per_m=sent.ev_descent,
+        auxiliary_consumption_w=sent.auxiliary_consumption,
+    )
+    return vehicle_from_mapbox(vehicle_id, name, mapbox, sent.source)

@@ -1,0 +1,142 @@
+"""Vehicles as they are sent in the parameters of the routing services of TomTom, HERE and Mapbox."""
+
+# ruff: noqa: N815 - fields are named as the services name them
+
+from __future__ import annotations
+
+from typing import Annotated, Final, Literal
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic_core import PydanticCustomError
+
+from app.schemas.base import Number, Sent
+from app.schemas.vehicle import (
+    PHYSICAL_BRANCH,
+    TABLE_BRANCH,
+    InlineTableVehicle,
+    InlineVehicle,
+    Label,
+    SentVehicle,
+    Source,
+    form_of_object,
+)
+
+FORMAT_NAMES: Final = "'tomtom', 'here' or 'mapbox'"
+MAX_CURVE_CHARS: Final = 10_000
+SourceOfAll = Annotated[Source, Field(description="where the numbers are from, kept for each of them")]
+OwnName = Annotated[Label | None, Field(description="without it, the id")]
+
+
+def _known_format(value: object) -> object:
+    if value not in ("tomtom", "here", "mapbox"):
+        raise PydanticCustomError("format", FORMAT_NAMES)
+    return value
+
+
+class TomTomVehicle(Sent):
+    """A vehicle in the parameters of TomTom's (and Azure Maps') electric consumption model."""
+
+    format: Annotated[Literal["tomtom"], BeforeValidator(_known_format)] = Field(
+        description="the fields are the parameters of TomTom's Routing API and Azure Maps"
+    )
+    name: OwnName = None
+    source: SourceOfAll = ""
+    constantSpeedConsumptionInkWhPerHundredkm: str = Field(
+        max_length=MAX_CURVE_CHARS,
+        description="1 to 25 pairs of speed [km/h] and consumption [kWh/100 km], such as '50,8.2:130,21.3'; beyond"
+        " them it goes on with the slope of the two nearest",
+    )
+    maxChargeInkWh: Number = Field(ge=0.001, le=10_000, description="usable energy of the battery [kWh]")
+    vehicleWeight: Number = Field(default=0.0, ge=0, le=100_000, description="[kg]; needed with efficiencies")
+    accelerationEfficiency: Number | None = Field(
+        default=None, ge=0.1, le=10, description="kinetic energy gained over energy taken; with decelerationEfficiency"
+    )
+    decelerationEfficiency: Number | None = Field(
+        default=None, ge=0, le=10, description="energy given back over kinetic energy lost; a product of at most 1"
+    )
+    uphillEfficiency: Number | None = Field(
+        default=None, ge=0.1, le=10, description="potential energy gained over energy taken; with downhillEfficiency"
+    )
+    downhillEfficiency: Number | None = Field(
+        default=None, ge=0, le=10, description="energy given back over potential energy lost; a product of at most 1"
+    )
+    auxiliaryPowerInkW: Number = Field(default=0.0, ge=0, le=100, description="power of the auxiliaries [kW]")
+
+
+class HereVehicle(Sent):
+    """A vehicle in the parameters of HERE Routing's empirical consumption model, without their `ev[…]`."""
+
+    format: Annotated[Literal["here"], BeforeValidator(_known_format)] = Field(
+        description="the fields are the ev parameters of HERE Routing v8"
+    )
+    name: OwnName = None
+    source: SourceOfAll = ""
+    freeFlowSpeedTable: str = Field(
+        max_length=MAX_CURVE_CHARS,
+        description="speeds [km/h] and consumptions [Wh/m] in turn, such as '0,0.239,27,0.239'; constant beyond them",
+    )
+    maxCharge: Number = Field(ge=0.001, le=10_000, description="usable energy of the battery [kWh]")
+    ascent: Number = Field(default=0.0, ge=0, le=2777, description="energy that each metre of height takes [Wh/m]")
+    descent: Number = Field(
+        default=0.0, ge=0, le=2777, description="energy that each metre down gives back [Wh/m], at most ascent"
+    )
+    auxiliaryConsumption: Number = Field(
+        default=0.0, ge=0, le=27.7, description="energy of the auxiliaries for each second of travel [Wh/s]"
+    )
+
+
+class MapboxVehicle(Sent):
+    """A vehicle in the electric parameters of Mapbox Directions."""
+
+    format: Annotated[Literal["mapbox"], BeforeValidator(_known_format)] = Field(
+        description="the fields are the electric parameters of Mapbox Directions"
+    )
+    name: OwnName = None
+    source: SourceOfAll = ""
+    energy_consumption_curve: str = Field(
+        max_length=MAX_CURVE_CHARS,
+        description="pairs of speed [km/h] and consumption [Wh/km], such as '0,300;20,160'; constant beyond them",
+    )
+    ev_max_charge: Number = Field(ge=1, le=1e7, description="usable energy of the battery [Wh]")
+    ev_ascent: Number | None = Field(
+        default=None, ge=0, le=1000, description="energy that each metre of height takes [Wh/m]; with ev_descent"
+    )
+    ev_descent: Number | None = Field(
+        default=None, ge=0, le=1000, description="energy that each metre down gives back [Wh/m], at most ev_ascent"
+    )
+    auxiliary_consumption: Number = Field(
+        default=0.0, ge=0, le=100_000, description="power of the auxiliaries at the battery [W]"
+    )
+
+
+ServiceVehicle = TomTomVehicle | HereVehicle | MapboxVehicle
+NewVehicle = SentVehicle | ServiceVehicle
+
+# names of branches hold a space, so that no field can be of the same name
+TOMTOM_BRANCH: Final = "TomTom vehicle"
+HERE_BRANCH: Final = "HERE vehicle"
+MAPBOX_BRANCH: Final = "Mapbox vehicle"
+SERVICE_BRANCHES: Final = {"tomtom": TOMTOM_BRANCH, "here": HERE_BRANCH, "mapbox": MAPBOX_BRANCH}
+
+
+def _form_of_new(value: object) -> str | None:
+    if isinstance(value, ServiceVehicle):
+        return SERVICE_BRANCHES[value.format]
+    if isinstance(value, dict) and "format" in value:
+        # an object of unknown format goes to the first branch, which names the formats
+        return SERVICE_BRANCHES.get(str(value["format"]), TOMTOM_BRANCH)
+    return form_of_object(value)
+
+
+NewVehicleBody = Annotated[
+    Annotated[InlineVehicle, Tag(PHYSICAL_BRANCH)]
+    | Annotated[InlineTableVehicle, Tag(TABLE_BRANCH)]
+    | Annotated[TomTomVehicle, Tag(TOMTOM_BRANCH)]
+    | Annotated[HereVehicle, Tag(HERE_BRANCH)]
+    | Annotated[MapboxVehicle, Tag(MAPBOX_BRANCH)],
+    Discriminator(
+        _form_of_new,
+        custom_error_type="vehicle",
+        custom_error_message="an object that describes a vehicle, sent with Content-Type: application/json",
+    ),
+]
