@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
-from energy.errors import EnergyError
-from energy.folders import bundled_folder
 from energy.errors import EnergyError, Refusal
+from energy.folders import bundled_folder
 from energy.units import JOULE_PER_M_PER_KWH_PER_100KM, MPS_PER_MPH
 from energy.vehicle.vehicle import Powertrain, Vehicle
 

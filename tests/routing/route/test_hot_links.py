@@ -11,12 +11,7 @@ from hypothesis import strategies as st
 
 from energy.force.parts import Part
 from routing.errors import QueryError
-from routing.route.hot_links import (
-    HotReason,
-    RouteLinks,
-    hot_stretches,
-    maximal_runs,
-)
+from routing.route.hot_links import HotReason, RouteLinks, hot_stretches, maximal_runs
 
 
 def route(
