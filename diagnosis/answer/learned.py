@@ -18,7 +18,7 @@ from diagnosis.causes.terms import Candidate
 from diagnosis.fit.fitting import moved
 from diagnosis.fit.jackknife import additions, equations, solve
 from diagnosis.fit.model import companion_precision, priors, with_wholes
-from diagnosis.fit.windows import TANGENTS, windows
+from diagnosis.fit.windows import PARAMETER_NAMES, windows
 from energy.conditions import Conditions
 from energy.errors import EnergyError
 from energy.replay.replay import replay
@@ -202,7 +202,7 @@ def _without_sensors(model: Model, terms: Sequence[Candidate]) -> Solution:
     system = with_wholes(system, cut)
     labels = [one.label for one in terms]
     while True:
-        solution = solve(system, [*TANGENTS, *labels])
+        solution = solve(system, [*PARAMETER_NAMES, *labels])
         negative = [one.label for one in terms if one.term.positive and solution.value(one.label) < 0.0]
         if not negative:
             return solution

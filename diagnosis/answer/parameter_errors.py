@@ -12,6 +12,8 @@ from diagnosis.answer.results import ParameterError
 from diagnosis.causes.nuisance import PARAMETERS
 from diagnosis.fit.jackknife import additions, equations, first_least, solve
 from diagnosis.fit.windows import SENSORS, measured_size_j
+from diagnosis.fit.jackknife import additions, equations, solve
+from diagnosis.fit.windows import SENSOR_NAMES, measured_size_j
 from energy.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
@@ -28,8 +30,8 @@ GAINS: Final = ("acceleration_gain", "grade_gain")  # together the same as mass
 def parameter_errors(model: Model) -> tuple[ParameterError, ...]:
     """Parameters that must differ from the file's, found like effects beside everything else that was found."""
     system = _about_nameplate(model)
-    beside = [*(name for name in SENSORS if name not in GAINS)]
-    beside += [*(name for name in model.solution.names if name not in SENSORS and not _is_parameter(name))]
+    beside = [*(name for name in SENSOR_NAMES if name not in GAINS)]
+    beside += [*(name for name in model.solution.names if name not in SENSOR_NAMES and not _is_parameter(name))]
     measured_j = measured_size_j(model.windows)
     open_ = list(PARAMETERS)
     wrong: list[Parameter] = []

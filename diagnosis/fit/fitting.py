@@ -14,8 +14,10 @@ from diagnosis.causes.nuisance import PARAMETERS
 from diagnosis.causes.terms import Candidate
 from diagnosis.fit.jackknife import additions, equations, first_least, solve
 from diagnosis.fit.model import BOX, Model, _equations, _held, _read, left_w, priors
+from diagnosis.fit.jackknife import additions, equations, solve
+from diagnosis.fit.model import BOX, Model, left_w, priors, refitted, weighed_equations, with_companion_priors
 from diagnosis.fit.selection import Selection, scatter_of, select, still_standing, threshold
-from diagnosis.fit.structures import _with_structures
+from diagnosis.fit.structures import with_structures
 from diagnosis.fit.windows import FREE, windows
 from energy.errors import VehicleError
 
@@ -78,10 +80,10 @@ def _linear_fit(
     cut = [windows(trip, tried) for trip in trips]
     precision, prior = priors(cut[0].names, vehicle, nameplate)
     left = [trip.residual_j() / trip.duration_s for trip in cut]
-    noise, roots, system = _equations(cut, left, window_s, precision, prior)
+    noise, roots, system = weighed_equations(cut, left, window_s, precision, prior)
     base = solve(system, FREE)
     left = [left_w(trip, base, base.without[k]) for k, trip in enumerate(cut)]
-    noise, roots, system = _equations(cut, left, window_s, precision, prior)
+    noise, roots, system = weighed_equations(cut, left, window_s, precision, prior)
     base = solve(system, FREE)
     scatter = scatter_of(system, base)
     limit = threshold(system, FREE, tried, seed, scatter)
@@ -91,7 +93,7 @@ def _linear_fit(
         on_step("selecting effects")
         solution = selection.solution
         left = [left_w(trip, solution, solution.without[k]) for k, trip in enumerate(cut)]
-        noise, roots, system = _equations(cut, left, window_s, precision, prior)
+        noise, roots, system = weighed_equations(cut, left, window_s, precision, prior)
         limit = threshold(system, FREE, tried, seed, scatter_of(system, solution))
         selection = select(system, FREE, tried, cut, limit.z)
         if selection.found in seen:
@@ -122,7 +124,7 @@ def _finished(model: Model, seed: int, on_step: Callable[[str], None]) -> Model:
     on_step("refining shapes")
     model = _accompanied(_refined(model))
     on_step("looking for what no effect explains")
-    return _with_structures(model, seed)
+    return with_structures(model, seed)
 
 
 def _refined(model: Model) -> Model:
@@ -154,7 +156,7 @@ def _refined(model: Model) -> Model:
     precision, prior = priors(cut[0].names, model.vehicle, model.nameplate)
     system = equations(cut, model.roots, precision, prior)
     standing = still_standing(system, FREE, found, cut, model.threshold.z)
-    return _read(replace(model, windows=tuple(cut), system=system, shape_ci95=spread), standing)
+    return refitted(replace(model, windows=tuple(cut), system=system, shape_ci95=spread), standing)
 
 
 def _between(one: Candidate) -> tuple[Candidate, ...]:
@@ -181,7 +183,7 @@ def _accompanied(model: Model) -> Model:
         if (one.term.family is Family.THERMAL or one.term.name in ACCOMPANYING)
         and all(one.term is not other.term for other in model.found)
     ]
-    system = _held(model, [one.label for one in open_])
+    system = with_companion_priors(model, [one.label for one in open_])
     chosen: list[Candidate] = []
     for term in dict.fromkeys(one.term for one in open_):
         shapes = [one for one in open_ if one.term is term]
@@ -190,7 +192,7 @@ def _accompanied(model: Model) -> Model:
         best = int(first_least(added.losses.sum(axis=0)))
         if 0.0 < float(added.coefficients[best]) <= term.most:
             chosen.append(shapes[best])
-    return _read(replace(model, companions=tuple(chosen)), model.found)
+    return refitted(replace(model, companions=tuple(chosen)), model.found)
 
 
 __all__ = ["BOX", "Model", "Selection", "fit", "left_w", "moved", "priors"]

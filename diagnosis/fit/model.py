@@ -84,20 +84,21 @@ def priors(
     return precision, prior
 
 
-def _equations(
+def weighed_equations(
     cut: Sequence[Windows],
     left: Sequence[NDArray[np.float64]],
     window_s: float,
     precision: NDArray[np.float64],
     prior: NDArray[np.float64],
 ) -> tuple[Noise, list[NDArray[np.float64]], Equations]:
+    """The noise of residual powers [W], the root of each trip's covariance, and the equations that these weigh."""
     noise = estimated(cut, left, window_s)
     roots = [noise.root(trip) for trip in cut]
     return noise, roots, equations(cut, roots, precision, prior)
 
 
-def _read(model: Model, found: Sequence[Candidate]) -> Model:
-    """The model with other terms and the structures that it has."""
+def refitted(model: Model, found: Sequence[Candidate]) -> Model:
+    """The model solved again with these found terms, its companions and its structures."""
     free = [*FREE, *(f"{BOX}{k}" for k in range(len(model.structures)))]
     tried = candidates([trip.drive for trip in model.trips])
     pool = tuple(dict.fromkeys((*found, *tried)))
@@ -114,7 +115,7 @@ def _solution(model: Model, found: Sequence[Candidate]) -> Solution:
     """The fit of found terms, companions, each about none by COMPANION_SHARE of the energy, and structures."""
     companions = [one for one in model.companions if all(one.term is not other.term for other in found)]
     labels = [one.label for one in companions]
-    system = with_wholes(_held(model, labels), model.windows)
+    system = with_wholes(with_companion_priors(model, labels), model.windows)
     boxed = [f"{BOX}{k}" for k in range(len(model.structures))]
     while True:
         solution = solve(system, [*FREE, *(one.label for one in found), *labels, *boxed])
@@ -139,8 +140,8 @@ def with_wholes(system: Equations, trips: Sequence[Windows]) -> Equations:
     return replace(system, gram=gram, vector=vector)
 
 
-def _held(model: Model, labels: Sequence[str]) -> Equations:
-    """The equations with a prior about 0 on some terms."""
+def with_companion_priors(model: Model, labels: Sequence[str]) -> Equations:
+    """The equations with a prior about 0 on the terms of these labels, as companions have it."""
     return replace(model.system, precision=companion_precision(model.system, model.windows, labels))
 
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from diagnosis.causes.families import Family
 from diagnosis.causes.terms import Candidate
 from diagnosis.fit.jackknife import equations, solve
-from diagnosis.fit.model import BOX, Model, _held, _read
+from diagnosis.fit.model import BOX, Model, refitted, with_companion_priors
 from diagnosis.fit.noise import estimated
 from diagnosis.fit.scan import Box, boxes, leading, only, scan, strongest
 from diagnosis.fit.selection import scatter_of, still_standing
@@ -28,7 +28,7 @@ MOST_STRUCTURES: Final = 3
 HOPES: Final = 2
 
 
-def _with_structures(model: Model, seed: int) -> Model:
+def with_structures(model: Model, seed: int) -> Model:
     """The model with what no effect explains, one structure after the other, the strongest first.
 
     Axes on which found effects live themselves are left out: what departs there is their own form.
@@ -74,7 +74,7 @@ def _grown(model: Model, places: Places, seed: int) -> Model | None:
 def _scanned(model: Model, places: Places, seed: int) -> Scanned | None:
     names = model.solution.names
     index = model.system.index(names)
-    precision = _held(model, [one.label for one in model.companions]).precision[index]
+    precision = with_companion_priors(model, [one.label for one in model.companions]).precision[index]
     return scan(
         model.windows,
         model.roots,
@@ -93,7 +93,7 @@ def _renoised(model: Model, grown: Model) -> Model:
     noise = estimated(grown.windows, left, grown.noise.window_s)
     roots = tuple(noise.root(trip) for trip in model.windows)
     system = equations(model.windows, roots, model.system.precision, model.system.prior)
-    return _read(replace(model, noise=noise, roots=roots, system=system), model.found)
+    return refitted(replace(model, noise=noise, roots=roots, system=system), model.found)
 
 
 def _own_axes(found: Sequence[Candidate]) -> frozenset[str]:
@@ -132,4 +132,4 @@ def _with_structure(model: Model, structure: Structure) -> Model | None:
         by_structure = solve(system, [*free, *(one.label for one in kept)])
         if by_terms.losses.sum() <= by_structure.losses.sum():
             return None
-    return _read(replace(model, windows=cut, system=system, structures=structures), kept)
+    return refitted(replace(model, windows=cut, system=system, structures=structures), kept)

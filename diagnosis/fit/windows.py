@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from energy.replay.replay import DrivenProfile
 
 WINDOW_S: Final = 10.0  # long against the lag between speed and current, short against what changes in a drive
-TANGENTS: Final = tuple(one.name for one in PARAMETERS)
-SENSORS: Final = tuple(one.name for one in SENSOR_COLUMNS)
-FREE: Final = TANGENTS + SENSORS
+PARAMETER_NAMES: Final = tuple(one.name for one in PARAMETERS)
+SENSOR_NAMES: Final = tuple(one.name for one in SENSOR_COLUMNS)
+FREE: Final = PARAMETER_NAMES + SENSOR_NAMES
 
 
 @dataclass(frozen=True, slots=True)
