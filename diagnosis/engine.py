@@ -17,10 +17,10 @@ from diagnosis.answer.results import Diagnosis, QualityNote, TripAccount, TripTi
 from diagnosis.causes.driven import driven, with_vehicle
 from diagnosis.errors import DiagnosisCancelled, DiagnosisError
 from diagnosis.fit.fitting import fit
-from diagnosis.fit.model import BOX, left_w
+from diagnosis.fit.model import BOX, residual_w
 from diagnosis.fit.scan import in_box
 from diagnosis.fit.selection import LEAST_TRIPS
-from diagnosis.fit.windows import WINDOW_S, trip_of, windows
+from diagnosis.fit.windows import WINDOW_S, trip_of, windows_of
 from energy.errors import EnergyError
 from energy.units import JOULE_PER_KWH, ZERO_CELSIUS_K
 
@@ -178,7 +178,7 @@ def _accounts(model: Model, kept: Sequence[Trip], held_out: Collection[str]) -> 
     ]
     for trip in kept:
         again = replace(trip, drive=with_vehicle(trip.drive, model.vehicle))
-        cut = windows(again, (*model.found, *model.companions))
+        cut = windows_of(again, (*model.found, *model.companions))
         boxed = [in_box(structure.box, cut) * cut.duration_s for structure in model.structures]
         cut = replace(
             cut,
@@ -195,7 +195,7 @@ def _accounts(model: Model, kept: Sequence[Trip], held_out: Collection[str]) -> 
 def _all_regimes(model: Model, *, after: bool) -> tuple[Regime, ...]:
     """Residual power by regime, of trips by the fit of the others."""
     solution = model.solution if after else model.base
-    left = [left_w(trip, solution, solution.without[k]) for k, trip in enumerate(model.windows)]
+    left = [residual_w(trip, solution, solution.without[k]) for k, trip in enumerate(model.windows)]
     return tuple(one for axis in Axis for one in regimes(model.windows, axis, left))
 
 
@@ -319,7 +319,7 @@ def _too_few(
     """Energies by the vehicle's file only: so few trips carry no conclusion."""
     accounts = []
     for trip in (*fitted, *kept):
-        cut = windows(trip, ())
+        cut = windows_of(trip, ())
         simulated_w = cut.simulated_j / cut.duration_s
         energy_kwh = float(cut.simulated_j.sum()) / JOULE_PER_KWH
         accounts.append(

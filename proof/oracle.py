@@ -12,7 +12,7 @@ from diagnosis.causes.driven import driven, with_vehicle
 from diagnosis.causes.library import LIBRARY
 from diagnosis.fit.fitting import moved
 from diagnosis.fit.jackknife import additions, solve
-from diagnosis.fit.model import left_w
+from diagnosis.fit.model import residual_w
 from diagnosis.fit.windows import FREE, trip_of
 from proof.answers import Rule
 from proof.prepared import predicted_kwh, weighed, windowed_and_weighed
@@ -76,7 +76,7 @@ def _fit(
     system, solution = ready.system, solve(ready.system, FREE)
     for _ in range(2):  # the noise depends on what is fitted, and shapes on the noise
         solution = solve(system, [*FREE, *(candidate.label for candidate in _shaped(system, ready.tried))])
-        residuals_w = [left_w(trip, solution, solution.without[k]) for k, trip in enumerate(ready.fitted)]
+        residuals_w = [residual_w(trip, solution, solution.without[k]) for k, trip in enumerate(ready.fitted)]
         system = weighed(ready.fitted, residuals_w, system.precision, system.prior)
     return ready, solution
 

@@ -10,9 +10,9 @@ import numpy as np
 from diagnosis.causes.driven import driven
 from diagnosis.causes.library import LIBRARY, candidates
 from diagnosis.fit.jackknife import equations, solve
-from diagnosis.fit.model import left_w, priors
+from diagnosis.fit.model import priors, residual_w
 from diagnosis.fit.noise import estimated
-from diagnosis.fit.windows import FREE, WINDOW_S, trip_of, windows
+from diagnosis.fit.windows import FREE, WINDOW_S, trip_of, windows_of
 from energy.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
@@ -58,15 +58,15 @@ def windowed_and_weighed(
     """Trips driven by a vehicle made ready; the prior is about the nameplate."""
     fitted = [trip for trip in trips if trip.recording.id not in held_out]
     tried = candidates([trip.drive for trip in fitted], library)
-    in_windows = tuple(windows(trip, tried) for trip in fitted)
+    in_windows = tuple(windows_of(trip, tried) for trip in fitted)
     precision, prior = priors(in_windows[0].names, vehicle, nameplate)
     residuals_w = [trip.residual_j() / trip.duration_s for trip in in_windows]
     system = weighed(in_windows, residuals_w, precision, prior)
     base = solve(system, FREE)
     system = weighed(
-        in_windows, [left_w(trip, base, base.without[k]) for k, trip in enumerate(in_windows)], precision, prior
+        in_windows, [residual_w(trip, base, base.without[k]) for k, trip in enumerate(in_windows)], precision, prior
     )
-    kept = tuple(windows(trip, tried) for trip in trips if trip.recording.id in held_out)
+    kept = tuple(windows_of(trip, tried) for trip in trips if trip.recording.id in held_out)
     return Prepared(tried, in_windows, kept, system)
 
 

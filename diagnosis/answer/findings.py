@@ -123,7 +123,7 @@ def _own_w(model: Model, k: int, labels: set[str]) -> NDArray[np.float64]:
 
 def _located(model: Model, labels: set[str]) -> tuple[Regime, ...]:
     """Regimes in which what is left without some terms departs, those in which the terms took most energy."""
-    left = [model.left_w(k) + _own_w(model, k, labels) for k in range(len(model.windows))]
+    left = [model.residual_w(k) + _own_w(model, k, labels) for k in range(len(model.windows))]
     own = [_own_w(model, k, labels) for k in range(len(model.windows))]
     found = []
     for axis in SHOWN_AXES:

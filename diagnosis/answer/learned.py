@@ -18,7 +18,7 @@ from diagnosis.causes.terms import Candidate
 from diagnosis.fit.fitting import moved
 from diagnosis.fit.jackknife import additions, equations, solve
 from diagnosis.fit.model import companion_precision, priors, with_wholes
-from diagnosis.fit.windows import PARAMETER_NAMES, windows
+from diagnosis.fit.windows import PARAMETER_NAMES, windows_of
 from energy.conditions import Conditions
 from energy.errors import EnergyError
 from energy.replay.replay import replay
@@ -194,7 +194,7 @@ def _in_routes_form(terms: Sequence[Candidate]) -> list[Candidate]:
 
 def _without_sensors(model: Model, terms: Sequence[Candidate]) -> Solution:
     """Parameters and terms fitted without sensor columns, trips' whole energies counted beside their windows."""
-    cut = [windows(trip, terms) for trip in model.trips]
+    cut = [windows_of(trip, terms) for trip in model.trips]
     precision, prior = priors(cut[0].names, model.vehicle, model.nameplate)
     system = equations(cut, model.roots, precision, prior)
     companions = [one.label for one in terms if one not in model.found]

@@ -27,7 +27,7 @@ def odd_trips(model: Model) -> dict[str, Unexplained]:
     """
     names, errors, left_j = [], [], []
     for k, trip in enumerate(model.windows):
-        left = float((model.left_w(k, left_out=True) * trip.duration_s).sum())
+        left = float((model.residual_w(k, left_out=True) * trip.duration_s).sum())
         names.append(trip.trip_id)
         left_j.append(left)
         errors.append(left / max(float(np.abs(trip.measured_j).sum()), 1.0))

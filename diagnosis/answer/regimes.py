@@ -75,7 +75,7 @@ class Regime:
 def regimes(
     trips: Sequence[Windows],
     axis: Axis,
-    left_w: Sequence[NDArray[np.float64]],
+    residual_w: Sequence[NDArray[np.float64]],
     edges: Sequence[float] | None = None,
 ) -> tuple[Regime, ...]:
     """Power that is left of windows, float64 (n,) a trip [W], in each regime of an axis that any lies in, in order.
@@ -96,7 +96,7 @@ def regimes(
         place = np.searchsorted(bounds, values, side="right") - 1
         place[values == bounds[-1]] = bounds.size - 2
         inside = (place >= 0) & (place < bounds.size - 1)
-        left_j = left_w[k] * trip.duration_s
+        left_j = residual_w[k] * trip.duration_s
         residual[k] = np.bincount(place[inside], weights=left_j[inside], minlength=bounds.size - 1)
         duration[k] = np.bincount(place[inside], weights=trip.duration_s[inside], minlength=bounds.size - 1)
     return tuple(

@@ -15,10 +15,10 @@ from diagnosis.causes.terms import Candidate
 from diagnosis.fit.jackknife import additions, equations, first_least, solve
 from diagnosis.fit.model import BOX, Model, _equations, _held, _read, left_w, priors
 from diagnosis.fit.jackknife import additions, equations, solve
-from diagnosis.fit.model import BOX, Model, left_w, priors, refitted, weighed_equations, with_companion_priors
+from diagnosis.fit.model import BOX, Model, priors, refitted, residual_w, weighed_equations, with_companion_priors
 from diagnosis.fit.selection import Selection, scatter_of, select, still_standing, threshold
 from diagnosis.fit.structures import with_structures
-from diagnosis.fit.windows import FREE, windows
+from diagnosis.fit.windows import FREE, windows_of
 from energy.errors import VehicleError
 
 if TYPE_CHECKING:
@@ -77,12 +77,12 @@ def _linear_fit(
     on_step: Callable[[str], None],
 ) -> Model:
     tried = candidates([trip.drive for trip in trips])
-    cut = [windows(trip, tried) for trip in trips]
+    cut = [windows_of(trip, tried) for trip in trips]
     precision, prior = priors(cut[0].names, vehicle, nameplate)
     left = [trip.residual_j() / trip.duration_s for trip in cut]
     noise, roots, system = weighed_equations(cut, left, window_s, precision, prior)
     base = solve(system, FREE)
-    left = [left_w(trip, base, base.without[k]) for k, trip in enumerate(cut)]
+    left = [residual_w(trip, base, base.without[k]) for k, trip in enumerate(cut)]
     noise, roots, system = weighed_equations(cut, left, window_s, precision, prior)
     base = solve(system, FREE)
     scatter = scatter_of(system, base)
@@ -92,7 +92,7 @@ def _linear_fit(
     for _ in range(ROUNDS - 1):
         on_step("selecting effects")
         solution = selection.solution
-        left = [left_w(trip, solution, solution.without[k]) for k, trip in enumerate(cut)]
+        left = [residual_w(trip, solution, solution.without[k]) for k, trip in enumerate(cut)]
         noise, roots, system = weighed_equations(cut, left, window_s, precision, prior)
         limit = threshold(system, FREE, tried, seed, scatter_of(system, solution))
         selection = select(system, FREE, tried, cut, limit.z)
@@ -135,7 +135,7 @@ def _refined(model: Model) -> Model:
     variants = {one.label: _between(one) for one in shaped}
     others = [one for one in model.found if one.term.shape is None]
     columns = [*others, *dict.fromkeys(v for each in variants.values() for v in each)]
-    cut = [windows(trip, columns) for trip in model.trips]
+    cut = [windows_of(trip, columns) for trip in model.trips]
     precision, prior = priors(cut[0].names, model.vehicle, model.nameplate)
     system = equations(cut, model.roots, precision, prior)
     chosen = {one.label: one for one in model.found}
@@ -152,7 +152,7 @@ def _refined(model: Model) -> Model:
         spread[chosen[one.label].label] = (float(low), float(high))
     found = tuple(chosen[one.label] for one in model.found)
     tried = tuple(dict.fromkeys((*found, *candidates([trip.drive for trip in model.trips]))))
-    cut = [windows(trip, tried) for trip in model.trips]
+    cut = [windows_of(trip, tried) for trip in model.trips]
     precision, prior = priors(cut[0].names, model.vehicle, model.nameplate)
     system = equations(cut, model.roots, precision, prior)
     standing = still_standing(system, FREE, found, cut, model.threshold.z)
@@ -195,4 +195,4 @@ def _accompanied(model: Model) -> Model:
     return refitted(replace(model, companions=tuple(chosen)), model.found)
 
 
-__all__ = ["BOX", "Model", "Selection", "fit", "left_w", "moved", "priors"]
+__all__ = ["BOX", "Model", "Selection", "fit", "moved", "priors", "residual_w"]

@@ -99,7 +99,7 @@ def levels(model: Model) -> Level | None:
     noise = replace(model.noise, variance=variance)
     measured_j = measured_size_j(model.windows)
     roots = [noise.root(cut) for cut in model.windows]
-    left = [whitened(root, model.left_w(k)) for k, root in enumerate(roots)]
+    left = [whitened(root, model.residual_w(k)) for k, root in enumerate(roots)]
     known = {one.term.family for one in model.found}
     tried = [
         _flagged(model, kind, roots, left, measured_j)
@@ -189,7 +189,7 @@ def trip_wind(model: Model) -> TripWind | None:
             [summed(trip, trip.drive.work_j(drag * turned(channels["heading_rad"]))) for turned in (np.sin, np.cos)]
         )
         root = model.roots[k]
-        columns, left = whitened(root, columns_j / cut.duration_s[:, None]), whitened(root, model.left_w(k))
+        columns, left = whitened(root, columns_j / cut.duration_s[:, None]), whitened(root, model.residual_w(k))
         gram = columns.T @ columns
         side = columns.T @ left
         wind = np.linalg.solve(gram + np.eye(2) / USUAL_WIND_MPS**2, side)

@@ -58,13 +58,13 @@ class Model:
     companions: tuple[Candidate, ...]
     solution: Solution
 
-    def left_w(self, k: int, *, left_out: bool = False) -> NDArray[np.float64]:
+    def residual_w(self, k: int, *, left_out: bool = False) -> NDArray[np.float64]:
         """What the model leaves of the power of a fitted trip's windows; left_out: by the fit of the others."""
         beta = self.solution.without[k] if left_out else self.solution.coefficients
-        return left_w(self.windows[k], self.solution, beta)
+        return residual_w(self.windows[k], self.solution, beta)
 
 
-def left_w(trip: Windows, solution: Solution, beta: NDArray[np.float64]) -> NDArray[np.float64]:
+def residual_w(trip: Windows, solution: Solution, beta: NDArray[np.float64]) -> NDArray[np.float64]:
     """Residual power of a trip's windows after coefficients of a solution, float64 (n,) [W]."""
     columns = trip.columns_j[:, [trip.names.index(name) for name in solution.names]]
     return np.asarray((trip.residual_j() - columns @ beta) / trip.duration_s, np.float64)

@@ -61,9 +61,9 @@ class Noise:
                 total += size * kernel
         return total
 
-    def expected_w(self, trip: Windows, left_w: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+    def expected_w(self, trip: Windows, residual_w: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
         """What each kernel is expected to have contributed to the powers that are left of a trip, (n,) each [W]."""
-        weighed = np.linalg.solve(self.covariance_w2(trip), left_w)
+        weighed = np.linalg.solve(self.covariance_w2(trip), residual_w)
         kernels = zip(KERNELS, self.variance, _kernels(trip, self.window_s), strict=True)
         return {name: size * (kernel @ weighed) for name, size, kernel in kernels}
 
@@ -77,16 +77,16 @@ def whitened(root: NDArray[np.float64], values_w: NDArray[np.float64]) -> NDArra
     return np.asarray(solve_triangular(root, values_w, lower=True, check_finite=False), np.float64)
 
 
-def estimated(trips: Sequence[Windows], left_w: Sequence[NDArray[np.float64]], window_s: float) -> Noise:
+def estimated(trips: Sequence[Windows], residual_w: Sequence[NDArray[np.float64]], window_s: float) -> Noise:
     """The noise of residual powers [W] of trips' windows, float64 (n,) each.
 
     Products of all pairs of a trip's residuals are regressed on the kernels with variances ≥ 0 (minimum norm quadratic
     estimation), in units of a rough scatter, outliers cut, so that single events do not rule it.
     """
-    floor, share = _rough(trips, left_w)
+    floor, share = _rough(trips, residual_w)
     size = len(KERNELS)
     matrix, vector = np.zeros((size, size)), np.zeros(size)
-    for whole, all_left in zip(trips, left_w, strict=True):
+    for whole, all_left in zip(trips, residual_w, strict=True):
         trip, left = _beginning(whole), all_left[:MOST_WINDOWS]
         scale = np.sqrt(floor**2 + (share * trip.dynamic_w) ** 2)
         units = np.clip(left / scale, -OUTLIER, OUTLIER)
@@ -135,9 +135,9 @@ def _kernels(trip: Windows, window_s: float) -> Iterator[NDArray[np.float64]]:
         yield np.outer(power_w, power_w)
 
 
-def _rough(trips: Sequence[Windows], left_w: Sequence[NDArray[np.float64]]) -> tuple[float, float]:
+def _rough(trips: Sequence[Windows], residual_w: Sequence[NDArray[np.float64]]) -> tuple[float, float]:
     """Scatter from window to window: at rest [W], and as a share of the power, from typical sizes of differences."""
-    jump = np.concatenate([np.abs(np.diff(left)) for left in left_w])
+    jump = np.concatenate([np.abs(np.diff(left)) for left in residual_w])
     dynamic = np.concatenate([np.maximum(trip.dynamic_w[1:], trip.dynamic_w[:-1]) for trip in trips])
     if jump.size < BINS:
         return 10.0 * FLOOR_W, 0.1

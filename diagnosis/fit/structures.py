@@ -89,7 +89,7 @@ def _scanned(model: Model, places: Places, seed: int) -> Scanned | None:
 
 def _renoised(model: Model, grown: Model) -> Model:
     """The model without its last structure, with the noise that is left with it."""
-    left = [grown.left_w(k, left_out=True) for k in range(len(grown.windows))]
+    left = [grown.residual_w(k, left_out=True) for k in range(len(grown.windows))]
     noise = estimated(grown.windows, left, grown.noise.window_s)
     roots = tuple(noise.root(trip) for trip in model.windows)
     system = equations(model.windows, roots, model.system.precision, model.system.prior)

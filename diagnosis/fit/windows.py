@@ -76,7 +76,7 @@ def trip_of(recording: Recording, drive: Driven, window_s: float = WINDOW_S) -> 
     return Trip(recording, drive, dense, rougher_grade(recording, ROUGHER_M))
 
 
-def windows(trip: Trip, candidates: Sequence[Candidate]) -> Windows:
+def windows_of(trip: Trip, candidates: Sequence[Candidate]) -> Windows:
     """A trip's windows with the columns of all parameters, sensors and candidates, in that order."""
     drive, recording = trip.drive, trip.recording
     columns = [one.column_j(drive) for one in PARAMETERS]

@@ -11,7 +11,7 @@ import pytest
 from diagnosis.causes.driven import driven, with_vehicle
 from diagnosis.causes.library import LIBRARY, candidates
 from diagnosis.causes.nuisance import PARAMETERS, SENSOR_COLUMNS
-from diagnosis.fit.windows import trip_of, windows
+from diagnosis.fit.windows import trip_of, windows_of
 from diagnosis.recordings.reading import Recording
 from energy.conditions import STILL, Conditions, RoadSurface
 from energy.replay.replay import replay
@@ -156,7 +156,7 @@ def test_windows_add_up_to_the_trip_whatever_their_length(car):
     drive = driven(full, car)
     tried = candidates([drive])
     for window_s in (5.0, 10.0, 60.0):
-        cut = windows(trip_of(full, drive, window_s), tried)
+        cut = windows_of(trip_of(full, drive, window_s), tried)
         assert cut.measured_j.sum() == pytest.approx(full.energy_j(), rel=1e-9)
         assert cut.duration_s.sum() == pytest.approx(full.time_s[-1])
         assert cut.distance_m.sum() == pytest.approx(full.distance_m(), rel=1e-9)

@@ -15,7 +15,7 @@ from diagnosis.fit.jackknife import equations, solve
 from diagnosis.fit.model import priors
 from diagnosis.fit.noise import estimated
 from diagnosis.fit.selection import LEAST_Z, scatter_of, select, still_standing, threshold
-from diagnosis.fit.windows import FREE, trip_of, windows
+from diagnosis.fit.windows import FREE, trip_of, windows_of
 from energy.vehicle.files import load_vehicle
 from tests.diagnosis.planted_drives import drive, heater
 
@@ -32,7 +32,7 @@ def heated(car):
     recordings = [drive(car, number, heater) for number in range(14)]
     trips = [trip_of(one, driven(one, car)) for one in recordings]
     tried = candidates([trip.drive for trip in trips])
-    cut = [windows(trip, tried) for trip in trips]
+    cut = [windows_of(trip, tried) for trip in trips]
     precision, prior = priors(cut[0].names, car, car)
     roots = [estimated(cut, [one.residual_j() / one.duration_s for one in cut], 10.0).root(one) for one in cut]
     return trips, cut, tried, equations(cut, roots, precision, prior)
