@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from diagnosis.answer.accounts import account, nameplate_j, score, scored
+from diagnosis.answer.accounts import nameplate_j, score, scored, trip_account
 from diagnosis.answer.findings import findings, unexplained
 from diagnosis.answer.learned import NOTHING, applied, learned, replayed_j
 from diagnosis.answer.odd_trips import odd_trips
@@ -106,7 +106,9 @@ def diagnose(
         if cancelled is not None and cancelled():
             raise DiagnosisCancelled("the diagnosis was cancelled")
     quality = tuple(
-        QualityNote(one.id, note.kind.value, note.channel, note.text) for one in recordings for note in one.notes
+        QualityNote(recording.id, note.kind.value, note.channel, note.text)
+        for recording in recordings
+        for note in recording.notes
     )
     trips, unfit = _fit_for_it(trips)
     fitted = [trip for trip in trips if trip.recording.id not in held_out]
@@ -126,7 +128,9 @@ def diagnose(
         accounts = _accounts(model, kept, held_out)
     except EnergyError as error:
         raise DiagnosisError(f"vehicle {vehicle.id!r} cannot be fitted: {error}") from error
-    asked = [one for one in accounts if one.id in held_out] or [one for one in accounts if one.id not in odd]
+    asked = [account for account in accounts if account.id in held_out] or [
+        account for account in accounts if account.id not in odd
+    ]
     before, after = (score(asked, after=which, seed=settings.seed) for which in (False, True))
     found, strange = findings(model), (*map(odd.__getitem__, odd), *unexplained(model))
     off = _file_is_off(accounts, odd)
@@ -143,7 +147,7 @@ def diagnose(
         unexplained=strange,
         data_quality=(*quality, *map(_why_unfit, unfit)),
         fitted_trips=tuple(trip.recording.id for trip in fitted),
-        held_out_trips=tuple(one for one in (trip.recording.id for trip in kept) if one in held_out),
+        held_out_trips=tuple(trip_id for trip_id in (trip.recording.id for trip in kept) if trip_id in held_out),
         before=before,
         after=after,
         routes=routes,
@@ -154,40 +158,42 @@ def diagnose(
         effects_ci95=carried.effects_ci95,
         parameters=carried.parameters,
         not_carried=carried.not_carried,
-        model=_told(model, settings),
+        model=_settings_used(model, settings),
     )
 
 
 def _check(recordings: Sequence[Recording], held_out: Collection[str]) -> None:
     if not recordings:
         raise DiagnosisError(f"0 recordings, at least {LEAST_TRIPS} are needed to name a cause")
-    ids = [one.id for one in recordings]
-    for one in ids:
-        if ids.count(one) > 1:
-            raise DiagnosisError(f"trip {one!r} is there {ids.count(one)} times, allowed: once")
-    for one in held_out:
-        if one not in ids:
-            raise DiagnosisError(f"held-out trip {one!r} is none of the {len(ids)} recordings")
+    ids = [recording.id for recording in recordings]
+    for trip_id in ids:
+        if ids.count(trip_id) > 1:
+            raise DiagnosisError(f"trip {trip_id!r} is there {ids.count(trip_id)} times, allowed: once")
+    for trip_id in held_out:
+        if trip_id not in ids:
+            raise DiagnosisError(f"held-out trip {trip_id!r} is none of the {len(ids)} recordings")
 
 
 def _accounts(model: Model, kept: Sequence[Trip], held_out: Collection[str]) -> tuple[TripAccount, ...]:
     names = model.solution.names
     found = [
-        account(model, trip, nameplate_j(model, trip), cut, k, held_out=False)
-        for k, (trip, cut) in enumerate(zip(model.trips, model.windows, strict=True))
+        trip_account(model, trip, nameplate_j(model, trip), windows, k, held_out=False)
+        for k, (trip, windows) in enumerate(zip(model.trips, model.windows, strict=True))
     ]
     for trip in kept:
         again = replace(trip, drive=with_vehicle(trip.drive, model.vehicle))
-        cut = windows_of(again, (*model.found, *model.companions))
-        boxed = [in_box(structure.box, cut) * cut.duration_s for structure in model.structures]
-        cut = replace(
-            cut,
-            names=(*cut.names, *(f"{BOX}{k}" for k in range(len(boxed)))),
-            columns_j=np.column_stack((cut.columns_j, *boxed)),
+        windows = windows_of(again, (*model.found, *model.companions))
+        boxed = [in_box(structure.box, windows) * windows.duration_s for structure in model.structures]
+        windows = replace(
+            windows,
+            names=(*windows.names, *(f"{BOX}{k}" for k in range(len(boxed)))),
+            columns_j=np.column_stack((windows.columns_j, *boxed)),
         )
-        assert set(names) <= set(cut.names), "held-out trips have all columns of the model"
+        assert set(names) <= set(windows.names), "held-out trips have all columns of the model"
         found.append(
-            account(model, again, nameplate_j(model, again), cut, None, held_out=again.recording.id in held_out)
+            trip_account(
+                model, again, nameplate_j(model, again), windows, None, held_out=again.recording.id in held_out
+            )
         )
     return tuple(found)
 
@@ -195,8 +201,8 @@ def _accounts(model: Model, kept: Sequence[Trip], held_out: Collection[str]) -> 
 def _all_regimes(model: Model, *, after: bool) -> tuple[Regime, ...]:
     """Residual power by regime, of trips by the fit of the others."""
     solution = model.solution if after else model.base
-    left = [residual_w(trip, solution, solution.without[k]) for k, trip in enumerate(model.windows)]
-    return tuple(one for axis in Axis for one in regimes(model.windows, axis, left))
+    residuals_w = [residual_w(trip, solution, solution.without[k]) for k, trip in enumerate(model.windows)]
+    return tuple(regime for axis in Axis for regime in regimes(model.windows, axis, residuals_w))
 
 
 @dataclass(frozen=True, slots=True)
@@ -214,14 +220,14 @@ class _Off:
 
 def _file_is_off(accounts: Sequence[TripAccount], odd: Collection[str]) -> _Off | None:
     """Whether other numbers of the vehicle meet trips' energies better than those of its file; None where not."""
-    fitted = [one for one in accounts if not one.held_out and one.id not in odd]
+    fitted = [account for account in accounts if not account.held_out and account.id not in odd]
     used = scored(fitted)
     if not used:  # trips that give back more than they take have no relative error each, but all of them have
-        size_kwh = sum(abs(one.measured_kwh) for one in fitted)
-        nameplate = sum(abs(one.nameplate_kwh - one.measured_kwh) for one in fitted) / size_kwh
-        return _Off(nameplate, sum(abs(one.before_kwh - one.measured_kwh) for one in fitted) / size_kwh)
-    nameplate = float(np.mean([abs(one.nameplate_kwh / one.measured_kwh - 1.0) for one in used]))
-    before = float(np.mean([abs(one.before_kwh / one.measured_kwh - 1.0) for one in used]))
+        size_kwh = sum(abs(account.measured_kwh) for account in fitted)
+        nameplate = sum(abs(account.nameplate_kwh - account.measured_kwh) for account in fitted) / size_kwh
+        return _Off(nameplate, sum(abs(account.before_kwh - account.measured_kwh) for account in fitted) / size_kwh)
+    nameplate = float(np.mean([abs(account.nameplate_kwh / account.measured_kwh - 1.0) for account in used]))
+    before = float(np.mean([abs(account.before_kwh / account.measured_kwh - 1.0) for account in used]))
     return _Off(nameplate, before) if nameplate - before >= max(LEAST_GAIN_FRAC, 0.1 * nameplate) else None
 
 
@@ -236,14 +242,16 @@ def _verdict(
     text = " ".join(
         [
             *(
-                one.text if one.separating_recording is None else f"{one.text} {one.separating_recording}"
-                for one in found
+                finding.text
+                if finding.separating_recording is None
+                else f"{finding.text} {finding.separating_recording}"
+                for finding in found
             ),
-            *(one.text for one in wrong),
-            *(one.text for one in strange),
+            *(error.text for error in wrong),
+            *(structure.text for structure in strange),
         ]
     )
-    if any(not one.ambiguous_with for one in found):
+    if any(not finding.ambiguous_with for finding in found):
         return Verdict.LEFT_OUT_PHYSICS, text
     if found:
         return Verdict.CANNOT_TELL, text
@@ -294,10 +302,10 @@ def _routes_score(
         return None
     car = applied(vehicle, carried)
     replayed = {trip.recording.id: replayed_j(car, trip) / JOULE_PER_KWH for trip in trips}
-    return score([replace(one, after_kwh=replayed[one.id]) for one in asked], after=True, seed=seed)
+    return score([replace(account, after_kwh=replayed[account.id]) for account in asked], after=True, seed=seed)
 
 
-def _told(model: Model, settings: DiagnosisSettings) -> dict[str, Any]:
+def _settings_used(model: Model, settings: DiagnosisSettings) -> dict[str, Any]:
     """What is needed to repeat the diagnosis, and what its thresholds were."""
     return {
         "seed": settings.seed,
@@ -305,7 +313,9 @@ def _told(model: Model, settings: DiagnosisSettings) -> dict[str, Any]:
         "threshold_z": round(model.threshold.z, 3),
         "null_draws": model.threshold.draws,
         "least_trips": LEAST_TRIPS,
-        "fitted_but_not_claimed": [one.label for one in model.companions if one.label in model.solution.names],
+        "fitted_but_not_claimed": [
+            candidate.label for candidate in model.companions if candidate.label in model.solution.names
+        ],
     }
 
 
@@ -319,27 +329,27 @@ def _too_few(
     """Energies by the vehicle's file only: so few trips carry no conclusion."""
     accounts = []
     for trip in (*fitted, *kept):
-        cut = windows_of(trip, ())
-        simulated_w = cut.simulated_j / cut.duration_s
-        energy_kwh = float(cut.simulated_j.sum()) / JOULE_PER_KWH
+        windows = windows_of(trip, ())
+        simulated_w = windows.simulated_j / windows.duration_s
+        energy_kwh = float(windows.simulated_j.sum()) / JOULE_PER_KWH
         accounts.append(
             TripAccount(
-                id=cut.trip_id,
+                id=windows.trip_id,
                 held_out=trip in kept,
-                ambient_c=None if cut.ambient_k is None else cut.ambient_k - ZERO_CELSIUS_K,
-                distance_km=float(cut.distance_m.sum()) / 1000.0,
-                duration_s=float(cut.duration_s.sum()),
-                measured_kwh=float(cut.measured_j.sum()) / JOULE_PER_KWH,
+                ambient_c=None if windows.ambient_k is None else windows.ambient_k - ZERO_CELSIUS_K,
+                distance_km=float(windows.distance_m.sum()) / 1000.0,
+                duration_s=float(windows.duration_s.sum()),
+                measured_kwh=float(windows.measured_j.sum()) / JOULE_PER_KWH,
                 nameplate_kwh=energy_kwh,
                 before_kwh=energy_kwh,
                 after_kwh=energy_kwh,
                 explained_kwh=energy_kwh,
                 by_family_kwh={},
                 timeline=TripTimeline(
-                    begin_s=cut.begin_s,
-                    duration_s=cut.duration_s,
-                    speed_mps=cut.distance_m / cut.duration_s,
-                    measured_w=cut.measured_j / cut.duration_s,
+                    begin_s=windows.begin_s,
+                    duration_s=windows.duration_s,
+                    speed_mps=windows.distance_m / windows.duration_s,
+                    measured_w=windows.measured_j / windows.duration_s,
                     before_w=simulated_w,
                     after_w=simulated_w,
                 ),

@@ -34,7 +34,7 @@ def named_trips(trip_ids: Sequence[str], patterns: Sequence[str]) -> frozenset[s
     """
     found: set[str] = set()
     for pattern in patterns:
-        matched = {one for one in trip_ids if one == pattern or fnmatchcase(one, pattern)}
+        matched = {trip_id for trip_id in trip_ids if trip_id == pattern or fnmatchcase(trip_id, pattern)}
         if not matched:
             raise HoldoutError("holdout", pattern, f"an id of a trip, or a pattern of ids: {_some(trip_ids)}")
         found |= matched
@@ -61,8 +61,10 @@ def drawn_trips(
     if count < 2:
         raise HoldoutError("holdout_fraction", share_frac, f"0 with {count} trip{'s' * (count != 1)}")
     drawn = min(max(round(share_frac * count), 1), count - 1)
-    warmth = {one: math.inf if kelvin is None else kelvin for one, kelvin in zip(trip_ids, ambient_k, strict=True)}
-    ordered = sorted(trip_ids, key=lambda one: (warmth[one], one))
+    warmth = {
+        trip_id: math.inf if kelvin is None else kelvin for trip_id, kelvin in zip(trip_ids, ambient_k, strict=True)
+    }
+    ordered = sorted(trip_ids, key=lambda trip_id: (warmth[trip_id], trip_id))
     bounds = np.linspace(0, count, drawn + 1).round().astype(int).tolist()
     random = np.random.default_rng(seed)
     return frozenset(ordered[int(random.integers(begin, end))] for begin, end in pairwise(bounds))

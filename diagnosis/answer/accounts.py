@@ -58,49 +58,51 @@ SENSOR_FAMILY: Final = {
     "recuperation_curvature": Family.RECUPERATION,
 }
 TERM_FAMILY: Final = (
-    {term.name: term.family for term in LIBRARY} | {one.name: one.family for one in PARAMETERS} | SENSOR_FAMILY
+    {term.name: term.family for term in LIBRARY}
+    | {parameter.name: parameter.family for parameter in PARAMETERS}
+    | SENSOR_FAMILY
 )
 
 
-def account(
-    model: Model, trip: Trip, nameplate_j: float, cut: Windows, k: int | None, *, held_out: bool
+def trip_account(
+    model: Model, trip: Trip, nameplate_j: float, windows: Windows, k: int | None, *, held_out: bool
 ) -> TripAccount:
     """One trip's account; k: its place among the fitted trips, which predicts it by the fit of the others, or None."""
     before = model.base.coefficients if k is None else model.base.without[k]
     after = model.solution.coefficients if k is None else model.solution.without[k]
-    before_w = _model_w(cut, model.base, before)
-    after_w = _model_w(cut, model.solution, after)
-    own_w = _model_w(cut, model.solution, model.solution.coefficients)
-    measured_w = cut.measured_j / cut.duration_s
-    expected = model.noise.expected_w(cut, measured_w - own_w)
-    thermal = any(one.term.family is Family.THERMAL for one in model.found)
+    before_w = _model_w(windows, model.base, before)
+    after_w = _model_w(windows, model.solution, after)
+    own_w = _model_w(windows, model.solution, model.solution.coefficients)
+    measured_w = windows.measured_j / windows.duration_s
+    expected = model.noise.expected_w(windows, measured_w - own_w)
+    thermal = any(candidate.term.family is Family.THERMAL for candidate in model.found)
     level_family = Family.THERMAL if thermal else Family.AUXILIARY
     by_family = _parts_j(model, trip)
     for name, value in zip(model.solution.names, model.solution.coefficients, strict=True):
         family = TERM_FAMILY.get(name.partition("@")[0], Family.UNEXPLAINED)
-        _add(by_family, family, float(value * cut.column(name).sum()))
+        _add(by_family, family, float(value * windows.column(name).sum()))
     for kernel, power_w in expected.items():
         kept = {"rolling": Family.ROLLING, "drag": Family.AERODYNAMIC}.get(kernel)
         if kernel in SLOW:
             kept = level_family
         if kept is not None:
-            _add(by_family, kept, float(power_w @ cut.duration_s))
+            _add(by_family, kept, float(power_w @ windows.duration_s))
     return TripAccount(
-        id=cut.trip_id,
+        id=windows.trip_id,
         held_out=held_out,
-        ambient_c=None if cut.ambient_k is None else cut.ambient_k - ZERO_CELSIUS_K,
-        distance_km=float(cut.distance_m.sum()) / 1000.0,
-        duration_s=float(cut.duration_s.sum()),
-        measured_kwh=float(cut.measured_j.sum()) / JOULE_PER_KWH,
+        ambient_c=None if windows.ambient_k is None else windows.ambient_k - ZERO_CELSIUS_K,
+        distance_km=float(windows.distance_m.sum()) / 1000.0,
+        duration_s=float(windows.duration_s.sum()),
+        measured_kwh=float(windows.measured_j.sum()) / JOULE_PER_KWH,
         nameplate_kwh=nameplate_j / JOULE_PER_KWH,
-        before_kwh=float(before_w @ cut.duration_s) / JOULE_PER_KWH,
-        after_kwh=float(after_w @ cut.duration_s) / JOULE_PER_KWH,
+        before_kwh=float(before_w @ windows.duration_s) / JOULE_PER_KWH,
+        after_kwh=float(after_w @ windows.duration_s) / JOULE_PER_KWH,
         explained_kwh=sum(by_family.values()) / JOULE_PER_KWH,
         by_family_kwh={family.value: value / JOULE_PER_KWH for family, value in by_family.items() if value != 0.0},
         timeline=TripTimeline(
-            begin_s=cut.begin_s,
-            duration_s=cut.duration_s,
-            speed_mps=cut.distance_m / cut.duration_s,
+            begin_s=windows.begin_s,
+            duration_s=windows.duration_s,
+            speed_mps=windows.distance_m / windows.duration_s,
             measured_w=measured_w,
             before_w=before_w,
             after_w=after_w,
@@ -113,34 +115,36 @@ def score(accounts: Sequence[TripAccount], *, after: bool, seed: int) -> FitScor
     used = scored(accounts)
     if not used:
         return None
-    error = np.array([(one.after_kwh if after else one.before_kwh) / one.measured_kwh - 1.0 for one in used])
+    error = np.array(
+        [(account.after_kwh if after else account.before_kwh) / account.measured_kwh - 1.0 for account in used]
+    )
     interval = None
     if error.size > 2:
         drawn = np.abs(error)[np.random.default_rng(seed).integers(0, error.size, (DRAWS, error.size))].mean(axis=1)
         low, high = np.quantile(drawn, (0.025, 0.975))
         interval = (float(low), float(high))
-    lines = [one.timeline for one in used]
-    left = np.concatenate([line.measured_w - (line.after_w if after else line.before_w) for line in lines])
+    lines = [account.timeline for account in used]
+    residuals_w = np.concatenate([line.measured_w - (line.after_w if after else line.before_w) for line in lines])
     weight = np.concatenate([line.duration_s for line in lines])
     return FitScore(
         mape=float(np.abs(error).mean()),
         mape_ci95=interval,
         bias=float(error.mean()),
         sd=float(error.std(ddof=1)) if error.size > 1 else 0.0,
-        rmse_w=float(np.sqrt(np.average(left**2, weights=weight))),
+        rmse_w=float(np.sqrt(np.average(residuals_w**2, weights=weight))),
     )
 
 
 def scored(accounts: Sequence[TripAccount]) -> list[TripAccount]:
     """Trips whose relative error says something: those with LEAST_OF_MEDIAN of the median measured energy, or more."""
-    sizes = [abs(one.measured_kwh) for one in accounts]
+    sizes = [abs(account.measured_kwh) for account in accounts]
     least_kwh = LEAST_OF_MEDIAN * float(np.median(sizes)) if sizes else 0.0
-    return [one for one in accounts if one.measured_kwh >= least_kwh and one.measured_kwh > 0.0]
+    return [account for account in accounts if account.measured_kwh >= least_kwh and account.measured_kwh > 0.0]
 
 
-def _model_w(cut: Windows, solution: Solution, beta: NDArray[np.float64]) -> NDArray[np.float64]:
-    columns = cut.columns_j[:, [cut.names.index(name) for name in solution.names]]
-    return np.asarray((cut.simulated_j + columns @ beta) / cut.duration_s, np.float64)
+def _model_w(windows: Windows, solution: Solution, beta: NDArray[np.float64]) -> NDArray[np.float64]:
+    columns = windows.columns_j[:, [windows.names.index(name) for name in solution.names]]
+    return np.asarray((windows.simulated_j + columns @ beta) / windows.duration_s, np.float64)
 
 
 def _parts_j(model: Model, trip: Trip) -> dict[Family, float]:

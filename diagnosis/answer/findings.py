@@ -36,31 +36,36 @@ SHOWN_AXES: Final = (Axis.AMBIENT, Axis.SINCE_START, Axis.SPEED, Axis.STANDSTILL
 def findings(model: Model) -> tuple[Finding, ...]:
     """Effects that were found, terms of one effect together, the largest first; and levels of single trips."""
     effects: dict[str, list[Candidate]] = {}
-    for one in model.found:
-        effects.setdefault(one.term.effect, []).append(one)
-    told = []
+    for candidate in model.found:
+        effects.setdefault(candidate.term.effect, []).append(candidate)
+    found = []
     for effect, terms in effects.items():
-        beside = [one for one in model.companions if one.term.effect == effect and one.label in model.solution.names]
-        told.append(_finding(model, effect, terms, beside))
+        beside = [
+            candidate
+            for candidate in model.companions
+            if candidate.term.effect == effect and candidate.label in model.solution.names
+        ]
+        found.append(_finding(model, effect, terms, beside))
     wind = trip_wind(model)
     level = levels(model) if wind is None else None
     if wind is not None:
-        told.append(_wind_finding(model, wind))
+        found.append(_wind_finding(model, wind))
     if level is not None:
-        told.append(_level_finding(level))
-    return tuple(sorted(told, key=lambda one: -one.energy_share_frac))
+        found.append(_level_finding(level))
+    return tuple(sorted(found, key=lambda finding: -finding.energy_share_frac))
 
 
 def unexplained(model: Model) -> tuple[Unexplained, ...]:
     """Structures that no effect explains, the largest first."""
-    told = [
-        _told(model, structure, model.solution.value(f"{BOX}{k}"), k) for k, structure in enumerate(model.structures)
+    found = [
+        _unexplained(model, structure, model.solution.value(f"{BOX}{k}"), k)
+        for k, structure in enumerate(model.structures)
     ]
-    return tuple(sorted(told, key=lambda one: -abs(one.energy_kwh)))
+    return tuple(sorted(found, key=lambda structure: -abs(structure.energy_kwh)))
 
 
 def _finding(model: Model, effect: str, terms: Sequence[Candidate], beside: Sequence[Candidate]) -> Finding:
-    labels = {one.label for one in (*terms, *beside)}
+    labels = {candidate.label for candidate in (*terms, *beside)}
     sums = np.array(
         [
             sum(float(trip.column(name).sum()) for trip in model.windows) if name in labels else 0.0
@@ -73,8 +78,8 @@ def _finding(model: Model, effect: str, terms: Sequence[Candidate], beside: Sequ
     by_trip = [float((_own_w(model, k, labels) * trip.duration_s).sum()) for k, trip in enumerate(model.windows)]
     moved_j = float(np.abs(by_trip).sum())
     rivals = (
-        {rival.term.effect: rival.term.family for one in terms for rival in model.rivals[one.label]}
-        if all(model.rivals[one.label] for one in terms)
+        {rival.term.effect: rival.term.family for candidate in terms for rival in model.rivals[candidate.label]}
+        if all(model.rivals[candidate.label] for candidate in terms)
         else {}
     )
     family = terms[0].term.family
@@ -94,7 +99,7 @@ def _finding(model: Model, effect: str, terms: Sequence[Candidate], beside: Sequ
         energy_kwh=energy_j / JOULE_PER_KWH,
         energy_kwh_ci95=((energy_j - half_j) / JOULE_PER_KWH, (energy_j + half_j) / JOULE_PER_KWH),
         energy_share_frac=share,
-        t=max((model.z[one.label] for one in terms), key=abs),
+        t=max((model.z[candidate.label] for candidate in terms), key=abs),
         located=_located(model, labels),
         ambiguous_with=tuple(Rival(name, other) for name, other in rivals.items()),
         separating_recording=None if first is None else f"A recording with {separating(family, first)}.",
@@ -102,16 +107,16 @@ def _finding(model: Model, effect: str, terms: Sequence[Candidate], beside: Sequ
 
 
 def _coefficients(model: Model, terms: Sequence[Candidate]) -> list[Coefficient]:
-    told = []
-    for one in terms:
-        weights = np.array([float(name == one.label) for name in model.solution.names])
-        value, half = model.solution.value(one.label), model.solution.half_width(weights)
-        told.append(Coefficient(one.term.name, one.term.unit, value, (value - half, value + half)))
-        if one.term.shape is not None:
-            shape = one.term.shape
-            name = f"{one.term.name.rsplit('_w', 1)[0].removesuffix('_frac')}_{shape.name}"
-            told.append(Coefficient(name, shape.unit, one.shape, model.shape_ci95.get(one.label)))
-    return told
+    found = []
+    for candidate in terms:
+        weights = np.array([float(name == candidate.label) for name in model.solution.names])
+        value, half = model.solution.value(candidate.label), model.solution.half_width(weights)
+        found.append(Coefficient(candidate.term.name, candidate.term.unit, value, (value - half, value + half)))
+        if candidate.term.shape is not None:
+            shape = candidate.term.shape
+            name = f"{candidate.term.name.rsplit('_w', 1)[0].removesuffix('_frac')}_{shape.name}"
+            found.append(Coefficient(name, shape.unit, candidate.shape, model.shape_ci95.get(candidate.label)))
+    return found
 
 
 def _own_w(model: Model, k: int, labels: set[str]) -> NDArray[np.float64]:
@@ -123,15 +128,15 @@ def _own_w(model: Model, k: int, labels: set[str]) -> NDArray[np.float64]:
 
 def _located(model: Model, labels: set[str]) -> tuple[Regime, ...]:
     """Regimes in which what is left without some terms departs, those in which the terms took most energy."""
-    left = [model.residual_w(k) + _own_w(model, k, labels) for k in range(len(model.windows))]
+    residuals_w = [model.residual_w(k) + _own_w(model, k, labels) for k in range(len(model.windows))]
     own = [_own_w(model, k, labels) for k in range(len(model.windows))]
     found = []
     for axis in SHOWN_AXES:
-        known = zip(regimes(model.windows, axis, left), regimes(model.windows, axis, own), strict=True)
-        departing = [(abs(each.energy_kwh), one) for one, each in known if one.departs]
+        known = zip(regimes(model.windows, axis, residuals_w), regimes(model.windows, axis, own), strict=True)
+        departing = [(abs(own_regime.energy_kwh), regime) for regime, own_regime in known if regime.departs]
         if departing:
             found.append(max(departing, key=lambda pair: pair[0]))
-    return tuple(one for _, one in sorted(found, key=lambda pair: -pair[0])[:MOST_REGIMES])
+    return tuple(regime for _, regime in sorted(found, key=lambda pair: -pair[0])[:MOST_REGIMES])
 
 
 def _level_finding(level: Level) -> Finding:
@@ -139,10 +144,10 @@ def _level_finding(level: Level) -> Finding:
     half_j = abs(half / mean * level.energy_j)
     energy_kwh = level.energy_j / JOULE_PER_KWH
     text = f"{sentence(level.kind.effect)}: {mean:+.0%} on {len(level.trips)} trips, {energy_kwh:.2f} kWh."
-    rivals = tuple(Rival(one.effect, one.family) for one in level.rivals)
+    rivals = tuple(Rival(rival.effect, rival.family) for rival in level.rivals)
     recording = None
     if rivals:
-        text += f" It cannot be told from {' or '.join(sentence(one.effect).lower() for one in rivals)}."
+        text += f" It cannot be told from {' or '.join(sentence(rival.effect).lower() for rival in rivals)}."
         recording = f"A recording, loaded in the same way, with {separating(level.kind.family, rivals[0].family)}."
     return Finding(
         effect=level.kind.effect,
@@ -175,14 +180,16 @@ def _wind_finding(model: Model, wind: TripWind) -> Finding:
         energy_kwh_ci95=(energy_kwh - half_kwh, energy_kwh + half_kwh),
         energy_share_frac=wind.share_frac,
         t=wind.ratio,
-        trips=tuple(one.trip_id for one in model.windows),
+        trips=tuple(trip.trip_id for trip in model.windows),
     )
 
 
-def _told(model: Model, structure: Structure, mean_w: float, k: int) -> Unexplained:
+def _unexplained(model: Model, structure: Structure, mean_w: float, k: int) -> Unexplained:
     weights = np.array([float(name == f"{BOX}{k}") for name in model.solution.names])
     half_w = model.solution.half_width(weights)
-    hours = sum(float((one * trip.duration_s).sum()) for one, trip in zip(structure.inside, model.windows, strict=True))
+    hours = sum(
+        float((inside * trip.duration_s).sum()) for inside, trip in zip(structure.inside, model.windows, strict=True)
+    )
     energy_kwh = mean_w * hours / JOULE_PER_KWH
     box = structure.box
     where = f"at {box.axis.replace('_', ' ')} {box.low:.4g} to {box.high:.4g} {box.unit}"

@@ -90,7 +90,9 @@ NOTHING: Final = Learned({}, {}, {}, {})
 def learned(model: Model) -> Learned:
     """What routes can use of a fitted model; nothing where that meets the fitted drives no better than the file."""
     found = _carried(model)
-    beyond = {one.term.name: REASONS[one.term.name] for one in _fitted(model) if _reason(model, one)}
+    beyond = {
+        candidate.term.name: REASONS[candidate.term.name] for candidate in _fitted(model) if _reason(model, candidate)
+    }
     try:
         carried = applied(model.nameplate, found)
         better = _error(model, carried) < _error(model, model.nameplate, still=True)
@@ -129,81 +131,87 @@ def replayed_j(vehicle: Vehicle, trip: Trip, *, still: bool = False) -> float:
 def _error(model: Model, vehicle: Vehicle, *, still: bool = False) -> float:
     """Mean size of the errors of fitted trips' energies over their mean energy."""
     errors = [
-        abs(replayed_j(vehicle, trip, still=still) - float(cut.measured_j.sum()))
-        for trip, cut in zip(model.trips, model.windows, strict=True)
+        abs(replayed_j(vehicle, trip, still=still) - float(windows.measured_j.sum()))
+        for trip, windows in zip(model.trips, model.windows, strict=True)
     ]
     return float(np.mean(errors))
 
 
 def _fitted(model: Model) -> list[Candidate]:
     """Terms of the model: found, and companions that were kept."""
-    return [*model.found, *(one for one in model.companions if one.label in model.solution.names)]
+    return [*model.found, *(candidate for candidate in model.companions if candidate.label in model.solution.names)]
 
 
-def _reason(model: Model, one: Candidate) -> bool:
+def _reason(model: Model, candidate: Candidate) -> bool:
     """Whether routes cannot use a term."""
-    if one.term.name in LIMITS:
-        return model.solution.value(one.label) < WHOLE_FRAC
-    return one.term.name in REASONS
+    if candidate.term.name in LIMITS:
+        return model.solution.value(candidate.label) < WHOLE_FRAC
+    return candidate.term.name in REASONS
 
 
 def _carried(model: Model) -> Learned:
-    terms = _in_routes_form([one for one in _fitted(model) if not _reason(model, one)])
-    limits = [one for one in terms if one.term.name in LIMITS]
+    terms = _in_routes_form([candidate for candidate in _fitted(model) if not _reason(model, candidate)])
+    limits = [candidate for candidate in terms if candidate.term.name in LIMITS]
     solution = _without_sensors(model, terms)
     vehicle = moved(model.vehicle, solution)
     values: dict[str, float] = {}
     intervals: dict[str, Interval] = {}
-    for one in terms:
-        if one.term.name not in SAME:
+    for candidate in terms:
+        if candidate.term.name not in SAME:
             continue
-        field, _ = SAME[one.term.name]
-        factor = _factor(model.vehicle, vehicle, one.term.name)
+        field, _ = SAME[candidate.term.name]
+        factor = _factor(model.vehicle, vehicle, candidate.term.name)
         low, high = COEFFICIENT_RANGES[field]
-        high = min(high, one.term.most)
-        values[field] = float(np.clip(solution.value(one.label) * factor, low, high))
-        half = solution.half_width(_only(solution, one.label)) * abs(factor)
+        high = min(high, candidate.term.most)
+        values[field] = float(np.clip(solution.value(candidate.label) * factor, low, high))
+        half = solution.half_width(_only(solution, candidate.label)) * abs(factor)
         intervals[field] = (values[field] - half, values[field] + half)
-        if one.term.name == "tyre_warm_up_frac":
-            values["tyre_time_s"] = one.shape
-    for one in limits:
-        if one.term.name == "lost_beyond_cap_frac":
+        if candidate.term.name == "tyre_warm_up_frac":
+            values["tyre_time_s"] = candidate.shape
+    for candidate in limits:
+        if candidate.term.name == "lost_beyond_cap_frac":
             # the cap alone was fitted, neither a fading with charge nor one in the cold
-            values |= {"regen_cap_w": 1000.0 * one.shape, "regen_always_limited": 1.0, "regen_fade_soc_frac": 0.999}
+            values |= {
+                "regen_cap_w": 1000.0 * candidate.shape,
+                "regen_always_limited": 1.0,
+                "regen_fade_soc_frac": 0.999,
+            }
             values |= {"regen_cold_full_k": 231.0, "regen_cold_none_k": 221.0}
         else:
-            values["regen_min_speed_mps"] = one.shape / 3.6
+            values["regen_min_speed_mps"] = candidate.shape / 3.6
     for name, (field, usual) in SAME.items():
         if field not in values and _would_have_shown(model, name, usual):
             values[field] = 0.0
     _cabin(model, terms, solution, values, intervals)
-    parameters = {one.name: float(getattr(vehicle, one.name)) for one in PARAMETERS}
+    parameters = {parameter.name: float(getattr(vehicle, parameter.name)) for parameter in PARAMETERS}
     return Learned(parameters, values, intervals, {})
 
 
 def _in_routes_form(terms: Sequence[Candidate]) -> list[Candidate]:
     """Terms as routes have them: where a transient goes with a steady climate, both are about one temperature."""
-    names = {one.term.name for one in terms}
+    names = {candidate.term.name for candidate in terms}
     formed = []
-    for one in terms:
-        steady = one.term.name in ("heating_w_per_k", "cooling_w_per_k")
-        transient = "warm_up_w_per_k" if one.term.name == "heating_w_per_k" else "pull_down_w_per_k"
-        formed.append(Candidate(one.term, CABIN_C) if steady and transient in names else one)
+    for candidate in terms:
+        steady = candidate.term.name in ("heating_w_per_k", "cooling_w_per_k")
+        transient = "warm_up_w_per_k" if candidate.term.name == "heating_w_per_k" else "pull_down_w_per_k"
+        formed.append(Candidate(candidate.term, CABIN_C) if steady and transient in names else candidate)
     return formed
 
 
 def _without_sensors(model: Model, terms: Sequence[Candidate]) -> Solution:
     """Parameters and terms fitted without sensor columns, trips' whole energies counted beside their windows."""
-    cut = [windows_of(trip, terms) for trip in model.trips]
-    precision, prior = priors(cut[0].names, model.vehicle, model.nameplate)
-    system = equations(cut, model.roots, precision, prior)
-    companions = [one.label for one in terms if one not in model.found]
-    system = replace(system, precision=companion_precision(system, cut, companions))
-    system = with_wholes(system, cut)
-    labels = [one.label for one in terms]
+    windows = [windows_of(trip, terms) for trip in model.trips]
+    precision, prior = priors(windows[0].names, model.vehicle, model.nameplate)
+    system = equations(windows, model.roots, precision, prior)
+    companions = [candidate.label for candidate in terms if candidate not in model.found]
+    system = replace(system, precision=companion_precision(system, windows, companions))
+    system = with_wholes(system, windows)
+    labels = [candidate.label for candidate in terms]
     while True:
         solution = solve(system, [*PARAMETER_NAMES, *labels])
-        negative = [one.label for one in terms if one.term.positive and solution.value(one.label) < 0.0]
+        negative = [
+            candidate.label for candidate in terms if candidate.term.positive and solution.value(candidate.label) < 0.0
+        ]
         if not negative:
             return solution
         labels = [label for label in labels if label not in negative]
@@ -230,7 +238,7 @@ def _cabin(
     intervals: dict[str, Interval],
 ) -> None:
     """Heating and cooling as electric power for each kelvin, COP 1; what the drives are silent on stays as it was."""
-    by_name = {one.term.name: one for one in terms if one.label in solution.names}
+    by_name = {candidate.term.name: candidate for candidate in terms if candidate.label in solution.names}
     heats = any(name in by_name for name in HEATING)
     cools = any(name in by_name for name in COOLING)
     no_heat = not heats and _would_have_shown(model, "heating_w_per_k", USUAL_W_PER_K)
@@ -251,14 +259,14 @@ def _cabin(
             continue
         values |= {cop: 1.0, "climate_fan_w": 0.0}
         for name, field in ((steady, f"{prefix}_ua_w_per_k"), (transient, f"{prefix}_soak_w_per_k")):
-            one = by_name.get(name)
-            values[field] = 0.0 if one is None else min(solution.value(one.label), one.term.most)
-            if one is not None:
-                half = solution.half_width(_only(solution, one.label))
+            candidate = by_name.get(name)
+            values[field] = 0.0 if candidate is None else min(solution.value(candidate.label), candidate.term.most)
+            if candidate is not None:
+                half = solution.half_width(_only(solution, candidate.label))
                 intervals[field] = (values[field] - half, values[field] + half)
         if transient in by_name:
             values[f"{prefix}_time_s"] = by_name[transient].shape
-    coldest_k = min((one.ambient_k for one in model.windows if one.ambient_k is not None), default=CABIN_K)
+    coldest_k = min((trip.ambient_k for trip in model.windows if trip.ambient_k is not None), default=CABIN_K)
     most_w = (values["cabin_ua_w_per_k"] + values["cabin_soak_w_per_k"]) * (CABIN_K - coldest_k + COLDER_K)
     values["climate_limit_w"] = max(usual.climate_limit_w, most_w)
 

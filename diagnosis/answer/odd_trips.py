@@ -27,10 +27,10 @@ def odd_trips(model: Model) -> dict[str, Unexplained]:
     """
     names, errors, left_j = [], [], []
     for k, trip in enumerate(model.windows):
-        left = float((model.residual_w(k, left_out=True) * trip.duration_s).sum())
+        residual_j = float((model.residual_w(k, left_out=True) * trip.duration_s).sum())
         names.append(trip.trip_id)
-        left_j.append(left)
-        errors.append(left / max(float(np.abs(trip.measured_j).sum()), 1.0))
+        left_j.append(residual_j)
+        errors.append(residual_j / max(float(np.abs(trip.measured_j).sum()), 1.0))
     values = np.array(errors)
     away = np.abs(values - np.median(values))
     typical = 1.4826 * float(np.median(away))
@@ -44,14 +44,14 @@ def odd_trips(model: Model) -> dict[str, Unexplained]:
         and len(level.trips) > int(odd.sum())
     ):
         return {}  # a box or a load that other trips carry too
-    told = {}
+    found = {}
     for k in np.flatnonzero(odd).tolist():
         mean_w = left_j[k] / float(model.windows[k].duration_s.sum())
         text = (
             f"Trip {names[k]} took {values[k]:+.0%} of the energy that it moved more than the others tell: another"
             " vehicle or load, or a faulty recording. It was left out of the fit."
         )
-        told[names[k]] = Unexplained(
+        found[names[k]] = Unexplained(
             "trip", "", float(k), float(k), mean_w, None, left_j[k] / JOULE_PER_KWH, 1.0 / NULL_DRAWS, (names[k],), text
         )
-    return told
+    return found

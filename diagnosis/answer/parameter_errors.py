@@ -11,8 +11,6 @@ from diagnosis.answer.findings import LEAST_SHARE_FRAC
 from diagnosis.answer.results import ParameterError
 from diagnosis.causes.nuisance import PARAMETERS
 from diagnosis.fit.jackknife import additions, equations, first_least, solve
-from diagnosis.fit.windows import SENSORS, measured_size_j
-from diagnosis.fit.jackknife import additions, equations, solve
 from diagnosis.fit.windows import SENSOR_NAMES, measured_size_j
 from energy.units import JOULE_PER_KWH
 
@@ -36,49 +34,49 @@ def parameter_errors(model: Model) -> tuple[ParameterError, ...]:
     open_ = list(PARAMETERS)
     wrong: list[Parameter] = []
     while open_:
-        names = [*beside, *(one.name for one in wrong)]
-        added = additions(system, names, [one.name for one in open_])
+        names = [*beside, *(parameter.name for parameter in wrong)]
+        added = additions(system, names, [parameter.name for parameter in open_])
         gain = float(solve(system, names).losses.sum()) - added.losses.sum(axis=0)
-        share = np.abs(added.coefficients) * [_size_j(model, one.name) / measured_j for one in open_]
+        share = np.abs(added.coefficients) * [_size_j(model, parameter.name) / measured_j for parameter in open_]
         passes = (np.abs(added.z) >= model.threshold.z) & (share >= LEAST_SHARE_FRAC) & (gain > 0.0)
         if not passes.any():
             break
         wrong.append(open_.pop(int(first_least(np.where(passes, -gain, np.inf)))))
-    solution = solve(system, [*beside, *(one.name for one in wrong)])
-    told = []
-    for one in wrong:
-        weights = np.array([float(name == one.name) for name in solution.names])
-        half, shift = solution.half_width(weights), solution.value(one.name)
-        nameplate = float(getattr(model.nameplate, one.name))
-        energy_j = shift * sum(float(trip.column(one.name).sum()) for trip in model.windows)
+    solution = solve(system, [*beside, *(parameter.name for parameter in wrong)])
+    found = []
+    for parameter in wrong:
+        weights = np.array([float(name == parameter.name) for name in solution.names])
+        half, shift = solution.half_width(weights), solution.value(parameter.name)
+        nameplate = float(getattr(model.nameplate, parameter.name))
+        energy_j = shift * sum(float(trip.column(parameter.name).sum()) for trip in model.windows)
         if abs(shift) <= half or abs(energy_j) < LEAST_SHARE_FRAC * measured_j:
             continue  # another parameter that came later has taken it over
-        if not one.least <= nameplate + shift <= one.most:
+        if not parameter.least <= nameplate + shift <= parameter.most:
             continue  # no vehicle has that
         others = [
-            other.name for other in PARAMETERS if other not in wrong and _alike(system, beside, wrong, one, other)
+            other.name for other in PARAMETERS if other not in wrong and _alike(system, beside, wrong, parameter, other)
         ]
-        told.append(
+        found.append(
             ParameterError(
-                parameter=one.name,
-                family=one.family,
-                unit=one.unit,
+                parameter=parameter.name,
+                family=parameter.family,
+                unit=parameter.unit,
                 nameplate=nameplate,
                 fitted=nameplate + shift,
                 ci95=(nameplate + shift - half, nameplate + shift + half),
                 energy_kwh=energy_j / JOULE_PER_KWH,
                 energy_share_frac=energy_j / measured_j,
-                aliases=(*one.aliases, *others),
-                text=f"{one.name} is {nameplate:.4g} {one.unit} in the vehicle's file; the drives ask for"
+                aliases=(*parameter.aliases, *others),
+                text=f"{parameter.name} is {nameplate:.4g} {parameter.unit} in the vehicle's file; the drives ask for"
                 f" {nameplate + shift:.4g} ± {half:.2g}.",
             )
         )
-    return tuple(told)
+    return tuple(found)
 
 
 def _about_nameplate(model: Model) -> Equations:
     """The equations of what the vehicle's file leaves, its parameters about those of the file."""
-    shifts = {one.name: _shift(model, one) for one in PARAMETERS}
+    shifts = {parameter.name: _shift(model, parameter) for parameter in PARAMETERS}
     moved = []
     for trip in model.windows:
         more_j = sum((shift * trip.column(name) for name, shift in shifts.items()), np.zeros(trip.begin_s.size))
@@ -86,8 +84,8 @@ def _about_nameplate(model: Model) -> Equations:
     return equations(moved, model.roots, model.system.precision, np.zeros_like(model.system.precision))
 
 
-def _shift(model: Model, one: Parameter) -> float:
-    return float(getattr(model.vehicle, one.name)) - float(getattr(model.nameplate, one.name))
+def _shift(model: Model, parameter: Parameter) -> float:
+    return float(getattr(model.vehicle, parameter.name)) - float(getattr(model.nameplate, parameter.name))
 
 
 def _size_j(model: Model, name: str) -> float:
@@ -95,13 +93,15 @@ def _size_j(model: Model, name: str) -> float:
 
 
 def _is_parameter(name: str) -> bool:
-    return any(one.name == name for one in PARAMETERS)
+    return any(parameter.name == name for parameter in PARAMETERS)
 
 
 def _alike(
-    system: Equations, beside: Sequence[str], wrong: Sequence[Parameter], one: Parameter, other: Parameter
+    system: Equations, beside: Sequence[str], wrong: Sequence[Parameter], parameter: Parameter, other: Parameter
 ) -> bool:
     """Whether another parameter in the place of one loses no more on trips left out than chance would."""
-    names = [*beside, *(each.name for each in wrong if each is not one)]
-    worse = additions(system, names, [other.name]).losses[:, 0] - additions(system, names, [one.name]).losses[:, 0]
+    names = [*beside, *(named.name for named in wrong if named is not parameter)]
+    worse = (
+        additions(system, names, [other.name]).losses[:, 0] - additions(system, names, [parameter.name]).losses[:, 0]
+    )
     return bool(worse.sum() <= 2.0 * worse.std(ddof=1) * np.sqrt(worse.size))

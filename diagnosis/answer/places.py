@@ -118,15 +118,15 @@ def link_features(residuals: Sequence[PlaceResidual], graph: RoadGraph) -> dict[
     return _collection(
         [
             _feature(
-                {"type": "LineString", "coordinates": graph.geometry(one.place).round(7).tolist()},
+                {"type": "LineString", "coordinates": graph.geometry(residual.place).round(7).tolist()},
                 {
-                    "link": one.place,
-                    "name": graph.names[int(graph.name_idx[one.place])],
-                    **_properties(one, full_w),
+                    "link": residual.place,
+                    "name": graph.names[int(graph.name_idx[residual.place])],
+                    **_properties(residual, full_w),
                     "stroke-width": 4,
                 },
             )
-            for one in residuals
+            for residual in residuals
         ]
     )
 
@@ -145,19 +145,22 @@ def _joined(arrays: Sequence[NDArray[Any]], kind: type) -> NDArray[Any]:
 def _summed(trips: Sequence[TripResidual], passes: Sequence[_Passes]) -> tuple[PlaceResidual, ...]:
     """Residuals by place from each trip's passes."""
     ids = [trip.trip_id for trip in trips]
-    for trip_id in {one for one in ids if ids.count(one) > 1}:
+    for trip_id in {trip_id for trip_id in ids if ids.count(trip_id) > 1}:
         raise DiagnosisError(f"trip {trip_id!r} is there {ids.count(trip_id)} times, allowed: once")
-    place = _joined([one.place for one in passes], np.int64)
+    place = _joined([passed.place for passed in passes], np.int64)
     if place.size == 0:
         return ()
-    number = np.repeat(np.arange(len(trips)), [one.place.size for one in passes])
+    number = np.repeat(np.arange(len(trips)), [passed.place.size for passed in passes])
     figures = np.column_stack(
         [
             np.concatenate(
-                [trip.until_j(one.leave_s) - trip.until_j(one.enter_s) for trip, one in zip(trips, passes, strict=True)]
+                [
+                    trip.until_j(passed.leave_s) - trip.until_j(passed.enter_s)
+                    for trip, passed in zip(trips, passes, strict=True)
+                ]
             ),
-            np.concatenate([one.leave_s - one.enter_s for one in passes]),
-            np.concatenate([one.distance_m for one in passes]),
+            np.concatenate([passed.leave_s - passed.enter_s for passed in passes]),
+            np.concatenate([passed.distance_m for passed in passes]),
             np.ones(place.size),
         ]
     )
@@ -200,10 +203,10 @@ def _ratio(above: NDArray[np.float64], below: NDArray[np.float64]) -> float:
 def _interval(above: NDArray[np.float64], below: NDArray[np.float64]) -> tuple[float, float] | None:
     """95 % interval of a ratio of sums over trips by the delete-one jackknife, as diagnosis.answer.regimes has it."""
     n = above.size
-    left = below.sum() - below
-    if n < 2 or not bool((left > 0.0).all()):
+    others = below.sum() - below
+    if n < 2 or not bool((others > 0.0).all()):
         return None
-    without = (above.sum() - above) / left
+    without = (above.sum() - above) / others
     sd = math.sqrt((n - 1) / n * float(np.square(without - without.mean()).sum()))
     half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE_FRAC, n - 1)) * sd
     mean = _ratio(above, below)
@@ -213,20 +216,20 @@ def _interval(above: NDArray[np.float64], below: NDArray[np.float64]) -> tuple[f
 def _full_scale_w(residuals: Sequence[PlaceResidual]) -> float:
     if not residuals:
         return 0.0
-    return float(np.quantile([abs(one.mean_w) for one in residuals], FULL_SCALE_QUANTILE))
+    return float(np.quantile([abs(residual.mean_w) for residual in residuals], FULL_SCALE_QUANTILE))
 
 
-def _properties(one: PlaceResidual, full_w: float) -> dict[str, Any]:
+def _properties(residual: PlaceResidual, full_w: float) -> dict[str, Any]:
     return {
-        "mean_w": round(one.mean_w, 1),
-        "ci95": _rounded(one.mean_w_ci95),
-        "wh_per_km": None if math.isnan(one.wh_per_km) else round(one.wh_per_km, 2),
-        "wh_per_km_ci95": _rounded(one.wh_per_km_ci95),
-        "energy_wh": round(one.energy_j / JOULE_PER_WH, 3),
-        "trips": one.trips,
-        "passes": one.passes,
-        "stroke": colour(one.mean_w, full_w),
-        "stroke-opacity": 1.0 if one.departs else UNCERTAIN_OPACITY,
+        "mean_w": round(residual.mean_w, 1),
+        "ci95": _rounded(residual.mean_w_ci95),
+        "wh_per_km": None if math.isnan(residual.wh_per_km) else round(residual.wh_per_km, 2),
+        "wh_per_km_ci95": _rounded(residual.wh_per_km_ci95),
+        "energy_wh": round(residual.energy_j / JOULE_PER_WH, 3),
+        "trips": residual.trips,
+        "passes": residual.passes,
+        "stroke": colour(residual.mean_w, full_w),
+        "stroke-opacity": 1.0 if residual.departs else UNCERTAIN_OPACITY,
     }
 
 

@@ -21,56 +21,62 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
         "text": diagnosis.text,
         "findings": [
             {
-                "effect": one.effect,
-                "family": one.family.value,
-                "text": one.text,
+                "effect": finding.effect,
+                "family": finding.family.value,
+                "text": finding.text,
                 "coefficients": {
-                    each.name: {"value": _n(each.value), "unit": each.unit, "ci95": _ci(each.ci95)}
-                    for each in one.coefficients
+                    coefficient.name: {
+                        "value": _n(coefficient.value),
+                        "unit": coefficient.unit,
+                        "ci95": _ci(coefficient.ci95),
+                    }
+                    for coefficient in finding.coefficients
                 },
-                "energy_kwh": _n(one.energy_kwh),
-                "energy_kwh_ci95": _ci(one.energy_kwh_ci95),
-                "energy_share": _n(one.energy_share_frac),
-                "t": _n(one.t),
-                "located": [_regime(each) for each in one.located],
-                "trips": list(one.trips),
-                "ambiguous_with": [{"effect": each.effect, "family": each.family.value} for each in one.ambiguous_with],
-                "separating_recording": one.separating_recording,
+                "energy_kwh": _n(finding.energy_kwh),
+                "energy_kwh_ci95": _ci(finding.energy_kwh_ci95),
+                "energy_share": _n(finding.energy_share_frac),
+                "t": _n(finding.t),
+                "located": [_regime(regime) for regime in finding.located],
+                "trips": list(finding.trips),
+                "ambiguous_with": [
+                    {"effect": rival.effect, "family": rival.family.value} for rival in finding.ambiguous_with
+                ],
+                "separating_recording": finding.separating_recording,
             }
-            for one in diagnosis.findings
+            for finding in diagnosis.findings
         ],
         "parameter_errors": [
             {
-                "parameter": one.parameter,
-                "family": one.family.value,
-                "unit": one.unit,
-                "nameplate": _n(one.nameplate),
-                "fitted": _n(one.fitted),
-                "ci95": _ci(one.ci95),
-                "energy_kwh": _n(one.energy_kwh),
-                "energy_share": _n(one.energy_share_frac),
-                "aliases": list(one.aliases),
-                "text": one.text,
+                "parameter": error.parameter,
+                "family": error.family.value,
+                "unit": error.unit,
+                "nameplate": _n(error.nameplate),
+                "fitted": _n(error.fitted),
+                "ci95": _ci(error.ci95),
+                "energy_kwh": _n(error.energy_kwh),
+                "energy_share": _n(error.energy_share_frac),
+                "aliases": list(error.aliases),
+                "text": error.text,
             }
-            for one in diagnosis.parameter_errors
+            for error in diagnosis.parameter_errors
         ],
         "unexplained": [
             {
-                "axis": one.axis,
-                "unit": one.unit,
-                "interval": [_n(one.low), _n(one.high)],
-                "mean_w": _n(one.mean_w),
-                "ci95_w": _ci(one.ci95_w),
-                "energy_kwh": _n(one.energy_kwh),
-                "p": _n(one.p),
-                "trips": list(one.trips),
-                "text": one.text,
+                "axis": structure.axis,
+                "unit": structure.unit,
+                "interval": [_n(structure.low), _n(structure.high)],
+                "mean_w": _n(structure.mean_w),
+                "ci95_w": _ci(structure.ci95_w),
+                "energy_kwh": _n(structure.energy_kwh),
+                "p": _n(structure.p),
+                "trips": list(structure.trips),
+                "text": structure.text,
             }
-            for one in diagnosis.unexplained
+            for structure in diagnosis.unexplained
         ],
         "data_quality": [
-            {"trip": one.trip_id, "kind": one.kind, "channel": one.channel, "text": one.text}
-            for one in diagnosis.data_quality
+            {"trip": note.trip_id, "kind": note.kind, "channel": note.channel, "text": note.text}
+            for note in diagnosis.data_quality
         ],
         "fit": {
             "fitted_trips": list(diagnosis.fitted_trips),
@@ -80,38 +86,38 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             "routes": _score(diagnosis.routes),
         },
         "regimes": {
-            "before": [_regime(one) for one in diagnosis.regimes_before],
-            "after": [_regime(one) for one in diagnosis.regimes_after],
+            "before": [_regime(regime) for regime in diagnosis.regimes_before],
+            "after": [_regime(regime) for regime in diagnosis.regimes_after],
         },
         "trips": [
             {
-                "id": one.id,
-                "held_out": one.held_out,
-                "ambient_c": None if one.ambient_c is None else _n(one.ambient_c),
-                "distance_km": _n(one.distance_km),
-                "duration_s": _n(one.duration_s),
-                "measured_kwh": _n(one.measured_kwh),
-                "nameplate_kwh": _n(one.nameplate_kwh),
-                "before_kwh": _n(one.before_kwh),
-                "after_kwh": _n(one.after_kwh),
-                "explained_kwh": _n(one.explained_kwh),
-                "by_family_kwh": {name: _n(value) for name, value in one.by_family_kwh.items()},
+                "id": account.id,
+                "held_out": account.held_out,
+                "ambient_c": None if account.ambient_c is None else _n(account.ambient_c),
+                "distance_km": _n(account.distance_km),
+                "duration_s": _n(account.duration_s),
+                "measured_kwh": _n(account.measured_kwh),
+                "nameplate_kwh": _n(account.nameplate_kwh),
+                "before_kwh": _n(account.before_kwh),
+                "after_kwh": _n(account.after_kwh),
+                "explained_kwh": _n(account.explained_kwh),
+                "by_family_kwh": {name: _n(value) for name, value in account.by_family_kwh.items()},
             }
-            for one in diagnosis.trips
+            for account in diagnosis.trips
         ],
         "profile": [
             {
-                "trip": one.trip_id,
-                "planned_kwh": _n(one.planned_kwh),
-                "driven_kwh": _n(one.driven_kwh),
-                "measured_kwh": _n(one.measured_kwh),
-                "planned_s": _n(one.planned_s),
-                "driven_s": _n(one.driven_s),
-                "planned_stops": _n(one.planned_stops),
-                "driven_stops": one.driven_stops,
-                "forecast_kwh": None if one.forecast_kwh is None else _n(one.forecast_kwh),
+                "trip": split.trip_id,
+                "planned_kwh": _n(split.planned_kwh),
+                "driven_kwh": _n(split.driven_kwh),
+                "measured_kwh": _n(split.measured_kwh),
+                "planned_s": _n(split.planned_s),
+                "driven_s": _n(split.driven_s),
+                "planned_stops": _n(split.planned_stops),
+                "driven_stops": split.driven_stops,
+                "forecast_kwh": None if split.forecast_kwh is None else _n(split.forecast_kwh),
             }
-            for one in diagnosis.profile
+            for split in diagnosis.profile
         ],
         "learned": {
             "effects": {

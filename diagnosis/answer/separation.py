@@ -90,9 +90,9 @@ def sentence(effect: str) -> str:
     return SENTENCES.get(effect, effect.replace("_", " ").capitalize())
 
 
-def separating(one: Family, other: Family) -> str:
+def separating(family: Family, other: Family) -> str:
     """The recording that would tell two families apart."""
-    known = SEPARATING.get(frozenset((one, other)))
+    known = SEPARATING.get(frozenset((family, other)))
     if known is not None:
         return known
-    return f"drives in which the cause of {one.value} effects changes while that of {other.value} effects does not"
+    return f"drives in which the cause of {family.value} effects changes while that of {other.value} effects does not"

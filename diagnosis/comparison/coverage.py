@@ -128,9 +128,9 @@ def predict(
         profile, conditions = graded(recording.profile(), smoothing_m), conditions_of(recording)
         plain = driven = replay(vehicle, profile, conditions=conditions)
         energy = np.empty(samples)
-        for k, one in enumerate(vehicles):
-            if one is not vehicle:
-                driven = replay(one, profile, conditions=conditions)
+        for k, sampled in enumerate(vehicles):
+            if sampled is not vehicle:
+                driven = replay(sampled, profile, conditions=conditions)
             energy[k] = driven.energy_j + residual[k] * driven.dissipated_j
         p10_j, p50_j, p90_j = np.quantile(energy, QUANTILES).tolist()
         stands = (profile.speed_mps[:-1] == 0.0) & (profile.speed_mps[1:] == 0.0)

@@ -13,8 +13,6 @@ from diagnosis.causes.library import candidates
 from diagnosis.causes.nuisance import PARAMETERS
 from diagnosis.causes.terms import Candidate
 from diagnosis.fit.jackknife import additions, equations, first_least, solve
-from diagnosis.fit.model import BOX, Model, _equations, _held, _read, left_w, priors
-from diagnosis.fit.jackknife import additions, equations, solve
 from diagnosis.fit.model import BOX, Model, priors, refitted, residual_w, weighed_equations, with_companion_priors
 from diagnosis.fit.selection import Selection, scatter_of, select, still_standing, threshold
 from diagnosis.fit.structures import with_structures
@@ -54,7 +52,8 @@ def moved(vehicle: Vehicle, solution: Solution) -> Vehicle:
     step = 1.0
     for _ in range(4):
         values: dict[str, Any] = {
-            one.name: float(getattr(vehicle, one.name)) + step * solution.value(one.name) for one in PARAMETERS
+            parameter.name: float(getattr(vehicle, parameter.name)) + step * solution.value(parameter.name)
+            for parameter in PARAMETERS
         }
         values["aux_power_w"] = max(values["aux_power_w"], 0.0)
         values["road_load_a_n"] = max(values["road_load_a_n"], 0.2 * vehicle.road_load_a_n)
@@ -77,25 +76,25 @@ def _linear_fit(
     on_step: Callable[[str], None],
 ) -> Model:
     tried = candidates([trip.drive for trip in trips])
-    cut = [windows_of(trip, tried) for trip in trips]
-    precision, prior = priors(cut[0].names, vehicle, nameplate)
-    left = [trip.residual_j() / trip.duration_s for trip in cut]
-    noise, roots, system = weighed_equations(cut, left, window_s, precision, prior)
+    windows = [windows_of(trip, tried) for trip in trips]
+    precision, prior = priors(windows[0].names, vehicle, nameplate)
+    residuals_w = [trip.residual_j() / trip.duration_s for trip in windows]
+    noise, roots, system = weighed_equations(windows, residuals_w, window_s, precision, prior)
     base = solve(system, FREE)
-    left = [residual_w(trip, base, base.without[k]) for k, trip in enumerate(cut)]
-    noise, roots, system = weighed_equations(cut, left, window_s, precision, prior)
+    residuals_w = [residual_w(trip, base, base.without[k]) for k, trip in enumerate(windows)]
+    noise, roots, system = weighed_equations(windows, residuals_w, window_s, precision, prior)
     base = solve(system, FREE)
     scatter = scatter_of(system, base)
     limit = threshold(system, FREE, tried, seed, scatter)
-    selection = select(system, FREE, tried, cut, limit.z)
+    selection = select(system, FREE, tried, windows, limit.z)
     seen = [selection.found]
     for _ in range(ROUNDS - 1):
         on_step("selecting effects")
         solution = selection.solution
-        left = [residual_w(trip, solution, solution.without[k]) for k, trip in enumerate(cut)]
-        noise, roots, system = weighed_equations(cut, left, window_s, precision, prior)
+        residuals_w = [residual_w(trip, solution, solution.without[k]) for k, trip in enumerate(windows)]
+        noise, roots, system = weighed_equations(windows, residuals_w, window_s, precision, prior)
         limit = threshold(system, FREE, tried, seed, scatter_of(system, solution))
-        selection = select(system, FREE, tried, cut, limit.z)
+        selection = select(system, FREE, tried, windows, limit.z)
         if selection.found in seen:
             break
         seen.append(selection.found)
@@ -103,7 +102,7 @@ def _linear_fit(
         vehicle=vehicle,
         nameplate=nameplate,
         trips=tuple(trips),
-        windows=tuple(cut),
+        windows=tuple(windows),
         noise=noise,
         roots=tuple(roots),
         system=system,
@@ -129,45 +128,45 @@ def _finished(model: Model, seed: int, on_step: Callable[[str], None]) -> Model:
 
 def _refined(model: Model) -> Model:
     """Each found term at the shape that predicts left-out trips best, and the spread of that over drawn trips."""
-    shaped = [one for one in model.found if one.term.shape is not None]
+    shaped = [candidate for candidate in model.found if candidate.term.shape is not None]
     if not shaped:
         return model
-    variants = {one.label: _between(one) for one in shaped}
-    others = [one for one in model.found if one.term.shape is None]
-    columns = [*others, *dict.fromkeys(v for each in variants.values() for v in each)]
-    cut = [windows_of(trip, columns) for trip in model.trips]
-    precision, prior = priors(cut[0].names, model.vehicle, model.nameplate)
-    system = equations(cut, model.roots, precision, prior)
-    chosen = {one.label: one for one in model.found}
+    variants = {candidate.label: _between(candidate) for candidate in shaped}
+    others = [candidate for candidate in model.found if candidate.term.shape is None]
+    columns = [*others, *dict.fromkeys(v for shapes in variants.values() for v in shapes)]
+    windows = [windows_of(trip, columns) for trip in model.trips]
+    precision, prior = priors(windows[0].names, model.vehicle, model.nameplate)
+    system = equations(windows, model.roots, precision, prior)
+    chosen = {candidate.label: candidate for candidate in model.found}
     spread: dict[str, tuple[float, float]] = {}
-    for one in shaped:
-        beside = [*FREE, *(other.label for key, other in chosen.items() if key != one.label)]
-        added = additions(system, beside, [v.label for v in variants[one.label]])
-        shapes = np.array([v.shape for v in variants[one.label]])
-        chosen[one.label] = variants[one.label][int(first_least(added.losses.sum(axis=0)))]
+    for candidate in shaped:
+        beside = [*FREE, *(other.label for key, other in chosen.items() if key != candidate.label)]
+        added = additions(system, beside, [v.label for v in variants[candidate.label]])
+        shapes = np.array([v.shape for v in variants[candidate.label]])
+        chosen[candidate.label] = variants[candidate.label][int(first_least(added.losses.sum(axis=0)))]
         rng = np.random.default_rng(len(spread))
-        drawn = rng.multinomial(len(cut), np.full(len(cut), 1.0 / len(cut)), size=400)
+        drawn = rng.multinomial(len(windows), np.full(len(windows), 1.0 / len(windows)), size=400)
         best = shapes[first_least(drawn @ added.losses)]
         low, high = np.quantile(best, (0.025, 0.975))
-        spread[chosen[one.label].label] = (float(low), float(high))
-    found = tuple(chosen[one.label] for one in model.found)
+        spread[chosen[candidate.label].label] = (float(low), float(high))
+    found = tuple(chosen[candidate.label] for candidate in model.found)
     tried = tuple(dict.fromkeys((*found, *candidates([trip.drive for trip in model.trips]))))
-    cut = [windows_of(trip, tried) for trip in model.trips]
-    precision, prior = priors(cut[0].names, model.vehicle, model.nameplate)
-    system = equations(cut, model.roots, precision, prior)
-    standing = still_standing(system, FREE, found, cut, model.threshold.z)
-    return refitted(replace(model, windows=tuple(cut), system=system, shape_ci95=spread), standing)
+    windows = [windows_of(trip, tried) for trip in model.trips]
+    precision, prior = priors(windows[0].names, model.vehicle, model.nameplate)
+    system = equations(windows, model.roots, precision, prior)
+    standing = still_standing(system, FREE, found, windows, model.threshold.z)
+    return refitted(replace(model, windows=tuple(windows), system=system, shape_ci95=spread), standing)
 
 
-def _between(one: Candidate) -> tuple[Candidate, ...]:
+def _between(candidate: Candidate) -> tuple[Candidate, ...]:
     """A candidate's shapes from one neighbour of its grid to the other, itself among them."""
-    shape = one.term.shape
+    shape = candidate.term.shape
     assert shape is not None
-    at = shape.grid.index(one.shape)
+    at = shape.grid.index(candidate.shape)
     low = shape.grid[at - 1] if at > 0 else shape.low
     high = shape.grid[at + 1] if at + 1 < len(shape.grid) else shape.high
-    values = {one.shape, *np.linspace(low, high, SHAPES).tolist()}
-    return tuple(Candidate(one.term, float(value)) for value in sorted(values))
+    values = {candidate.shape, *np.linspace(low, high, SHAPES).tolist()}
+    return tuple(Candidate(candidate.term, float(value)) for value in sorted(values))
 
 
 def _accompanied(model: Model) -> Model:
@@ -175,20 +174,20 @@ def _accompanied(model: Model) -> Model:
 
     Each at the shape that predicts left-out trips best, and only if it adds power.
     """
-    if not any(one.term.needs_ambient for one in model.found):
+    if not any(candidate.term.needs_ambient for candidate in model.found):
         return model
     open_ = [
-        one
-        for one in candidates([trip.drive for trip in model.trips])
-        if (one.term.family is Family.THERMAL or one.term.name in ACCOMPANYING)
-        and all(one.term is not other.term for other in model.found)
+        candidate
+        for candidate in candidates([trip.drive for trip in model.trips])
+        if (candidate.term.family is Family.THERMAL or candidate.term.name in ACCOMPANYING)
+        and all(candidate.term is not other.term for other in model.found)
     ]
-    system = with_companion_priors(model, [one.label for one in open_])
+    system = with_companion_priors(model, [candidate.label for candidate in open_])
     chosen: list[Candidate] = []
-    for term in dict.fromkeys(one.term for one in open_):
-        shapes = [one for one in open_ if one.term is term]
-        beside = [*FREE, *(one.label for one in (*model.found, *chosen))]
-        added = additions(system, beside, [one.label for one in shapes])
+    for term in dict.fromkeys(candidate.term for candidate in open_):
+        shapes = [candidate for candidate in open_ if candidate.term is term]
+        beside = [*FREE, *(candidate.label for candidate in (*model.found, *chosen))]
+        added = additions(system, beside, [candidate.label for candidate in shapes])
         best = int(first_least(added.losses.sum(axis=0)))
         if 0.0 < float(added.coefficients[best]) <= term.most:
             chosen.append(shapes[best])

@@ -192,52 +192,52 @@ def additions(system: Equations, base: Sequence[str], added: Sequence[str]) -> A
     return tried(_added(system, b, c))
 
 
-def tried(one: Added) -> Additions:
+def tried(added: Added) -> Additions:
     """Each added column beside the base, one at a time."""
-    inverse, turn, left = _pieces(one)
-    out_b = one.base_vector.sum(axis=0) - one.base_vector + one.base_prior
-    out_c = one.vector.sum(axis=0) - one.vector + one.added_prior
+    inverse, turn, information = _pieces(added)
+    out_b = added.base_vector.sum(axis=0) - added.base_vector + added.base_prior
+    out_c = added.vector.sum(axis=0) - added.vector + added.added_prior
     base_beta = np.einsum("kbd,kd->kb", inverse[1:], out_b)
-    beta = (out_c - np.einsum("kbm,kb->km", turn[1:], out_b)) / left[1:]
-    whole_b = one.base_vector.sum(axis=0) + one.base_prior
-    full = (one.vector.sum(axis=0) + one.added_prior - turn[0].T @ whole_b) / left[0]
+    beta = (out_c - np.einsum("kbm,kb->km", turn[1:], out_b)) / information[1:]
+    whole_b = added.base_vector.sum(axis=0) + added.base_prior
+    full = (added.vector.sum(axis=0) + added.added_prior - turn[0].T @ whole_b) / information[0]
     # coefficients of the base beside each added column: (K, b, m)
     beside = base_beta[:, :, None] - turn[1:] * beta[:, None, :]
     losses = (
-        np.einsum("kbm,kbm->km", beside, np.matmul(one.gram_base, beside))
-        + 2.0 * beta * np.einsum("kbm,kbm->km", beside, one.cross)
-        + one.own * beta**2
-        - 2.0 * np.einsum("kbm,kb->km", beside, one.base_vector)
-        - 2.0 * beta * one.vector
+        np.einsum("kbm,kbm->km", beside, np.matmul(added.gram_base, beside))
+        + 2.0 * beta * np.einsum("kbm,kbm->km", beside, added.cross)
+        + added.own * beta**2
+        - 2.0 * np.einsum("kbm,kb->km", beside, added.base_vector)
+        - 2.0 * beta * added.vector
     )
     sd = jackknife_sd(beta)
-    effective = effective_trips(left)
+    effective = effective_trips(information)
     z = as_z(np.divide(full, sd, out=np.zeros_like(full), where=sd > 0.0), effective)
-    info, part = _by_trip(one, turn[0])
-    scores = one.vector - np.einsum("kbm,b->km", one.cross, inverse[0] @ whole_b)
-    scores = scores - np.einsum("bm,kb->km", turn[0], one.base_vector - one.gram_base @ (inverse[0] @ whole_b))
+    info, part = _by_trip(added, turn[0])
+    scores = added.vector - np.einsum("kbm,b->km", added.cross, inverse[0] @ whole_b)
+    scores = scores - np.einsum("bm,kb->km", turn[0], added.base_vector - added.gram_base @ (inverse[0] @ whole_b))
     even = _evened_z(info, part, scores[:, :, None])[:, 0]
     return Additions(full, sd, np.where(effective < ENOUGH_EFFECTIVE, even, z), effective, losses)
 
 
-def simulated_z(one: Added, right_base: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
+def simulated_z(added: Added, right_base: NDArray[np.float64], right: NDArray[np.float64]) -> NDArray[np.float64]:
     """z of every added column in drives in which nothing is left out, float64 (draws, m).
 
     right_base: (K, b, draws), right: (K, m, draws): right sides that noise alone makes (drawn_sides, or by windows).
     """
-    inverse, turn, left = _pieces(one)
+    inverse, turn, information = _pieces(added)
     out_b, out_c = right_base.sum(axis=0) - right_base, right.sum(axis=0) - right
-    without = (out_c - np.matmul(np.swapaxes(turn[1:], 1, 2), out_b)) / left[1:, :, None]
-    full = (right.sum(axis=0) - turn[0].T @ right_base.sum(axis=0)) / left[0][:, None]
+    without = (out_c - np.matmul(np.swapaxes(turn[1:], 1, 2), out_b)) / information[1:, :, None]
+    full = (right.sum(axis=0) - turn[0].T @ right_base.sum(axis=0)) / information[0][:, None]
     sd = jackknife_sd(without)
-    effective = effective_trips(left)
+    effective = effective_trips(information)
     z = as_z(np.divide(full, sd, out=np.zeros_like(full), where=sd > 0.0).T, effective)
     few = np.flatnonzero(effective < ENOUGH_EFFECTIVE)
     if few.size:
         base_beta = inverse[0] @ right_base.sum(axis=0)
-        info, part = _by_trip(one, turn[0])
-        scores = right[:, few] - np.matmul(np.swapaxes(one.cross[:, :, few], 1, 2), base_beta)
-        scores = scores - np.matmul(turn[0][:, few].T, right_base - np.matmul(one.gram_base, base_beta))
+        info, part = _by_trip(added, turn[0])
+        scores = right[:, few] - np.matmul(np.swapaxes(added.cross[:, :, few], 1, 2), base_beta)
+        scores = scores - np.matmul(turn[0][:, few].T, right_base - np.matmul(added.gram_base, base_beta))
         z[:, few] = _evened_z(info[:, few], part[:, few], scores).T
     return np.asarray(z, np.float64)
 
@@ -263,12 +263,12 @@ def simulated_additions(
     return simulated_z(_added(system, b, c), right[:, : b.size], right[:, b.size :])
 
 
-def effective_trips(left: NDArray[np.float64]) -> NDArray[np.float64]:
+def effective_trips(information: NDArray[np.float64]) -> NDArray[np.float64]:
     """How many trips carry each column, from its information in all (first row) and without each trip (K + 1, m)."""
-    info = np.maximum(left[:1] - left[1:], 0.0)
+    info = np.maximum(information[:1] - information[1:], 0.0)
     total = info.sum(axis=0)
     squares = np.square(info).sum(axis=0)
-    known = (squares > 0.0) & (left[0] < NOWHERE)
+    known = (squares > 0.0) & (information[0] < NOWHERE)
     return np.asarray(np.divide(total**2, squares, out=np.zeros_like(total), where=known), np.float64)
 
 
@@ -279,13 +279,13 @@ def as_z(t: NDArray[np.float64], effective: NDArray[np.float64]) -> NDArray[np.f
     return np.asarray(np.where(effective >= LEAST_EFFECTIVE, np.sign(t) * z, 0.0), np.float64)
 
 
-def _by_trip(one: Added, turn: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _by_trip(added: Added, turn: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Information of each trip on each column beside the base (K, m), and the weight it gets in an even mean (K, m).
 
     Weights follow the information up to a cap, the highest of some that leaves ENOUGH_EFFECTIVE trips.
     """
-    info = one.own - 2.0 * np.einsum("kbm,bm->km", one.cross, turn)
-    info = np.maximum(info + np.einsum("bm,kbd,dm->km", turn, one.gram_base, turn, optimize=True), 0.0)
+    info = added.own - 2.0 * np.einsum("kbm,bm->km", added.cross, turn)
+    info = np.maximum(info + np.einsum("bm,kbd,dm->km", turn, added.gram_base, turn, optimize=True), 0.0)
     weight = info.copy()
     settled = np.zeros(info.shape[1], bool)
     for share in EVENING:
@@ -331,23 +331,23 @@ def _added(system: Equations, b: NDArray[np.int64], c: NDArray[np.int64]) -> Add
     )
 
 
-def _pieces(one: Added) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+def _pieces(added: Added) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
     """Inverses of the base, base on columns, and what is left of columns, of all trips (first) and without each."""
-    prior_b = np.diag(one.precision_base)
-    size = one.precision_base.size
+    prior_b = np.diag(added.precision_base)
+    size = added.precision_base.size
 
     def all_and_without(part: NDArray[np.float64]) -> NDArray[np.float64]:
         whole = part.sum(axis=0)
         return np.concatenate((whole[None], whole - part))
 
-    whole_b, whole_bc, whole_c = (all_and_without(part) for part in (one.gram_base, one.cross, one.own))
+    whole_b, whole_bc, whole_c = (all_and_without(part) for part in (added.gram_base, added.cross, added.own))
     scale = 1.0 / np.sqrt(np.maximum(np.diag(whole_b[0] + prior_b), TINY))
     turn_scale = np.outer(scale, scale)
     inverse = np.linalg.inv((whole_b + prior_b) * turn_scale + RIDGE * np.eye(size)) * turn_scale
     turn = np.matmul(inverse, whole_bc)
-    left = whole_c + one.precision - np.einsum("kbm,kbm->km", whole_bc, turn)
-    nothing = left <= 1e-9 * np.maximum(whole_c + one.precision, TINY)
-    return inverse, turn, np.where(nothing, NOWHERE, left)
+    information = whole_c + added.precision - np.einsum("kbm,kbm->km", whole_bc, turn)
+    nothing = information <= 1e-9 * np.maximum(whole_c + added.precision, TINY)
+    return inverse, turn, np.where(nothing, NOWHERE, information)
 
 
 def _carried(gram: NDArray[np.float64], prior: NDArray[np.float64], scale: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -355,13 +355,13 @@ def _carried(gram: NDArray[np.float64], prior: NDArray[np.float64], scale: NDArr
     turned = np.outer(scale, scale)
     ridge = RIDGE * np.eye(scale.size)
     whole = gram.sum(axis=0) + prior
-    left = np.array(
+    information = np.array(
         [
             1.0 / np.maximum(np.diag(np.linalg.inv(part * turned + ridge)), TINY)
-            for part in (whole, *(whole - one for one in gram))
+            for part in (whole, *(whole - trip_gram for trip_gram in gram))
         ]
     )
-    return effective_trips(left)
+    return effective_trips(information)
 
 
 def _scaled_solve(

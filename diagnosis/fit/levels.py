@@ -98,31 +98,31 @@ def levels(model: Model) -> Level | None:
         variance[KERNELS.index(name)] = 0.0
     noise = replace(model.noise, variance=variance)
     measured_j = measured_size_j(model.windows)
-    roots = [noise.root(cut) for cut in model.windows]
-    left = [whitened(root, model.residual_w(k)) for k, root in enumerate(roots)]
-    known = {one.term.family for one in model.found}
+    roots = [noise.root(trip) for trip in model.windows]
+    residuals = [whitened(root, model.residual_w(k)) for k, root in enumerate(roots)]
+    known = {candidate.term.family for candidate in model.found}
     tried = [
-        _flagged(model, kind, roots, left, measured_j)
+        _flagged(model, kind, roots, residuals, measured_j)
         for kind in KINDS
         if kind.family is not Family.MASS or Family.MASS not in known
     ]
-    found = [one for one in tried if one is not None]
+    found = [flagged for flagged in tried if flagged is not None]
     if not found:
         return None
-    found.sort(key=lambda one: -one.gain)
+    found.sort(key=lambda flagged: -flagged.gain)
     best = found[0]
     if not best.clear:
         return None
     rise, half, energy_j = _joint(model, best)
     return Level(
         kind=best.kind,
-        trips=tuple(cut.trip_id for cut, on in zip(model.windows, best.on, strict=True) if on),
+        trips=tuple(trip.trip_id for trip, on in zip(model.windows, best.on, strict=True) if on),
         rise_frac=rise,
         half_frac=half,
         energy_j=energy_j,
         share_frac=energy_j / measured_j,
         z=float(np.sqrt(best.gain)),
-        rivals=tuple(one.kind for one in found[1:] if one.gain >= SAME_GAIN_FRAC * best.gain),
+        rivals=tuple(flagged.kind for flagged in found[1:] if flagged.gain >= SAME_GAIN_FRAC * best.gain),
     )
 
 
@@ -132,12 +132,12 @@ def _joint(model: Model, flagged: _Flagged) -> tuple[float, float, float]:
         summed(trip, flagged.kind.column_j(trip.drive)) * float(on)
         for trip, on in zip(model.trips, flagged.on, strict=True)
     ]
-    cut = [
-        replace(one, names=(*one.names, LEVEL), columns_j=np.column_stack((one.columns_j, column)))
-        for one, column in zip(model.windows, columns, strict=True)
+    windows = [
+        replace(trip, names=(*trip.names, LEVEL), columns_j=np.column_stack((trip.columns_j, column)))
+        for trip, column in zip(model.windows, columns, strict=True)
     ]
     precision, prior = (np.append(values, 0.0) for values in (model.system.precision, model.system.prior))
-    solution = solve(equations(cut, model.roots, precision, prior), [*model.solution.names, LEVEL])
+    solution = solve(equations(windows, model.roots, precision, prior), [*model.solution.names, LEVEL])
     weights = np.array([float(name == LEVEL) for name in solution.names])
     rise = solution.value(LEVEL)
     return rise, solution.half_width(weights), rise * float(sum(column.sum() for column in columns))
@@ -177,10 +177,10 @@ def trip_wind(model: Model) -> TripWind | None:
     Each trip gets the wind that explains most of what is left, about none by USUAL_WIND_MPS. Trips must gain far more
     by it than by chance, and the wind must be more than a breeze and hold a share of the energy.
     """
-    if any(one.term.family is Family.WIND for one in model.found):
+    if any(candidate.term.family is Family.WIND for candidate in model.found):
         return None
     winds, gains, energies, sizes = [], [], [], []
-    for k, (trip, cut) in enumerate(zip(model.trips, model.windows, strict=True)):
+    for k, (trip, windows) in enumerate(zip(model.trips, model.windows, strict=True)):
         channels = trip.drive.channels
         if "heading_rad" not in channels or "wind_speed_mps" in channels:
             continue
@@ -189,9 +189,9 @@ def trip_wind(model: Model) -> TripWind | None:
             [summed(trip, trip.drive.work_j(drag * turned(channels["heading_rad"]))) for turned in (np.sin, np.cos)]
         )
         root = model.roots[k]
-        columns, left = whitened(root, columns_j / cut.duration_s[:, None]), whitened(root, model.residual_w(k))
+        columns, residual = whitened(root, columns_j / windows.duration_s[:, None]), whitened(root, model.residual_w(k))
         gram = columns.T @ columns
-        side = columns.T @ left
+        side = columns.T @ residual
         wind = np.linalg.solve(gram + np.eye(2) / USUAL_WIND_MPS**2, side)
         winds.append(wind)
         sizes.append(float(np.trace(gram)))
@@ -218,17 +218,21 @@ def _flagged(
     model: Model,
     kind: Kind,
     roots: Sequence[NDArray[np.float64]],
-    left: Sequence[NDArray[np.float64]],
+    residuals: Sequence[NDArray[np.float64]],
     measured_j: float,
 ) -> _Flagged | None:
     count = len(model.windows)
     rise, sd, energy_j = np.zeros(count), np.full(count, np.inf), np.zeros(count)
-    for k, (trip, cut) in enumerate(zip(model.trips, model.windows, strict=True)):
+    for k, (trip, windows) in enumerate(zip(model.trips, model.windows, strict=True)):
         column_j = summed(trip, kind.column_j(trip.drive))
-        column = whitened(roots[k], column_j / cut.duration_s)
+        column = whitened(roots[k], column_j / windows.duration_s)
         size = float(column @ column)
         if size > 0.0:
-            rise[k], sd[k], energy_j[k] = float(column @ left[k]) / size, 1.0 / np.sqrt(size), float(column_j.sum())
+            rise[k], sd[k], energy_j[k] = (
+                float(column @ residuals[k]) / size,
+                1.0 / np.sqrt(size),
+                float(column_j.sum()),
+            )
     share = float((np.abs(rise - np.median(rise)) * energy_j).sum()) / measured_j
     gain = float(np.mean(np.square((rise - np.median(rise)) / sd)))
     on = _upper(rise)

@@ -75,26 +75,26 @@ def priors(
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Precision and mean of each column's prior: parameters about the file's values, sensors about none."""
     precision, prior = np.zeros(len(names)), np.zeros(len(names))
-    for one in PARAMETERS:
-        k = names.index(one.name)
-        precision[k] = 1.0 / one.sd_of(float(getattr(nameplate, one.name))) ** 2
-        prior[k] = float(getattr(nameplate, one.name)) - float(getattr(vehicle, one.name))
+    for parameter in PARAMETERS:
+        k = names.index(parameter.name)
+        precision[k] = 1.0 / parameter.sd_of(float(getattr(nameplate, parameter.name))) ** 2
+        prior[k] = float(getattr(nameplate, parameter.name)) - float(getattr(vehicle, parameter.name))
     for sensor in SENSOR_COLUMNS:
         precision[names.index(sensor.name)] = 1.0 / sensor.sd**2
     return precision, prior
 
 
 def weighed_equations(
-    cut: Sequence[Windows],
-    left: Sequence[NDArray[np.float64]],
+    windows: Sequence[Windows],
+    residuals_w: Sequence[NDArray[np.float64]],
     window_s: float,
     precision: NDArray[np.float64],
     prior: NDArray[np.float64],
 ) -> tuple[Noise, list[NDArray[np.float64]], Equations]:
     """The noise of residual powers [W], the root of each trip's covariance, and the equations that these weigh."""
-    noise = estimated(cut, left, window_s)
-    roots = [noise.root(trip) for trip in cut]
-    return noise, roots, equations(cut, roots, precision, prior)
+    noise = estimated(windows, residuals_w, window_s)
+    roots = [noise.root(trip) for trip in windows]
+    return noise, roots, equations(windows, roots, precision, prior)
 
 
 def refitted(model: Model, found: Sequence[Candidate]) -> Model:
@@ -105,21 +105,26 @@ def refitted(model: Model, found: Sequence[Candidate]) -> Model:
     return replace(
         model,
         found=tuple(found),
-        rivals={one.label: rivals(model.system, free, pool, found, one, model.threshold.z) for one in found},
-        z={one.label: alone_z(model.system, free, found, one) for one in found},
+        rivals={
+            candidate.label: rivals(model.system, free, pool, found, candidate, model.threshold.z)
+            for candidate in found
+        },
+        z={candidate.label: alone_z(model.system, free, found, candidate) for candidate in found},
         solution=_solution(model, found),
     )
 
 
 def _solution(model: Model, found: Sequence[Candidate]) -> Solution:
     """The fit of found terms, companions, each about none by COMPANION_SHARE of the energy, and structures."""
-    companions = [one for one in model.companions if all(one.term is not other.term for other in found)]
-    labels = [one.label for one in companions]
+    companions = [
+        candidate for candidate in model.companions if all(candidate.term is not other.term for other in found)
+    ]
+    labels = [candidate.label for candidate in companions]
     system = with_wholes(with_companion_priors(model, labels), model.windows)
     boxed = [f"{BOX}{k}" for k in range(len(model.structures))]
     while True:
-        solution = solve(system, [*FREE, *(one.label for one in found), *labels, *boxed])
-        most = {one.label: one.term.most for one in companions}
+        solution = solve(system, [*FREE, *(candidate.label for candidate in found), *labels, *boxed])
+        most = {candidate.label: candidate.term.most for candidate in companions}
         wrong = [label for label in labels if not 0.0 <= solution.value(label) <= most[label]]
         if not wrong:
             return solution

@@ -77,19 +77,19 @@ def whitened(root: NDArray[np.float64], values_w: NDArray[np.float64]) -> NDArra
     return np.asarray(solve_triangular(root, values_w, lower=True, check_finite=False), np.float64)
 
 
-def estimated(trips: Sequence[Windows], residual_w: Sequence[NDArray[np.float64]], window_s: float) -> Noise:
+def estimated(trips: Sequence[Windows], residuals_w: Sequence[NDArray[np.float64]], window_s: float) -> Noise:
     """The noise of residual powers [W] of trips' windows, float64 (n,) each.
 
     Products of all pairs of a trip's residuals are regressed on the kernels with variances ≥ 0 (minimum norm quadratic
     estimation), in units of a rough scatter, outliers cut, so that single events do not rule it.
     """
-    floor, share = _rough(trips, residual_w)
+    floor, share = _rough(trips, residuals_w)
     size = len(KERNELS)
     matrix, vector = np.zeros((size, size)), np.zeros(size)
-    for whole, all_left in zip(trips, residual_w, strict=True):
-        trip, left = _beginning(whole), all_left[:MOST_WINDOWS]
+    for whole, whole_w in zip(trips, residuals_w, strict=True):
+        trip, residual_w = _beginning(whole), whole_w[:MOST_WINDOWS]
         scale = np.sqrt(floor**2 + (share * trip.dynamic_w) ** 2)
-        units = np.clip(left / scale, -OUTLIER, OUTLIER)
+        units = np.clip(residual_w / scale, -OUTLIER, OUTLIER)
         outer = np.outer(units, units)
         kernels = np.array([kernel / np.outer(scale, scale) for kernel in _kernels(trip, window_s)])
         flat = kernels.reshape(size, -1)
@@ -109,14 +109,14 @@ def _beginning(trip: Windows) -> Windows:
     """The first windows of a long trip, since products of all pairs grow with the square of their number."""
     if trip.begin_s.size <= MOST_WINDOWS:
         return trip
-    cut = slice(0, MOST_WINDOWS)
+    first = slice(0, MOST_WINDOWS)
     return replace(
         trip,
-        begin_s=trip.begin_s[cut],
-        duration_s=trip.duration_s[cut],
-        simulated_j=trip.simulated_j[cut],
-        dynamic_w=trip.dynamic_w[cut],
-        columns_j=trip.columns_j[cut],
+        begin_s=trip.begin_s[first],
+        duration_s=trip.duration_s[first],
+        simulated_j=trip.simulated_j[first],
+        dynamic_w=trip.dynamic_w[first],
+        columns_j=trip.columns_j[first],
     )
 
 
@@ -135,9 +135,9 @@ def _kernels(trip: Windows, window_s: float) -> Iterator[NDArray[np.float64]]:
         yield np.outer(power_w, power_w)
 
 
-def _rough(trips: Sequence[Windows], residual_w: Sequence[NDArray[np.float64]]) -> tuple[float, float]:
+def _rough(trips: Sequence[Windows], residuals_w: Sequence[NDArray[np.float64]]) -> tuple[float, float]:
     """Scatter from window to window: at rest [W], and as a share of the power, from typical sizes of differences."""
-    jump = np.concatenate([np.abs(np.diff(left)) for left in residual_w])
+    jump = np.concatenate([np.abs(np.diff(residual_w)) for residual_w in residuals_w])
     dynamic = np.concatenate([np.maximum(trip.dynamic_w[1:], trip.dynamic_w[:-1]) for trip in trips])
     if jump.size < BINS:
         return 10.0 * FLOOR_W, 0.1

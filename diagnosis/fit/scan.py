@@ -89,7 +89,7 @@ def boxes(
     columns: list[list[NDArray[np.float64]]] = [[] for _ in trips]
     for axis, (unit, position) in AXES.items():
         values = [None if axis in left_out else position(trip) for trip in trips]
-        known = [one for one in values if one is not None]
+        known = [of_trip for of_trip in values if of_trip is not None]
         if len(known) < LEAST_TRIPS:
             continue
         edges = np.unique(np.quantile(np.concatenate(known), np.linspace(0.0, 1.0, BINS + 1)))
@@ -98,15 +98,17 @@ def boxes(
             for last in range(first + 1, min(first + LONGEST, n) + 1):
                 if last - first >= n:
                     continue
-                inside = [_inside(one, edges, first, last, trip) for one, trip in zip(values, trips, strict=True)]
-                if sum(bool(one.any()) for one in inside) >= LEAST_TRIPS:
+                inside = [
+                    _inside(of_trip, edges, first, last, trip) for of_trip, trip in zip(values, trips, strict=True)
+                ]
+                if sum(bool(flags.any()) for flags in inside) >= LEAST_TRIPS:
                     found.append(Box(axis, unit, float(edges[first]), float(edges[last])))
-                    for column, one in zip(columns, inside, strict=True):
-                        column.append(one)
+                    for column, flags in zip(columns, inside, strict=True):
+                        column.append(flags)
     for number, reach, inside in _cells(trips):
         found.append(Box("place", "cell", float(number), float(reach)))
-        for column, one in zip(columns, inside, strict=True):
-            column.append(one)
+        for column, flags in zip(columns, inside, strict=True):
+            column.append(flags)
     return tuple(found), [
         np.column_stack(column) if column else np.empty((trip.begin_s.size, 0))
         for column, trip in zip(columns, trips, strict=True)
@@ -153,7 +155,7 @@ def scan(
             parts, (x.T @ x, x.T @ u, np.square(u).sum(axis=0), x.T @ y, u.T @ y, x.T @ noise, u.T @ noise), strict=True
         ):
             parts[name].append(np.asarray(value, np.float64))
-    one = Added(
+    added = Added(
         gram_base=np.array(parts["gb"]),
         cross=np.array(parts["x"]),
         own=np.array(parts["own"]),
@@ -164,12 +166,12 @@ def scan(
         base_prior=pull,
         added_prior=np.zeros(len(found)),
     )
-    highest = np.abs(simulated_z(one, np.array(parts["rb"]), np.array(parts["r"]))).max(axis=1)
+    highest = np.abs(simulated_z(added, np.array(parts["rb"]), np.array(parts["r"]))).max(axis=1)
     hours = sum((column * trip.duration_s[:, None]).sum(axis=0) for trip, column in zip(trips, columns, strict=True))
     return Scanned(
         found,
         columns,
-        tried(one),
+        tried(added),
         highest,
         float(np.quantile(highest, 1.0 - FALSE_CLAIM_FRAC)),
         np.asarray(hours, np.float64),
@@ -226,7 +228,7 @@ def _structure(scanned: Scanned, trips: Sequence[Windows], k: int) -> Structure:
         float(added.coefficients[k] * scanned.hours[k]),
         float(added.z[k]),
         float((scanned.highest >= abs(added.z[k])).mean()),
-        tuple(trip.trip_id for trip, one in zip(trips, inside, strict=True) if one.any()),
+        tuple(trip.trip_id for trip, flags in zip(trips, inside, strict=True) if flags.any()),
         inside,
     )
 
@@ -269,8 +271,8 @@ def _cells(trips: Sequence[Windows]) -> list[tuple[int, int, list[NDArray[np.flo
     """The map cells that most trips pass, each with its neighbours within several reaches."""
     numbers = [_numbers(trip) for trip in trips]
     passed: dict[int, int] = {}
-    for one in numbers:
-        for number in np.unique(one).tolist() if one is not None else ():
+    for cells in numbers:
+        for number in np.unique(cells).tolist() if cells is not None else ():
             passed[number] = passed.get(number, 0) + 1
     chosen = sorted((number for number, count in passed.items() if count >= LEAST_TRIPS), key=lambda k: (-passed[k], k))
     found = []
@@ -278,8 +280,8 @@ def _cells(trips: Sequence[Windows]) -> list[tuple[int, int, list[NDArray[np.flo
         for number in chosen[: MOST_CELLS : max(reach // 2, 1)]:
             near = _around(number, reach)
             inside = [
-                np.zeros(trip.begin_s.size) if one is None else np.isin(one, near).astype(np.float64)
-                for one, trip in zip(numbers, trips, strict=True)
+                np.zeros(trip.begin_s.size) if cells is None else np.isin(cells, near).astype(np.float64)
+                for cells, trip in zip(numbers, trips, strict=True)
             ]
             found.append((number, reach, inside))
     return found

@@ -66,9 +66,9 @@ def threshold(
 ) -> Threshold:
     """The z that any term exceeds in a share of FALSE_CLAIM_FRAC of simulated drives with nothing left out."""
     z = simulated_additions(
-        system, free, [one.label for one in candidates], draws, np.random.default_rng(seed), scatter
+        system, free, [candidate.label for candidate in candidates], draws, np.random.default_rng(seed), scatter
     )
-    one_sided = np.array([one.term.positive for one in candidates])
+    one_sided = np.array([candidate.term.positive for candidate in candidates])
     highest = np.where(one_sided, z, np.abs(z)).max(axis=1)
     found = max(float(np.quantile(highest, 1.0 - FALSE_CLAIM_FRAC)), LEAST_Z)
     return Threshold(found, draws, float((highest > found).mean()))
@@ -78,12 +78,12 @@ def scatter_of(system: Equations, solution: Solution) -> NDArray[np.float64]:
     """How much the windows of each trip scatter about a fit, over what the noise makes of them, float64 (K,)."""
     index = system.index(solution.names)
     beta = solution.coefficients
-    left = (
+    loss = (
         system.square
         - 2.0 * system.vector[:, index] @ beta
         + np.einsum("q,kqr,r->k", beta, system.gram[:, index[:, None], index[None, :]], beta)
     )
-    return np.asarray(np.sqrt(np.maximum(left / system.count, 1e-6)), np.float64)
+    return np.asarray(np.sqrt(np.maximum(loss / system.count, 1e-6)), np.float64)
 
 
 def select(
@@ -97,36 +97,39 @@ def select(
 
     One term is taken at one value of its shape only; of terms that help alike, the first candidate.
     """
-    sizes = {one.label: _size_j(one, trips) for one in candidates}
+    sizes = {candidate.label: _size_j(candidate, trips) for candidate in candidates}
     measured_j = measured_size_j(trips)
     found: list[Candidate] = []
     while len(found) < MOST_TERMS:
-        open_ = [one for one in candidates if all(one.term is not other.term for other in found)]
+        open_ = [candidate for candidate in candidates if all(candidate.term is not other.term for other in found)]
         if not open_:
             break
-        names = [*free, *(one.label for one in found)]
-        added = additions(system, names, [one.label for one in open_])
+        names = [*free, *(candidate.label for candidate in found)]
+        added = additions(system, names, [candidate.label for candidate in open_])
         gain = float(solve(system, names).losses.sum()) - added.losses.sum(axis=0)
         passes = np.array(
-            [_stands_out(one, added, k, sizes[one.label] / measured_j, least_z) for k, one in enumerate(open_)]
+            [
+                _stands_out(candidate, added, k, sizes[candidate.label] / measured_j, least_z)
+                for k, candidate in enumerate(open_)
+            ]
         ) & (gain > 0.0)
         if not passes.any():
             break
         found.append(open_[int(first_least(np.where(passes, -gain, np.inf)))])
     found = still_standing(system, free, found, trips, least_z)
-    solution = solve(system, [*free, *(one.label for one in found)])
+    solution = solve(system, [*free, *(candidate.label for candidate in found)])
     return Selection(
         tuple(found),
-        {one.label: rivals(system, free, candidates, found, one, least_z) for one in found},
-        {one.label: alone_z(system, free, found, one) for one in found},
+        {candidate.label: rivals(system, free, candidates, found, candidate, least_z) for candidate in found},
+        {candidate.label: alone_z(system, free, found, candidate) for candidate in found},
         solution,
     )
 
 
-def alone_z(system: Equations, free: Sequence[str], found: Sequence[Candidate], one: Candidate) -> float:
+def alone_z(system: Equations, free: Sequence[str], found: Sequence[Candidate], candidate: Candidate) -> float:
     """z of a term beside all others that were found."""
-    others = [*free, *(other.label for other in found if other is not one)]
-    return float(additions(system, others, [one.label]).z[0])
+    others = [*free, *(other.label for other in found if other is not candidate)]
+    return float(additions(system, others, [candidate.label]).z[0])
 
 
 def rivals(
@@ -134,7 +137,7 @@ def rivals(
     free: Sequence[str],
     candidates: Sequence[Candidate],
     found: Sequence[Candidate],
-    one: Candidate,
+    candidate: Candidate,
     least_z: float,
 ) -> tuple[Candidate, ...]:
     """Terms of other families that do what a found one does: one shape of each effect, the best first.
@@ -142,17 +145,17 @@ def rivals(
     In its place they stand out themselves, and lose little of what it gains on trips left out: so little may be a
     matter of its form. Where both are needed beside each other, neither is the other's rival.
     """
-    others = [*free, *(other.label for other in found if other is not one)]
+    others = [*free, *(other.label for other in found if other is not candidate)]
     open_ = [
         other
         for other in candidates
-        if other.term.family is not one.term.family and all(other.term is not each.term for each in found)
+        if other.term.family is not candidate.term.family and all(other.term is not known.term for known in found)
     ]
     if not open_:
         return ()
     labels = [other.label for other in open_]
     alone = additions(system, others, labels)
-    own = additions(system, others, [one.label])
+    own = additions(system, others, [candidate.label])
     by_effect: dict[str, list[tuple[float, Candidate]]] = {}
     gain = float((solve(system, others).losses - own.losses[:, 0]).sum())
     for k, other in enumerate(open_):
@@ -161,8 +164,8 @@ def rivals(
             continue
         if float((alone.losses[:, k] - own.losses[:, 0]).sum()) > RIVAL_LOSS_FRAC * gain:
             continue
-        beside = additions(system, [*others, other.label], [one.label]).z[0]
-        reverse = additions(system, [*others, one.label], [other.label]).z[0]
+        beside = additions(system, [*others, other.label], [candidate.label]).z[0]
+        reverse = additions(system, [*others, candidate.label], [other.label]).z[0]
         if abs(beside) >= least_z and sign * reverse >= RIVAL_Z:
             continue  # both are there
         by_effect.setdefault(other.term.effect, []).append((float(alone.losses[:, k].sum()), other))
@@ -175,46 +178,48 @@ def still_standing(
 ) -> list[Candidate]:
     """Found terms without those that others, or free columns, have taken over; the weakest goes first."""
     measured_j = measured_size_j(trips)
-    sizes = {one.label: _size_j(one, trips) for one in found}
+    sizes = {candidate.label: _size_j(candidate, trips) for candidate in found}
     kept = list(found)
     while kept:
         z = {}
         tried = {
-            one.label: additions(system, [*free, *(other.label for other in kept if other is not one)], [one.label])
-            for one in kept
+            candidate.label: additions(
+                system, [*free, *(other.label for other in kept if other is not candidate)], [candidate.label]
+            )
+            for candidate in kept
         }
-        largest = max(abs(float(tried[one.label].coefficients[0])) * sizes[one.label] for one in kept)
-        for one in kept:
-            added = tried[one.label]
-            size = abs(float(added.coefficients[0])) * sizes[one.label]
+        largest = max(abs(float(tried[candidate.label].coefficients[0])) * sizes[candidate.label] for candidate in kept)
+        for candidate in kept:
+            added = tried[candidate.label]
+            size = abs(float(added.coefficients[0])) * sizes[candidate.label]
             passes = size >= LEAST_OF_LARGEST * largest
-            passes = passes and _stands_out(one, added, 0, sizes[one.label] / measured_j, least_z)
-            z[one.label] = abs(float(added.z[0])) if passes else -1.0
-        weakest = min(kept, key=lambda one: z[one.label])
+            passes = passes and _stands_out(candidate, added, 0, sizes[candidate.label] / measured_j, least_z)
+            z[candidate.label] = abs(float(added.z[0])) if passes else -1.0
+        weakest = min(kept, key=lambda candidate: z[candidate.label])
         if z[weakest.label] >= 0.0:
             break
         kept.remove(weakest)
     return kept
 
 
-def _stands_out(one: Candidate, added: Additions, k: int, unit_share: float, least_z: float) -> bool:
+def _stands_out(candidate: Candidate, added: Additions, k: int, unit_share: float, least_z: float) -> bool:
     z, coefficient = float(added.z[k]), float(added.coefficients[k])
-    if one.term.positive and coefficient <= 0.0:
+    if candidate.term.positive and coefficient <= 0.0:
         return False
-    if _beyond(one, added, k):
+    if _beyond(candidate, added, k):
         return False
-    least = OSCILLATING_SHARE_FRAC if one.term.oscillates else LEAST_SHARE_FRAC
+    least = OSCILLATING_SHARE_FRAC if candidate.term.oscillates else LEAST_SHARE_FRAC
     return abs(z) >= least_z and abs(coefficient) * unit_share >= least
 
 
-def _beyond(one: Candidate, added: Additions, k: int) -> bool:
+def _beyond(candidate: Candidate, added: Additions, k: int) -> bool:
     """Whether a coefficient is larger than such a thing can be."""
-    return float(added.coefficients[k]) - 2.0 * float(added.sd[k]) > one.term.most
+    return float(added.coefficients[k]) - 2.0 * float(added.sd[k]) > candidate.term.most
 
 
-def _size_j(one: Candidate, trips: Sequence[Windows]) -> float:
+def _size_j(candidate: Candidate, trips: Sequence[Windows]) -> float:
     """Energy that one unit of a term moves in all trips; of one that oscillates, half of what goes to and fro."""
-    columns = [trip.column(one.label) for trip in trips]
-    if one.term.oscillates:
+    columns = [trip.column(candidate.label) for trip in trips]
+    if candidate.term.oscillates:
         return 0.5 * sum(float(np.abs(column).sum()) for column in columns)
     return sum(abs(float(column.sum())) for column in columns)

@@ -74,7 +74,7 @@ def _grown(model: Model, places: Places, seed: int) -> Model | None:
 def _scanned(model: Model, places: Places, seed: int) -> Scanned | None:
     names = model.solution.names
     index = model.system.index(names)
-    precision = with_companion_priors(model, [one.label for one in model.companions]).precision[index]
+    precision = with_companion_priors(model, [candidate.label for candidate in model.companions]).precision[index]
     return scan(
         model.windows,
         model.roots,
@@ -89,15 +89,15 @@ def _scanned(model: Model, places: Places, seed: int) -> Scanned | None:
 
 def _renoised(model: Model, grown: Model) -> Model:
     """The model without its last structure, with the noise that is left with it."""
-    left = [grown.residual_w(k, left_out=True) for k in range(len(grown.windows))]
-    noise = estimated(grown.windows, left, grown.noise.window_s)
+    residuals_w = [grown.residual_w(k, left_out=True) for k in range(len(grown.windows))]
+    noise = estimated(grown.windows, residuals_w, grown.noise.window_s)
     roots = tuple(noise.root(trip) for trip in model.windows)
     system = equations(model.windows, roots, model.system.precision, model.system.prior)
     return refitted(replace(model, noise=noise, roots=roots, system=system), model.found)
 
 
 def _own_axes(found: Sequence[Candidate]) -> frozenset[str]:
-    if any(one.term.needs_ambient or one.term.family is Family.THERMAL for one in found):
+    if any(candidate.term.needs_ambient or candidate.term.family is Family.THERMAL for candidate in found):
         return frozenset(("ambient", "battery_temperature"))
     return frozenset()
 
@@ -114,7 +114,7 @@ def _with_structure(model: Model, structure: Structure) -> Model | None:
     than the term alone.
     """
     label = f"{BOX}{len(model.structures)}"
-    cut = tuple(
+    windows = tuple(
         replace(
             trip,
             names=(*trip.names, label),
@@ -123,13 +123,13 @@ def _with_structure(model: Model, structure: Structure) -> Model | None:
         for trip, inside in zip(model.windows, structure.inside, strict=True)
     )
     precision, prior = (np.append(values, 0.0) for values in (model.system.precision, model.system.prior))
-    system = equations(cut, model.roots, precision, prior)
+    system = equations(windows, model.roots, precision, prior)
     structures = (*model.structures, structure)
     free = [*FREE, *(f"{BOX}{k}" for k in range(len(structures)))]
-    kept = still_standing(system, free, model.found, cut, model.threshold.z)
+    kept = still_standing(system, free, model.found, windows, model.threshold.z)
     if len(kept) < len(model.found):
-        by_terms = solve(system, [*free[:-1], *(one.label for one in model.found)])
-        by_structure = solve(system, [*free, *(one.label for one in kept)])
+        by_terms = solve(system, [*free[:-1], *(candidate.label for candidate in model.found)])
+        by_structure = solve(system, [*free, *(candidate.label for candidate in kept)])
         if by_terms.losses.sum() <= by_structure.losses.sum():
             return None
-    return refitted(replace(model, windows=cut, system=system, structures=structures), kept)
+    return refitted(replace(model, windows=windows, system=system, structures=structures), kept)

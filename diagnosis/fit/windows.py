@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from energy.replay.replay import DrivenProfile
 
 WINDOW_S: Final = 10.0  # long against the lag between speed and current, short against what changes in a drive
-PARAMETER_NAMES: Final = tuple(one.name for one in PARAMETERS)
-SENSOR_NAMES: Final = tuple(one.name for one in SENSOR_COLUMNS)
+PARAMETER_NAMES: Final = tuple(parameter.name for parameter in PARAMETERS)
+SENSOR_NAMES: Final = tuple(sensor.name for sensor in SENSOR_COLUMNS)
 FREE: Final = PARAMETER_NAMES + SENSOR_NAMES
 
 
@@ -79,9 +79,9 @@ def trip_of(recording: Recording, drive: Driven, window_s: float = WINDOW_S) -> 
 def windows_of(trip: Trip, candidates: Sequence[Candidate]) -> Windows:
     """A trip's windows with the columns of all parameters, sensors and candidates, in that order."""
     drive, recording = trip.drive, trip.recording
-    columns = [one.column_j(drive) for one in PARAMETERS]
-    columns += [one.column_j(drive, trip.rougher) for one in SENSOR_COLUMNS]
-    columns += [one.term.column_j(drive, one.shape) for one in candidates]
+    columns = [parameter.column_j(drive) for parameter in PARAMETERS]
+    columns += [sensor.column_j(drive, trip.rougher) for sensor in SENSOR_COLUMNS]
+    columns += [candidate.term.column_j(drive, candidate.shape) for candidate in candidates]
     step_s = np.diff(recording.time_s)
     drawn_j = np.concatenate(([0.0], np.cumsum(0.5 * (recording.power_w[1:] + recording.power_w[:-1]) * step_s)))
     measured_j = np.diff(np.interp(drive.profile.time_s, recording.time_s, drawn_j))
@@ -105,7 +105,7 @@ def windows_of(trip: Trip, candidates: Sequence[Candidate]) -> Windows:
         }
         | _headings(trip, duration_s)
         | {"grade_frac": summed(trip, drive.grade_frac * drive.duration_s) / duration_s},
-        names=FREE + tuple(one.label for one in candidates),
+        names=FREE + tuple(candidate.label for candidate in candidates),
         columns_j=np.column_stack([summed(trip, column) for column in columns]),
     )
 

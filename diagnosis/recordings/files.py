@@ -31,8 +31,8 @@ def recording_files(paths: Iterable[Path | str]) -> list[Path]:
     left aside. No file comes twice. A path that nothing is found for is returned as it is, to fail when it is opened.
     """
     found: dict[Path, None] = {}
-    for one in paths:
-        path = Path(one)
+    for named in paths:
+        path = Path(named)
         if path.is_dir():
             inside = sorted(file for file in path.iterdir() if file.is_file() and is_recording_name(file.name))
             found.update(dict.fromkeys(inside))

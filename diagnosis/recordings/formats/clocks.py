@@ -93,13 +93,13 @@ def recording_of_series(path: str, trip_id: str, series: Sequence[Series], notes
     """
     first: dict[str, Series] = {}
     found = list(notes)
-    for one in series:
-        if one.time_s.size < 2:
-            found.append(Note(NoteKind.IGNORED, one.channel, f"{one.source}: {one.time_s.size} values"))
-        elif one.channel in first:
-            found.append(_compared(first[one.channel], one))
+    for record in series:
+        if record.time_s.size < 2:
+            found.append(Note(NoteKind.IGNORED, record.channel, f"{record.source}: {record.time_s.size} values"))
+        elif record.channel in first:
+            found.append(_compared(first[record.channel], record))
         else:
-            first[one.channel] = one
+            first[record.channel] = record
     if "power_w" not in first and {"voltage_v", "current_a"} <= set(first):
         current, voltage = first["current_a"], first["voltage_v"]
         power = current.values * voltage.near_at(current.time_s)
@@ -109,7 +109,7 @@ def recording_of_series(path: str, trip_id: str, series: Sequence[Series], notes
         if channel not in first or first[channel].time_s.size < 2:
             raise RecordingError(path, 1, channel, "missing", f"{needed}, with at least 2 values")
     time_s = first["speed_mps"].time_s
-    channels = {name: _at(one, time_s) for name, one in first.items()}
+    channels = {name: _at(record, time_s) for name, record in first.items()}
     keep = ~np.isnan(channels["power_w"])
     if np.count_nonzero(keep) < 2:
         raise RecordingError(path, 1, "power_w", "never recorded while the speed was", f"within {BRIDGED_S:g} s of it")
@@ -118,7 +118,9 @@ def recording_of_series(path: str, trip_id: str, series: Sequence[Series], notes
         text = f"{dropped} of {keep.size} samples dropped, at which power is not known within {BRIDGED_S:g} s"
         found.append(Note(NoteKind.REPAIRED, "power_w", text))
     others = [
-        name for name, one in first.items() if one.time_s.size != time_s.size or bool((one.time_s != time_s).any())
+        name
+        for name, record in first.items()
+        if record.time_s.size != time_s.size or bool((record.time_s != time_s).any())
     ]
     if others:
         text = f"brought to the clock of the speed: {', '.join(sorted(others))}"
@@ -135,14 +137,14 @@ def _at(series: Series, time_s: NDArray[np.float64]) -> NDArray[np.float64]:
     )
 
 
-def _compared(one: Series, other: Series) -> Note:
+def _compared(first: Series, other: Series) -> Note:
     """How far a second series of a channel is from the first, at the times of the second."""
-    apart = np.abs(one.previous_at(other.time_s) - other.values)
+    apart = np.abs(first.previous_at(other.time_s) - other.values)
     known = apart[~np.isnan(apart)]
-    text = f"{other.source} left aside for {one.source}"
+    text = f"{other.source} left aside for {first.source}"
     if known.size:
-        spread = float(np.median(np.abs(one.values - np.median(one.values))))
+        spread = float(np.median(np.abs(first.values - np.median(first.values))))
         text += f": they differ by {np.median(known):.3g} as a rule, by {known.max():.3g} at most"
         if float(np.median(known)) > max(0.1 * spread, 1e-9):
-            return Note(NoteKind.SUSPECT, one.channel, text)
-    return Note(NoteKind.IGNORED, one.channel, text)
+            return Note(NoteKind.SUSPECT, first.channel, text)
+    return Note(NoteKind.IGNORED, first.channel, text)

@@ -188,10 +188,10 @@ def _recording(table: Table, readings: Sequence[Readings]) -> Recording:
     """The recording of all readings that a channel is known for; power's sign is found from the drive."""
     found: list[Found] = []
     ignored: list[str] = []
-    for one in readings:
-        known = _found(table, one)
+    for reading in readings:
+        known = _found(table, reading)
         if isinstance(known, str):
-            ignored.append(f"{one.name} [{one.unit}]{known}")
+            ignored.append(f"{reading.name} [{reading.unit}]{known}")
         elif known.series.values.size:
             found.append(known)
     found.sort(key=lambda known: (PARAMETERS.index(known.parameter), known.rank))
@@ -203,25 +203,25 @@ def _recording(table: Table, readings: Sequence[Readings]) -> Recording:
     except RecordingError as error:
         if error.value != "missing":
             raise
-        names = [one.name for one in readings]
+        names = [reading.name for reading in readings]
         more = f" and {len(names) - NAMED_MOST} more" if len(names) > NAMED_MOST else ""
         value = f"missing among {', '.join(shown(name) for name in names[:NAMED_MOST])}{more}"
         raise RecordingError(error.path, error.row, error.column, value, error.allowed) from error
     return _discharge_positive(recording)
 
 
-def _found(table: Table, one: Readings) -> Found | str:
+def _found(table: Table, reading: Readings) -> Found | str:
     """A parameter that is known, or why it is left aside, "" where nothing goes by its name."""
-    known = _parameter(one.name)
+    known = _parameter(reading.name)
     if known is None:
         return ""
     parameter, rank = known
-    if _unit(one.unit) not in UNITS[parameter.units]:
+    if _unit(reading.unit) not in UNITS[parameter.units]:
         return f" (unit not one of {', '.join(filter(None, UNITS[parameter.units]))})"
-    series = _series(table, one, parameter)
+    series = _series(table, reading, parameter)
     if parameter.channel == "voltage_v" and series.values.size and float(np.median(series.values)) < LEAST_PACK_V:
         return " (not the drive's battery)"
-    return Found(parameter, rank, series, one.unit)
+    return Found(parameter, rank, series, reading.unit)
 
 
 def _discharge_positive(recording: Recording) -> Recording:
@@ -270,15 +270,15 @@ def _parameter(name: str) -> tuple[Parameter, int] | None:
     return None
 
 
-def _series(table: Table, one: Readings, parameter: Parameter) -> Series:
+def _series(table: Table, reading: Readings, parameter: Parameter) -> Series:
     """Values of a parameter in SI units; empty ones are left out, and so are positions of exactly 0."""
-    to_si, offset = UNITS[parameter.units][_unit(one.unit)]
+    to_si, offset = UNITS[parameter.units][_unit(reading.unit)]
     low, high = ((limit - offset) / to_si for limit in (parameter.low, parameter.high))
-    column = Column(one.name, parameter.channel, round(low, 3), round(high, 3), to_si, offset)
-    cells = one.cells if isinstance(one.cells, list) else list(one.cells)
+    column = Column(reading.name, parameter.channel, round(low, 3), round(high, 3), to_si, offset)
+    cells = reading.cells if isinstance(reading.cells, list) else list(reading.cells)
     texts = [cell if isinstance(cell, str) else f"{cell!r}" for cell in cells]
-    part = Table(table.path, table.id, (one.name,), (texts,), [table.lines[row] for row in one.rows])
+    part = Table(table.path, table.id, (reading.name,), (texts,), [table.lines[row] for row in reading.rows])
     values = part.values(column)
     if parameter.units == "position":
         values = np.where(values == 0.0, np.nan, values)
-    return series_of(column, one.time_s, values, one.name)
+    return series_of(column, reading.time_s, values, reading.name)

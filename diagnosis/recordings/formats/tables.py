@@ -63,7 +63,7 @@ class Table:
 
     def cells(self, name: str) -> Cells:
         """The cells of a column; RecordingError where it is missing or there twice."""
-        at = [k for k, one in enumerate(self.names) if one == name]
+        at = [k for k, column in enumerate(self.names) if column == name]
         if len(at) > 1:
             raise RecordingError(self.path, 1, name, "there twice", "once")
         if not at:
@@ -159,7 +159,7 @@ class Table:
                 raise self.error(row, column.name, shown(cell) or "empty", allowed) from error
             if (found[row].tzinfo is None) != (found[0].tzinfo is None):
                 raise self.error(row, column.name, shown(cell), "a time zone in all rows, or in none")
-        return np.array([(one - found[0]).total_seconds() for one in found], np.float64)
+        return np.array([(time - found[0]).total_seconds() for time in found], np.float64)
 
     def _times_of_day(self, column: Column, cells: Sequence[str]) -> NDArray[np.float64]:
         found = []
