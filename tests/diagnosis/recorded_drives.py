@@ -16,7 +16,7 @@ M_PER_DEG = 111_194.93  # on a sphere of 6371.0088 km
 
 
 @dataclass(frozen=True)
-class Drive:
+class RecordedDrive:
     """Channels of a car that gains 20 m/s in 20 s, holds it for 30 s, brakes in 10 s and stands for 20 s, and again."""
 
     time_s: NDArray[np.float64]
@@ -26,7 +26,7 @@ class Drive:
     lon_deg: NDArray[np.float64]
 
 
-def drive(duration_s: float = 800.0, step_s: float = 1.0) -> Drive:
+def drive(duration_s: float = 800.0, step_s: float = 1.0) -> RecordedDrive:
     """Ten rounds in 800 s, eastward: 1500 kg, 600 N of drag while driving, 400 W always, nothing lost."""
     time_s = np.arange(0.0, duration_s, step_s)
     phase = time_s % 80.0
@@ -34,15 +34,15 @@ def drive(duration_s: float = 800.0, step_s: float = 1.0) -> Drive:
     power = speed * (MASS_KG * np.gradient(speed, step_s) + 600.0) + 400.0
     way = np.concatenate(([0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]) * step_s)))
     lon = LON_DEG + way / (M_PER_DEG * np.cos(np.radians(LAT_DEG)))
-    return Drive(time_s, speed, power, np.full(time_s.size, LAT_DEG), lon)
+    return RecordedDrive(time_s, speed, power, np.full(time_s.size, LAT_DEG), lon)
 
 
-def plain_csv(one: Drive, **columns: NDArray[np.float64] | list[str]) -> str:
+def plain_csv(driven: RecordedDrive, **columns: NDArray[np.float64] | list[str]) -> str:
     """joulepath's own columns of a drive; each further column is added, or takes the place of one of the same name."""
     own: dict[str, NDArray[np.float64] | list[str]] = {
-        "time_s": one.time_s,
-        "speed_kmh": one.speed_mps * 3.6,
-        "power_w": one.power_w,
+        "time_s": driven.time_s,
+        "speed_kmh": driven.speed_mps * 3.6,
+        "power_w": driven.power_w,
     }
     table = own | columns
     rows = zip(*table.values(), strict=True)

@@ -41,16 +41,21 @@ def test_a_heater_that_the_model_does_not_know_is_named_and_sized(heated):
     assert (first.effect, first.family) == ("cabin_heating", Family.THERMAL)
     assert first.ambiguous_with == ()
     truth = sum(
-        float(np.trapezoid(heater(one.time_s, float(one.ambient_k[0]) - 273.15, one, None), one.time_s)) / 3.6e6
-        for one in drives
-        if one.id in found.fitted_trips
+        float(
+            np.trapezoid(
+                heater(recording.time_s, float(recording.ambient_k[0]) - 273.15, recording, None), recording.time_s
+            )
+        )
+        / 3.6e6
+        for recording in drives
+        if recording.id in found.fitted_trips
     )
     low, high = first.energy_kwh_ci95
     assert 0.9 * low < truth < 1.1 * high
     assert first.energy_kwh == pytest.approx(truth, rel=0.15)
-    assert not [one for one in found.findings if one.family is not Family.THERMAL]
+    assert not [finding for finding in found.findings if finding.family is not Family.THERMAL]
     assert first.located
-    assert all(one.departs for one in first.located)
+    assert all(regime.departs for regime in first.located)
 
 
 def test_held_out_trips_are_predicted_better_and_were_never_fitted(heated, car):
@@ -58,21 +63,24 @@ def test_held_out_trips_are_predicted_better_and_were_never_fitted(heated, car):
     assert found.held_out_trips == ("T3", "T8", "T12")
     assert found.after.mape < 0.4 * found.before.mape
     assert found.after.mape_ci95[0] <= found.after.mape <= found.after.mape_ci95[1]
-    spoilt = [replace(one, power_w=3.0 * one.power_w) if one.id in found.held_out_trips else one for one in drives]
+    spoilt = [
+        replace(recording, power_w=3.0 * recording.power_w) if recording.id in found.held_out_trips else recording
+        for recording in drives
+    ]
     again = diagnose(spoilt, car, held_out=found.held_out_trips)
-    assert [one.coefficients for one in again.findings] == [one.coefficients for one in found.findings]
-    for one, other in zip(found.trips, again.trips, strict=True):
-        assert one.after_kwh == pytest.approx(other.after_kwh, rel=1e-12)
+    assert [finding.coefficients for finding in again.findings] == [finding.coefficients for finding in found.findings]
+    for account, other in zip(found.trips, again.trips, strict=True):
+        assert account.after_kwh == pytest.approx(other.after_kwh, rel=1e-12)
 
 
 def test_every_trip_is_accounted_for_by_families(heated):
     drives, found = heated
-    assert {one.id for one in found.trips} == {one.id for one in drives}
-    for one in found.trips:
-        assert sum(one.by_family_kwh.values()) == pytest.approx(one.explained_kwh, rel=1e-9)
-        assert abs(one.explained_kwh / one.measured_kwh - 1.0) < 0.05
-        truth = next(each for each in drives if each.id == one.id)
-        assert one.measured_kwh == pytest.approx(truth.energy_j() / 3.6e6, rel=1e-6)
+    assert {account.id for account in found.trips} == {recording.id for recording in drives}
+    for account in found.trips:
+        assert sum(account.by_family_kwh.values()) == pytest.approx(account.explained_kwh, rel=1e-9)
+        assert abs(account.explained_kwh / account.measured_kwh - 1.0) < 0.05
+        truth = next(recording for recording in drives if recording.id == account.id)
+        assert account.measured_kwh == pytest.approx(truth.energy_j() / 3.6e6, rel=1e-6)
 
 
 def test_what_was_learned_is_a_set_of_coefficients_of_the_model(heated, car):
@@ -97,7 +105,7 @@ def test_a_wrong_parameter_is_told_as_one_and_not_as_physics(car):
     wrong = replace(car, aux_power_w=car.aux_power_w + 900.0)
     found = diagnose([drive(car, number) for number in range(TRIPS)], wrong)
     assert found.verdict is Verdict.PARAMETER_ERROR
-    (error,) = [one for one in found.parameter_errors if one.parameter == "aux_power_w"]
+    (error,) = [error for error in found.parameter_errors if error.parameter == "aux_power_w"]
     assert error.ci95[0] < car.aux_power_w < error.ci95[1]
     assert "a constant offset of the recorded current" in error.aliases
     assert found.parameters["aux_power_w"] == pytest.approx(car.aux_power_w, abs=120.0)
@@ -122,10 +130,10 @@ def test_causes_that_drives_cannot_tell_apart_are_not_chosen_between(car):
 
     found = diagnose([steady(number) for number in range(16)], car)
     assert found.verdict is Verdict.CANNOT_TELL
-    (one,) = found.findings
-    families = {one.family, *(other.family for other in one.ambiguous_with)}
+    (recording,) = found.findings
+    families = {recording.family, *(other.family for other in recording.ambiguous_with)}
     assert {Family.AERODYNAMIC, Family.ROLLING} <= families
-    assert one.separating_recording
+    assert recording.separating_recording
 
 
 def test_a_draw_of_no_known_kind_is_reported_where_it_is(car):
@@ -151,13 +159,13 @@ def test_few_trips_carry_no_conclusion(car):
 
 
 def test_bad_orders_are_named(car):
-    one = drive(car, 1)
+    recording = drive(car, 1)
     with pytest.raises(DiagnosisError, match="0 recordings"):
         diagnose([], car)
     with pytest.raises(DiagnosisError, match="'T1' is there 2 times"):
-        diagnose([one, one], car)
+        diagnose([recording, recording], car)
     with pytest.raises(DiagnosisError, match="held-out trip 'T9'"):
-        diagnose([one], car, held_out=["T9"])
+        diagnose([recording], car, held_out=["T9"])
     with pytest.raises(DiagnosisError, match="seed is -1"):
         DiagnosisSettings(seed=-1)
     with pytest.raises(DiagnosisError, match="window_s is 1"):

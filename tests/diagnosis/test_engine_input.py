@@ -28,7 +28,7 @@ def test_a_trip_of_another_vehicle_is_told_and_left_out(car):
     drives = [drive(car, number) for number in range(12)]
     drives[5] = replace(drive(replace(car, mass_kg=2.2 * car.mass_kg, road_load_a_n=300.0), 5), id="T5")
     found = diagnose(drives, car)
-    (odd,) = [one for one in found.unexplained if one.axis == "trip"]
+    (odd,) = [structure for structure in found.unexplained if structure.axis == "trip"]
     assert odd.trips == ("T5",)
     assert "T5" not in found.fitted_trips
     assert found.findings == ()
@@ -39,13 +39,18 @@ def test_coarse_recordings_are_not_fitted_and_named(car):
     fine = drive(car, 1)
     kept = slice(0, None, 10)
     coarse = [
-        replace(one, time_s=one.time_s[kept], speed_mps=one.speed_mps[kept], power_w=one.power_w[kept],
-                elevation_m=one.elevation_m[kept], ambient_k=one.ambient_k[kept])
-        for one in (drive(car, number) for number in range(8))
+        replace(
+            recording, time_s=recording.time_s[kept], speed_mps=recording.speed_mps[kept],
+            power_w=recording.power_w[kept], elevation_m=recording.elevation_m[kept],
+            ambient_k=recording.ambient_k[kept],
+        )
+        for recording in (drive(car, number) for number in range(8))
     ]  # fmt: skip
     found = diagnose([*coarse[:1], *coarse[2:], fine], car)
     assert found.verdict is Verdict.TOO_FEW_TRIPS
-    assert {one.trip_id for one in found.data_quality if one.kind == "unfit"} == {one.id for one in coarse} - {"T1"}
+    assert {note.trip_id for note in found.data_quality if note.kind == "unfit"} == {
+        recording.id for recording in coarse
+    } - {"T1"}
 
 
 def test_drives_that_never_move_or_draw_nothing_are_refused(car):
@@ -77,12 +82,12 @@ def test_vehicles_at_the_edge_of_what_a_vehicle_can_be_are_fitted(car):
         ),
     ):
         found = diagnose([drive(car, number) for number in range(7)], edge)
-        assert all(np.isfinite(one.explained_kwh) for one in found.trips)
+        assert all(np.isfinite(account.explained_kwh) for account in found.trips)
 
 
 def test_drives_that_give_back_more_than_they_take_have_no_relative_error(car):
     drives = [drive(car, number) for number in range(8)]
-    charged = [replace(one, power_w=one.power_w - 40_000.0) for one in drives]
+    charged = [replace(recording, power_w=recording.power_w - 40_000.0) for recording in drives]
     found = diagnose(charged, car)
     assert found.before is None
     assert found.verdict is Verdict.PARAMETER_ERROR  # 40 kW that the file does not know of are not nothing

@@ -46,15 +46,15 @@ def test_each_stratum_of_temperature_gives_one_trip(seed: int) -> None:
     # 20 trips, one a kelvin, not in order; 5 strata of 4: 0..3, 4..7, 8..11, 12..15, 16..19 K
     warmth = [(7 * k) % 20 for k in range(20)]
     drawn = drawn_trips(IDS, [270.0 + k for k in warmth], 0.25, seed)
-    strata = sorted(warmth[IDS.index(one)] // 4 for one in drawn)
+    strata = sorted(warmth[IDS.index(trip_id)] // 4 for trip_id in drawn)
     assert strata == [0, 1, 2, 3, 4]
 
 
 def test_trips_of_unknown_temperature_are_drawn_in_proportion() -> None:
-    kelvins: list[float | None] = [270.0 if one.startswith("TripA") else None for one in IDS]
+    kelvins: list[float | None] = [270.0 if trip_id.startswith("TripA") else None for trip_id in IDS]
     for seed in range(10):
         drawn = drawn_trips(IDS, kelvins, 0.2, seed)
-        assert sum(one.startswith("TripB") for one in drawn) == 2
+        assert sum(trip_id.startswith("TripB") for trip_id in drawn) == 2
 
 
 @pytest.mark.parametrize("share", [-0.1, 0.95, float("nan")])

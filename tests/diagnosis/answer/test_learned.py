@@ -37,10 +37,10 @@ def test_a_learned_heater_warms_the_route_model_too(car):
     found = diagnose(drives, car, held_out=("T2", "T5", "T9"))
     warmed = learned_vehicle(car, found)
     errors, plain = [], []
-    for one in drives:
-        if one.id in found.held_out_trips:
-            errors.append(replayed_kwh(warmed, one) / (one.energy_j() / 3.6e6) - 1.0)
-            plain.append(replay(car, driven(one, car).profile).energy_j / one.energy_j() - 1.0)
+    for recording in drives:
+        if recording.id in found.held_out_trips:
+            errors.append(replayed_kwh(warmed, recording) / (recording.energy_j() / 3.6e6) - 1.0)
+            plain.append(replay(car, driven(recording, car).profile).energy_j / recording.energy_j() - 1.0)
     assert np.abs(errors).mean() < 0.05
     assert np.abs(errors).mean() < 0.4 * np.abs(plain).mean()
 
@@ -52,7 +52,7 @@ def test_a_learned_hot_climate_cools(car):
 
     drives = [drive(car, number, cooler, ambient_c=10.0 + 2.0 * number) for number in range(15)]
     found = diagnose(drives, car)
-    assert [one.effect for one in found.findings] == ["air_conditioning"]
+    assert [finding.effect for finding in found.findings] == ["air_conditioning"]
     cooled = learned_vehicle(car, found)
     hottest = drives[-1]
     assert replayed_kwh(cooled, hottest) == pytest.approx(hottest.energy_j() / 3.6e6, rel=0.06)
@@ -63,10 +63,10 @@ def test_an_effect_that_routes_cannot_use_says_why(car):
     rng = np.random.default_rng(3)
     drives = []
     for number in range(14):
-        one = drive(car, number)
-        battery_k = np.full(one.time_s.size, 273.15 + rng.uniform(-5.0, 30.0))
+        recording = drive(car, number)
+        battery_k = np.full(recording.time_s.size, 273.15 + rng.uniform(-5.0, 30.0))
         draw_w = 2500.0 * (battery_k < 281.15)
-        drives.append(replace(one, battery_k=battery_k, power_w=one.power_w + draw_w))
+        drives.append(replace(recording, battery_k=battery_k, power_w=recording.power_w + draw_w))
     found = diagnose(drives, car)
-    assert "battery_heating" in {one.effect for one in found.findings}
+    assert "battery_heating" in {finding.effect for finding in found.findings}
     assert "battery" in found.not_carried["battery_heating_w"]

@@ -45,7 +45,7 @@ def test_power_planted_on_one_link_is_found_on_that_link(road, matcher):
     trips = [
         driven(road, matcher, f"T{k}", power_w=lambda link: np.where(link == middle, 900.0, 0.0)) for k in range(3)
     ]
-    found = {one.place: one for one in link_residuals([(trip, match) for trip, match, _ in trips])}
+    found = {residual.place: residual for residual in link_residuals([(trip, match) for trip, match, _ in trips])}
     assert set(found) == {link_between(road, k, k + 1) for k in (1, 2, 3)}
     there = found[middle]
     assert there.trips == there.passes == 3
@@ -64,15 +64,15 @@ def test_energy_on_all_links_is_that_of_the_matched_steps(road, matcher):
     trip = replace(trip, residual_j=rng.normal(0.0, 3000.0, trip.residual_j.size))
     assert match.matched_frac == pytest.approx(1.0)
     found = link_residuals([(trip, match)])
-    assert sum(one.energy_j for one in found) == pytest.approx(trip.residual_j.sum())
-    assert sum(one.duration_s for one in found) == pytest.approx(recording.time_s[-1])
-    assert sum(one.distance_m for one in found) == pytest.approx(recording.distance_m())
+    assert sum(residual.energy_j for residual in found) == pytest.approx(trip.residual_j.sum())
+    assert sum(residual.duration_s for residual in found) == pytest.approx(recording.time_s[-1])
+    assert sum(residual.distance_m for residual in found) == pytest.approx(recording.distance_m())
 
 
 def test_both_directions_of_a_road_are_places_of_their_own(road, matcher):
     there = driven(road, matcher, "out", power_w=lambda link: 500.0 + 0.0 * link)
     back = driven(road, matcher, "back", places=(4, 3, 2, 1), power_w=lambda link: -500.0 + 0.0 * link)
-    found = {one.place: one.mean_w for one in link_residuals([there[:2], back[:2]])}
+    found = {residual.place: residual.mean_w for residual in link_residuals([there[:2], back[:2]])}
     assert found[link_between(road, 2, 3)] == pytest.approx(500.0)
     assert found[link_between(road, 3, 2)] == pytest.approx(-500.0)
 
@@ -81,12 +81,12 @@ def test_interval_takes_the_trip_as_the_unit(road, matcher):
     powers = (200.0, 500.0, 350.0, 800.0)
     trips = [driven(road, matcher, f"T{k}", power_w=lambda link, w=w: w + 0.0 * link) for k, w in enumerate(powers)]
     link = link_between(road, 2, 3)
-    (found,) = [one for one in link_residuals([trip[:2] for trip in trips]) if one.place == link]
+    (found,) = [residual for residual in link_residuals([trip[:2] for trip in trips]) if residual.place == link]
     # trips of one length: the jackknife of their mean is the standard error of the mean
     half = stats.t.ppf(0.975, 3) * np.std(powers, ddof=1) / 2.0
     assert found.mean_w == pytest.approx(np.mean(powers))
     assert found.mean_w_ci95 == pytest.approx((np.mean(powers) - half, np.mean(powers) + half))
-    (alone,) = [one for one in link_residuals([trips[0][:2]]) if one.place == link]
+    (alone,) = [residual for residual in link_residuals([trips[0][:2]]) if residual.place == link]
     assert alone.mean_w_ci95 is None
     assert not alone.departs
 
@@ -96,7 +96,7 @@ def test_passes_count_each_time_and_trips_once(road, matcher):
     graph = streets(loop, [(1, 2), (2, 3), (3, 4), (3, 6), (6, 5), (5, 2)])
     places = (1, 2, 3, 6, 5, 2, 3, 4)
     trip, match, _ = driven(graph, MapMatcher(graph), "T1", places=places)
-    found = {one.place: one for one in link_residuals([(trip, match)])}
+    found = {residual.place: residual for residual in link_residuals([(trip, match)])}
     twice = found[link_between(graph, 2, 3)]
     assert (twice.trips, twice.passes) == (1, 2)
     assert twice.distance_m == pytest.approx(1000.0, abs=1.0)
@@ -108,13 +108,13 @@ def test_features_are_geojson_with_the_roads_own_lines(road, matcher):
     collection = json.loads(json.dumps(link_features(residuals, road), allow_nan=False))
     assert collection["type"] == "FeatureCollection"
     assert len(collection["features"]) == len(residuals) == 3
-    for feature, one in zip(collection["features"], residuals, strict=True):
+    for feature, residual in zip(collection["features"], residuals, strict=True):
         assert feature["type"] == "Feature"
         line = shapely.geometry.shape(feature["geometry"])
-        assert np.array(line.coords) == pytest.approx(road.geometry(one.place), abs=1e-7)
+        assert np.array(line.coords) == pytest.approx(road.geometry(residual.place), abs=1e-7)
         properties = feature["properties"]
-        assert properties["link"] == one.place
-        assert properties["mean_w"] == pytest.approx(one.mean_w, abs=0.05)
+        assert properties["link"] == residual.place
+        assert properties["mean_w"] == pytest.approx(residual.mean_w, abs=0.05)
         assert properties["ci95"][0] <= properties["mean_w"] + 0.05
         assert (properties["trips"], properties["passes"]) == (3, 3)
         assert properties["stroke"] in COLOURS

@@ -26,19 +26,19 @@ def trip(number, windows=60, ambient_c=5.0):
 def test_energy_of_all_regimes_is_what_is_left_of_all_trips():
     rng = np.random.default_rng(1)
     trips = [trip(k) for k in range(6)]
-    left = [rng.normal(0.0, 500.0, 60) for _ in trips]
-    whole_kwh = sum(float((one * 10.0).sum()) for one in left) / 3.6e6
+    residuals_w = [rng.normal(0.0, 500.0, 60) for _ in trips]
+    whole_kwh = sum(float((residual_w * 10.0).sum()) for residual_w in residuals_w) / 3.6e6
     for axis in (Axis.STANDSTILL, Axis.SPEED, Axis.SINCE_START, Axis.AMBIENT, Axis.GRADE, Axis.POWER):
-        found = regimes(trips, axis, left)
-        assert sum(one.energy_kwh for one in found) == pytest.approx(whole_kwh, rel=1e-9)
-        assert sum(one.duration_s for one in found) == pytest.approx(3600.0)
+        found = regimes(trips, axis, residuals_w)
+        assert sum(regime.energy_kwh for regime in found) == pytest.approx(whole_kwh, rel=1e-9)
+        assert sum(regime.duration_s for regime in found) == pytest.approx(3600.0)
 
 
 def test_a_draw_at_standstill_is_located_there():
     trips = [trip(k) for k in range(8)]
     rng = np.random.default_rng(2)
-    left = [np.where(one.standing_s > 0.0, 800.0, 0.0) + rng.normal(0.0, 60.0, 60) for one in trips]
-    moving, standing = regimes(trips, Axis.STANDSTILL, left)
+    residuals_w = [np.where(windows.standing_s > 0.0, 800.0, 0.0) + rng.normal(0.0, 60.0, 60) for windows in trips]
+    moving, standing = regimes(trips, Axis.STANDSTILL, residuals_w)
     assert standing.departs
     assert standing.low_w < 800.0 < standing.high_w
     assert not moving.departs

@@ -70,31 +70,31 @@ def more_j(car, drive, conditions, **coefficients):
 def test_one_unit_is_what_replaying_with_it_takes_more(car, term, shape, unit, conditions, coefficients):
     drive = driven(recording(car), car)
     column = unit * TERMS[term].column_j(drive, shape)
-    told = more_j(car, drive, Conditions(ambient_k=273.15, **conditions), **coefficients)
-    assert column.sum() == pytest.approx(told.sum(), rel=0.03)
-    assert np.abs(column - told).sum() < 0.15 * np.abs(told).sum()
+    expected_j = more_j(car, drive, Conditions(ambient_k=273.15, **conditions), **coefficients)
+    assert column.sum() == pytest.approx(expected_j.sum(), rel=0.03)
+    assert np.abs(column - expected_j).sum() < 0.15 * np.abs(expected_j).sum()
 
 
 def test_a_wet_road_is_that_of_the_model(car):
     drive = driven(recording(car, wet_frac=np.ones(bundled_cycle("udds").speed_mps.size)), car)
     on = replace(car, effects=replace(NOTHING, wet_rolling_coef=0.002, wet_drag_n_per_mps=0.8))
-    told = (
+    expected_j = (
         replay(on, drive.profile, conditions=Conditions(road=RoadSurface.WET)).energy_j
         - replay(car, drive.profile).energy_j
     )
     column = 0.002 * TERMS["wet_rolling_coef"].column_j(drive, np.nan) + 0.8 * TERMS["wet_drag_n_per_mps"].column_j(
         drive, np.nan
     )
-    assert column.sum() == pytest.approx(told, rel=0.02)
+    assert column.sum() == pytest.approx(expected_j, rel=0.02)
 
 
 def test_a_payload_is_that_of_the_model(car):
     drive = driven(recording(car, payload_kg=np.full(bundled_cycle("udds").speed_mps.size, 100.0)), car)
-    told = (
+    expected_j = (
         replay(car, drive.profile, conditions=Conditions(payload_kg=100.0)).energy_j
         - replay(car, drive.profile).energy_j
     )
-    assert TERMS["payload_coef"].column_j(drive, np.nan).sum() == pytest.approx(told, rel=0.02)
+    assert TERMS["payload_coef"].column_j(drive, np.nan).sum() == pytest.approx(expected_j, rel=0.02)
 
 
 def test_wind_is_that_of_the_model(car):
@@ -104,8 +104,8 @@ def test_wind_is_that_of_the_model(car):
     profile = replace(drive.profile, heading=np.tile((np.sin(0.3), np.cos(0.3)), (n - 1, 1)))
     windy = Conditions(wind_speed_mps=4.0, wind_from_rad=0.3)
     bare = replace(car, effects=NOTHING)
-    told = replay(bare, profile, conditions=windy).energy_j - replay(bare, profile).energy_j
-    assert TERMS["wind_coef"].column_j(drive, np.nan).sum() == pytest.approx(told, rel=0.02)
+    expected_j = replay(bare, profile, conditions=windy).energy_j - replay(bare, profile).energy_j
+    assert TERMS["wind_coef"].column_j(drive, np.nan).sum() == pytest.approx(expected_j, rel=0.02)
 
 
 def test_terms_are_nothing_where_their_channel_was_not_recorded(car):
@@ -113,7 +113,7 @@ def test_terms_are_nothing_where_their_channel_was_not_recorded(car):
     for term in LIBRARY:
         if term.needs_ambient or term.channels:
             assert not term.column_j(drive, 1.0).any(), term.name
-    names = {one.term.name for one in candidates([drive])}
+    names = {candidate.term.name for candidate in candidates([drive])}
     assert names == {term.name for term in LIBRARY if not term.needs_ambient and not term.channels}
 
 
@@ -127,26 +127,28 @@ def test_every_term_is_finite_and_names_are_unique(car):
     )  # fmt: skip
     drive = driven(full, car)
     every = candidates([drive])
-    assert len({one.label for one in every}) == len(every)
-    for one in every:
-        column = one.term.column_j(drive, one.shape)
+    assert len({candidate.label for candidate in every}) == len(every)
+    for candidate in every:
+        column = candidate.term.column_j(drive, candidate.shape)
         assert column.shape == drive.duration_s.shape
-        assert bool(np.isfinite(column).all()), one.label
+        assert bool(np.isfinite(column).all()), candidate.label
         if (
-            one.term.positive
-            and not one.term.oscillates
-            and one.term.name not in ("air_density_coef", "warm_restart_w_per_k")
+            candidate.term.positive
+            and not candidate.term.oscillates
+            and candidate.term.name not in ("air_density_coef", "warm_restart_w_per_k")
         ):
-            assert column.sum() >= 0.0, one.label
+            assert column.sum() >= 0.0, candidate.label
 
 
 def test_parameter_columns_are_what_a_changed_vehicle_takes_more(car):
     drive = driven(recording(car), car)
-    for one in PARAMETERS:
-        step = 0.1 * one.step
-        other = replace(car, **{one.name: getattr(car, one.name) + step})
+    for parameter in PARAMETERS:
+        step = 0.1 * parameter.step
+        other = replace(car, **{parameter.name: getattr(car, parameter.name) + step})
         more = with_vehicle(drive, other).power_w - drive.power_w
-        assert one.column_j(drive).sum() * step == pytest.approx((more * drive.duration_s).sum(), rel=0.03, abs=5.0)
+        assert parameter.column_j(drive).sum() * step == pytest.approx(
+            (more * drive.duration_s).sum(), rel=0.03, abs=5.0
+        )
 
 
 def test_windows_add_up_to_the_trip_whatever_their_length(car):
@@ -156,10 +158,12 @@ def test_windows_add_up_to_the_trip_whatever_their_length(car):
     drive = driven(full, car)
     tried = candidates([drive])
     for window_s in (5.0, 10.0, 60.0):
-        cut = windows_of(trip_of(full, drive, window_s), tried)
-        assert cut.measured_j.sum() == pytest.approx(full.energy_j(), rel=1e-9)
-        assert cut.duration_s.sum() == pytest.approx(full.time_s[-1])
-        assert cut.distance_m.sum() == pytest.approx(full.distance_m(), rel=1e-9)
-        assert 0.0 < cut.standing_s.sum() < cut.duration_s.sum()
-        assert cut.simulated_j.sum() == pytest.approx(replay(car, drive.profile, conditions=STILL).energy_j, rel=1e-9)
-        assert len(cut.names) == len(PARAMETERS) + len(SENSOR_COLUMNS) + len(tried) == cut.columns_j.shape[1]
+        windows = windows_of(trip_of(full, drive, window_s), tried)
+        assert windows.measured_j.sum() == pytest.approx(full.energy_j(), rel=1e-9)
+        assert windows.duration_s.sum() == pytest.approx(full.time_s[-1])
+        assert windows.distance_m.sum() == pytest.approx(full.distance_m(), rel=1e-9)
+        assert 0.0 < windows.standing_s.sum() < windows.duration_s.sum()
+        assert windows.simulated_j.sum() == pytest.approx(
+            replay(car, drive.profile, conditions=STILL).energy_j, rel=1e-9
+        )
+        assert len(windows.names) == len(PARAMETERS) + len(SENSOR_COLUMNS) + len(tried) == windows.columns_j.shape[1]

@@ -47,11 +47,12 @@ def test_all_trips_left_out_at_once_are_those_left_out_one_by_one(seed):
     whole = np.linalg.lstsq(np.vstack(xs)[:, picked], np.concatenate(ys), rcond=None)[0]
     np.testing.assert_allclose(found.coefficients, whole, rtol=1e-7, atol=1e-9)
     for k, (x, y) in enumerate(zip(xs, ys, strict=True)):
-        rest = np.vstack([one for j, one in enumerate(xs) if j != k])[:, picked]
-        beta = np.linalg.lstsq(rest, np.concatenate([one for j, one in enumerate(ys) if j != k]), rcond=None)[0]
+        rest = np.vstack([columns for j, columns in enumerate(xs) if j != k])[:, picked]
+        other_ys = np.concatenate([residual for j, residual in enumerate(ys) if j != k])
+        beta = np.linalg.lstsq(rest, other_ys, rcond=None)[0]
         np.testing.assert_allclose(found.without[k], beta, rtol=1e-7, atol=1e-9)
-        left = y - x[:, picked] @ beta
-        assert found.losses[k] == pytest.approx(left @ left - y @ y, rel=1e-7, abs=1e-7)
+        left_residual = y - x[:, picked] @ beta
+        assert found.losses[k] == pytest.approx(left_residual @ left_residual - y @ y, rel=1e-7, abs=1e-7)
 
 
 @given(st.integers(0, 10_000))
@@ -84,9 +85,9 @@ def test_the_jackknife_of_a_mean_is_its_standard_error():
 
 
 def test_a_trip_that_outweighs_the_others_leaves_few_effective_trips():
-    even, one = np.ones(10), np.array([1000.0] + [1.0] * 9)
-    left = np.column_stack([np.concatenate(([info.sum()], info.sum() - info)) for info in (even, one)])
-    effective = effective_trips(left)
+    even, outweighed = np.ones(10), np.array([1000.0] + [1.0] * 9)
+    information = np.column_stack([np.concatenate(([info.sum()], info.sum() - info)) for info in (even, outweighed)])
+    effective = effective_trips(information)
     assert effective[0] == pytest.approx(10.0)
     assert effective[1] == pytest.approx(1.018, abs=0.01)
     assert as_z(np.array([9.0, 9.0]), effective)[1] == 0.0

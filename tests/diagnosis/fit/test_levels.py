@@ -35,16 +35,16 @@ def with_drag(recording, car, share):
 def test_a_roof_box_is_found_on_the_trips_that_carried_it(car):
     drives, energy_kwh = [], 0.0
     for number in range(TRIPS):
-        one = drive(car, number)
+        recording = drive(car, number)
         if number in BOXED:
-            one, more_kwh = with_drag(one, car, 0.6)
+            recording, more_kwh = with_drag(recording, car, 0.6)
             energy_kwh += more_kwh
-        drives.append(one)
+        drives.append(recording)
     found = diagnose(drives, car).findings
     (level,) = found
-    told = {level.effect, *(one.effect for one in level.ambiguous_with)}
-    assert "roof_load" in told
-    assert told <= {"roof_load", "trip_rolling"}  # of which these cycles cannot tell much
+    named = {level.effect, *(rival.effect for rival in level.ambiguous_with)}
+    assert "roof_load" in named
+    assert named <= {"roof_load", "trip_rolling"}  # of which these cycles cannot tell much
     assert set(level.trips) == {f"T{number}" for number in BOXED}
     assert level.energy_kwh == pytest.approx(energy_kwh, rel=0.25)
     low, high = level.energy_kwh_ci95
@@ -59,16 +59,16 @@ def test_an_unrecorded_wind_is_told_from_headings(car):
     drives = []
     for number in range(TRIPS):
         rng = np.random.default_rng(900 + number)
-        one = drive(car, number)
-        heading = np.cumsum(rng.normal(0.0, 0.05, one.time_s.size)) + rng.uniform(0.0, 6.0)
-        one = replace(one, heading_rad=heading)
-        steps = driven(one, car)
+        recording = drive(car, number)
+        heading = np.cumsum(rng.normal(0.0, 0.05, recording.time_s.size)) + rng.uniform(0.0, 6.0)
+        recording = replace(recording, heading_rad=heading)
+        steps = driven(recording, car)
         from_rad, wind_mps = rng.uniform(0.0, 6.0), 6.0
         ahead = wind_mps * np.cos(from_rad - steps.channels["heading_rad"])
         v = steps.speed_mps
         more_j = steps.work_j(car.road_load_c_n_per_mps2 * ((v + ahead) * np.abs(v + ahead) - v * v))
-        more_w = np.interp(one.time_s, steps.since_s, more_j / steps.duration_s)
-        drives.append(replace(one, power_w=one.power_w + more_w))
+        more_w = np.interp(recording.time_s, steps.since_s, more_j / steps.duration_s)
+        drives.append(replace(recording, power_w=recording.power_w + more_w))
     (found,) = diagnose(drives, car).findings
     assert (found.effect, found.family) == ("steady_wind", Family.WIND)
     assert found.coefficients[0].value == pytest.approx(6.0, rel=0.3)

@@ -40,20 +40,22 @@ def drives():
     rng = np.random.default_rng(11)
     trips = [trip(rng, k) for k in range(30)]
     noise = Noise(TRUE, 10.0)
-    return trips, [noise.root(one) @ rng.normal(size=120) for one in trips]
+    return trips, [noise.root(windows) @ rng.normal(size=120) for windows in trips]
 
 
 def test_whitening_leaves_unit_scatter_without_memory(drives):
-    trips, left = drives
+    trips, residuals_w = drives
     noise = Noise(TRUE, 10.0)
-    plain = np.concatenate([whitened(noise.root(one), values) for one, values in zip(trips, left, strict=True)])
+    plain = np.concatenate(
+        [whitened(noise.root(windows), values) for windows, values in zip(trips, residuals_w, strict=True)]
+    )
     assert plain.std() == pytest.approx(1.0, abs=0.03)
     assert np.corrcoef(plain[1:], plain[:-1])[0, 1] == pytest.approx(0.0, abs=0.05)
 
 
 def test_what_was_drawn_is_found_again(drives):
-    trips, left = drives
-    found = dict(zip(KERNELS, np.sqrt(estimated(trips, left, 10.0).variance), strict=True))
+    trips, residuals_w = drives
+    found = dict(zip(KERNELS, np.sqrt(estimated(trips, residuals_w, 10.0).variance), strict=True))
     assert found["white_dynamic"] == pytest.approx(0.1, rel=0.2)
     slow = np.sqrt(sum(found[name] ** 2 for name in ("level", "wander_120s", "wander_480s", "wander_1800s")))
     assert slow == pytest.approx(500.0, rel=0.25)
@@ -61,17 +63,17 @@ def test_what_was_drawn_is_found_again(drives):
 
 
 def test_a_single_event_does_not_rule_the_noise(drives):
-    trips, left = drives
-    struck = [values.copy() for values in left]
+    trips, residuals_w = drives
+    struck = [values.copy() for values in residuals_w]
     struck[3][40:43] += 2e5
-    calm, shaken = (estimated(trips, values, 10.0).root(trips[0]) for values in (left, struck))
+    calm, shaken = (estimated(trips, values, 10.0).root(trips[0]) for values in (residuals_w, struck))
     assert np.diag(shaken).mean() < 1.5 * np.diag(calm).mean()
 
 
 def test_expected_parts_add_up_to_what_is_left(drives):
-    trips, left = drives
-    parts = Noise(TRUE, 10.0).expected_w(trips[0], left[0])
-    np.testing.assert_allclose(sum(parts.values()), left[0], rtol=1e-6, atol=1e-6)
+    trips, residuals_w = drives
+    parts = Noise(TRUE, 10.0).expected_w(trips[0], residuals_w[0])
+    np.testing.assert_allclose(sum(parts.values()), residuals_w[0], rtol=1e-6, atol=1e-6)
 
 
 def test_floors_hold_where_nothing_scatters(drives):

@@ -41,8 +41,8 @@ def trip(number, draw):
 
 
 def scanned(trips, seed=1):
-    base = [one.columns_j / 10.0 for one in trips]
-    roots = [NOISE.root(one) for one in trips]
+    base = [windows.columns_j / 10.0 for windows in trips]
+    roots = [NOISE.root(windows) for windows in trips]
     return scan(trips, roots, base, np.zeros(3), np.zeros(3), np.ones(len(trips)), seed, boxes(trips))
 
 
@@ -96,8 +96,8 @@ def test_windows_of_another_trip_lie_in_the_box_by_its_bounds():
 def test_boxes_reach_several_trips_and_leave_something_outside():
     trips = [trip(k, lambda z: 0.0 * z) for k in range(TRIPS)]
     found, columns = boxes(trips, frozenset(("speed",)))
-    assert "speed" not in {one.axis for one in found}
-    assert {"altitude", "since_start", "place"} <= {one.axis for one in found}
+    assert "speed" not in {structure.axis for structure in found}
+    assert {"altitude", "since_start", "place"} <= {structure.axis for structure in found}
     inside = np.vstack(columns)
     assert bool(((inside == 0.0) | (inside == 1.0)).all())
     reached = np.sum([column.any(axis=0) for column in columns], axis=0)

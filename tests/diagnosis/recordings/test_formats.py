@@ -16,7 +16,7 @@ from tests.diagnosis.recorded_drives import drive, plain_csv
 UTC = 1_700_000_000.0
 
 
-def abrp_rows(one):
+def abrp_rows(driven):
     """What a car sends to the telemetry API, a dictionary a sample."""
     return [
         {
@@ -37,7 +37,7 @@ def abrp_rows(one):
             "car_model": "made:up:20",
         }
         for k, (time, speed, power, lat, lon) in enumerate(
-            zip(one.time_s, one.speed_mps, one.power_w, one.lat_deg, one.lon_deg, strict=True)
+            zip(driven.time_s, driven.speed_mps, driven.power_w, driven.lat_deg, driven.lon_deg, strict=True)
         )
     ]
 
@@ -62,12 +62,12 @@ def texts(recording, kind):
 
 
 def test_abrp_json_lines_are_read_into_si_units(tmp_path):
-    one = drive()
-    recording = read_recording(written_as_json(tmp_path / "tour.jsonl.gz", abrp_rows(one)))
+    driven = drive()
+    recording = read_recording(written_as_json(tmp_path / "tour.jsonl.gz", abrp_rows(driven)))
     assert recording.id == "tour"
-    assert recording.time_s - UTC == pytest.approx(one.time_s)
-    assert recording.speed_mps == pytest.approx(one.speed_mps)
-    assert recording.power_w == pytest.approx(one.power_w)
+    assert recording.time_s - UTC == pytest.approx(driven.time_s)
+    assert recording.speed_mps == pytest.approx(driven.speed_mps)
+    assert recording.power_w == pytest.approx(driven.power_w)
     assert recording.soc_frac[100] == pytest.approx(0.79)
     assert recording.ambient_k[0] == pytest.approx(285.65)
     assert recording.battery_k[0] == pytest.approx(293.15)
@@ -103,21 +103,23 @@ def test_abrp_values_missing_in_some_rows_are_brought_to_the_clock_of_the_speed(
 
 
 def test_stretch_without_power_becomes_a_gap_whose_energy_is_not_made_up(tmp_path):
-    one = drive()
-    rows = abrp_rows(one)
+    driven = drive()
+    rows = abrp_rows(driven)
     for row in rows[200:320]:
         row["power"] = row["voltage"] = row["current"] = None
     recording = read_recording(written_as_json(tmp_path / "a.jsonl", rows))
     (gap,) = recording.gaps
     assert (gap[0] - UTC, gap[1] - UTC) == (199.0, 320.0)
-    known = np.trapezoid(one.power_w[:200], one.time_s[:200]) + np.trapezoid(one.power_w[320:], one.time_s[320:])
+    known = np.trapezoid(driven.power_w[:200], driven.time_s[:200]) + np.trapezoid(
+        driven.power_w[320:], driven.time_s[320:]
+    )
     assert recording.energy_j() == pytest.approx(known)
     assert "120 of 800 samples dropped, at which power is not known within 10 s" in texts(recording, NoteKind.REPAIRED)
 
 
 def test_charging_that_is_marked_is_cut_out(tmp_path):
-    one = drive()
-    rows = abrp_rows(one)
+    driven = drive()
+    rows = abrp_rows(driven)
     for row in rows[300:320]:  # the car stands from 300 s to 320 s
         row |= {"is_charging": True, "power": -7.2, "current": -18.0}
     recording = read_recording(written_as_json(tmp_path / "a.jsonl", rows))
@@ -169,20 +171,20 @@ def parquet_file(path, **columns):
 
 @pytest.mark.parametrize("name", ["tour.parquet", "tour.parquet.gz"])
 def test_parquet_is_the_same_as_csv(tmp_path, name):
-    one = drive()
+    driven = drive()
     found = read_recording(
         parquet_file(
             tmp_path / name,
-            time_s=one.time_s,
-            speed_kmh=3.6 * one.speed_mps,
-            power_w=one.power_w.astype(np.float32),
-            soc_frac=pa.array([None, *[0.5] * (one.time_s.size - 1)]),
-            wet=np.ones(one.time_s.size, np.bool_),
-            trip=["a"] * one.time_s.size,
+            time_s=driven.time_s,
+            speed_kmh=3.6 * driven.speed_mps,
+            power_w=driven.power_w.astype(np.float32),
+            soc_frac=pa.array([None, *[0.5] * (driven.time_s.size - 1)]),
+            wet=np.ones(driven.time_s.size, np.bool_),
+            trip=["a"] * driven.time_s.size,
         )
     )
     text = tmp_path / "tour.csv"
-    text.write_text(plain_csv(one), encoding="utf-8")
+    text.write_text(plain_csv(driven), encoding="utf-8")
     plain = read_recording(text)
     assert found.id == plain.id
     assert found.speed_mps == pytest.approx(plain.speed_mps, abs=1e-6)
@@ -194,17 +196,17 @@ def test_parquet_is_the_same_as_csv(tmp_path, name):
 
 @pytest.mark.parametrize("unit", ["s", "ms", "us", "ns"])
 def test_parquet_times_are_seconds_whatever_their_unit(tmp_path, unit):
-    one = drive()
-    stamps = pa.array((one.time_s * 1e9).astype("int64"), pa.timestamp("ns", "UTC")).cast(pa.timestamp(unit, "UTC"))
-    path = parquet_file(tmp_path / "a.parquet", time_s=stamps, speed_kmh=3.6 * one.speed_mps, power_w=one.power_w)
-    assert read_recording(path).time_s == pytest.approx(one.time_s)
+    driven = drive()
+    stamps = pa.array((driven.time_s * 1e9).astype("int64"), pa.timestamp("ns", "UTC")).cast(pa.timestamp(unit, "UTC"))
+    path = parquet_file(tmp_path / "a.parquet", time_s=stamps, speed_kmh=3.6 * driven.speed_mps, power_w=driven.power_w)
+    assert read_recording(path).time_s == pytest.approx(driven.time_s)
 
 
 def test_parquet_columns_are_hidden_and_rows_counted_from_one(tmp_path):
-    one = drive()
-    power = one.power_w.copy()
+    driven = drive()
+    power = driven.power_w.copy()
     power[4] = np.nan
-    columns = {"time_s": one.time_s, "speed_kmh": 3.6 * one.speed_mps, "Heater": power, "power_w": power}
+    columns = {"time_s": driven.time_s, "speed_kmh": 3.6 * driven.speed_mps, "Heater": power, "power_w": power}
     with pytest.raises(RecordingError, match="row 5: power_w is nan"):
         read_recording(parquet_file(tmp_path / "a.parquet", **columns))
     with pytest.raises(RecordingError, match="power_w is missing"):
@@ -212,8 +214,10 @@ def test_parquet_columns_are_hidden_and_rows_counted_from_one(tmp_path):
 
 
 def test_broken_parquet_is_an_error(tmp_path):
-    one = drive()
-    path = parquet_file(tmp_path / "a.parquet", time_s=one.time_s, speed_kmh=one.speed_mps, power_w=one.power_w)
+    driven = drive()
+    path = parquet_file(
+        tmp_path / "a.parquet", time_s=driven.time_s, speed_kmh=driven.speed_mps, power_w=driven.power_w
+    )
     path.write_bytes(path.read_bytes()[:-40])
     with pytest.raises(RecordingError, match="not Parquet"):
         read_recording(path)

@@ -25,7 +25,7 @@ def folder(tmp_path):
 
 def test_folder_gives_its_recordings_in_order_and_the_errors_apart(folder):
     recordings, errors = read_recordings([folder])
-    assert [one.id for one in recordings] == ["a", "b"]
+    assert [recording.id for recording in recordings] == ["a", "b"]
     assert [error.path for error in errors] == [str(folder / "bad.csv")]
 
 
@@ -43,7 +43,7 @@ def test_file_whose_name_looks_like_a_pattern_is_that_file(folder):
 def test_two_files_of_one_id_are_an_error_for_the_second(folder):
     (folder / "b.csv.gz").write_bytes(gzip.compress((folder / "b.csv").read_bytes()))
     recordings, errors = read_recordings([folder / "b.csv", folder / "b.csv.gz"])
-    assert [one.id for one in recordings] == ["b"]
+    assert [recording.id for recording in recordings] == ["b"]
     (error,) = errors
     assert (error.column, error.value) == ("its id", "b")
     assert error.allowed == f"one that {folder / 'b.csv'} does not have already"
@@ -51,7 +51,7 @@ def test_two_files_of_one_id_are_an_error_for_the_second(folder):
 
 def test_path_that_is_not_there_is_an_error_among_the_others(folder):
     recordings, errors = read_recordings([folder / "absent.csv", str(folder / "none*.csv"), folder / "b.csv"])
-    assert [one.id for one in recordings] == ["b"]
+    assert [recording.id for recording in recordings] == ["b"]
     assert [error.value for error in errors] == ["not to be opened (No such file or directory)"] * 2
 
 

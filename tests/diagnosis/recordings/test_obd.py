@@ -11,12 +11,12 @@ from tests.diagnosis.recorded_drives import drive
 START_S = 43_200.0
 
 
-def readings(one, sign=1.0):
+def readings(driven, sign=1.0):
     """Time, parameter, value and unit as the logger reads them in turn: each at its own time."""
     found = []
-    for k, time in enumerate(one.time_s):
-        current = sign * one.power_w[k] / 400.0
-        found.append((time, "Vehicle speed", f"{3.6 * one.speed_mps[k]:.4f}", "km/h"))
+    for k, time in enumerate(driven.time_s):
+        current = sign * driven.power_w[k] / 400.0
+        found.append((time, "Vehicle speed", f"{3.6 * driven.speed_mps[k]:.4f}", "km/h"))
         found.append((time + 0.01, "[BMS] HV battery current", f"{current:.5f}", "A"))
         found.append((time + 0.02, "HV battery voltage", "400", "V"))
         found.append((time + 0.03, "Engine RPM", "0", "rpm"))
@@ -41,14 +41,14 @@ def texts(recording, kind):
 
 
 def test_long_log_is_brought_to_the_clock_of_the_speed(tmp_path):
-    one = drive()
-    recording = read_recording(long_file(tmp_path / "2026-05-19 21-16-39.csv", readings(one)))
+    driven = drive()
+    recording = read_recording(long_file(tmp_path / "2026-05-19 21-16-39.csv", readings(driven)))
     assert recording.id == "2026-05-19 21-16-39"
     # no current is known before 0.01 s
-    assert recording.time_s == pytest.approx(START_S + one.time_s[1:])
-    assert recording.speed_mps == pytest.approx(one.speed_mps[1:], abs=1e-4)
+    assert recording.time_s == pytest.approx(START_S + driven.time_s[1:])
+    assert recording.speed_mps == pytest.approx(driven.speed_mps[1:], abs=1e-4)
     # the current is read 10 ms later, so the power at the speed's time lies 1 % on the way back to the second before
-    expected = one.power_w[1:] + 0.01 * (one.power_w[:-1] - one.power_w[1:])
+    expected = driven.power_w[1:] + 0.01 * (driven.power_w[:-1] - driven.power_w[1:])
     assert recording.power_w == pytest.approx(expected, abs=0.1)
     assert recording.soc_frac[29] == pytest.approx(0.798)  # at 30 s that of 20.04 s
     assert recording.ambient_k[29] == pytest.approx(278.15)
@@ -65,9 +65,9 @@ def test_notes_tell_which_parameters_were_read_and_which_not(tmp_path):
 
 
 def test_current_that_is_negative_while_accelerating_is_turned(tmp_path):
-    one = drive()
-    turned = read_recording(long_file(tmp_path / "a.csv", readings(one, sign=-1.0)))
-    right = read_recording(long_file(tmp_path / "b.csv", readings(one)))
+    driven = drive()
+    turned = read_recording(long_file(tmp_path / "a.csv", readings(driven, sign=-1.0)))
+    right = read_recording(long_file(tmp_path / "b.csv", readings(driven)))
     assert np.array_equal(turned.power_w, right.power_w)
     assert np.array_equal(turned.current_a, right.current_a)
     assert [text[:11] for text in texts(turned, NoteKind.REPAIRED)] == ["1 of 800 sa", "sign turned"]
@@ -75,8 +75,8 @@ def test_current_that_is_negative_while_accelerating_is_turned(tmp_path):
 
 
 def test_log_past_midnight_goes_on(tmp_path):
-    one = drive()
-    recording = read_recording(long_file(tmp_path / "a.csv", readings(one), start_s=86_000.0))
+    driven = drive()
+    recording = read_recording(long_file(tmp_path / "a.csv", readings(driven), start_s=86_000.0))
     assert recording.time_s[-1] - recording.time_s[0] == pytest.approx(798.0)
 
 
@@ -88,11 +88,11 @@ def test_parameters_are_hidden_by_their_name(tmp_path):
 
 
 def test_second_speed_is_left_aside_and_compared(tmp_path):
-    one = drive()
-    rows = readings(one)
+    driven = drive()
+    rows = readings(driven)
     rows += [
         (time, "Speed (GPS)", f"{2.0 * speed:.3f}", "mph")
-        for time, speed in zip(one.time_s, one.speed_mps, strict=True)
+        for time, speed in zip(driven.time_s, driven.speed_mps, strict=True)
     ]
     rows.sort(key=lambda row: row[0])
     recording = read_recording(long_file(tmp_path / "a.csv", rows))
@@ -135,25 +135,25 @@ def test_shuffled_readings_are_an_error(tmp_path):
         read_recording(long_file(tmp_path / "a.csv", rows))
 
 
-def wide_file(path, one):
+def wide_file(path, driven):
     lines = [
         'time,"Vehicle speed (km/h)","[BMS] HV Battery Current (A)","HV Battery voltage (V)","Latitude","Longtitude"'
     ]
-    for k, time in enumerate(one.time_s):
+    for k, time in enumerate(driven.time_s):
         seconds = 86_000.0 + time
         clock = f"{int(seconds // 3600) % 24:02d}:{int(seconds // 60) % 60:02d}:{seconds % 60:06.3f}"
-        lines.append(f"{clock},{3.6 * one.speed_mps[k]:.4f},,,{one.lat_deg[k]:.7f},{one.lon_deg[k]:.7f}")
-        lines.append(f"{clock},,{one.power_w[k] / 400.0:.5f},400,,")
+        lines.append(f"{clock},{3.6 * driven.speed_mps[k]:.4f},,,{driven.lat_deg[k]:.7f},{driven.lon_deg[k]:.7f}")
+        lines.append(f"{clock},,{driven.power_w[k] / 400.0:.5f},400,,")
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     return path
 
 
 def test_wide_log_is_read_past_midnight_with_its_positions(tmp_path):
-    one = drive()
-    recording = read_recording(wide_file(tmp_path / "a.csv", one))
-    assert recording.time_s - recording.time_s[0] == pytest.approx(one.time_s)
-    assert recording.power_w == pytest.approx(one.power_w, abs=1.0)
-    assert recording.longitude_deg == pytest.approx(one.lon_deg, abs=1e-6)
+    driven = drive()
+    recording = read_recording(wide_file(tmp_path / "a.csv", driven))
+    assert recording.time_s - recording.time_s[0] == pytest.approx(driven.time_s)
+    assert recording.power_w == pytest.approx(driven.power_w, abs=1.0)
+    assert recording.longitude_deg == pytest.approx(driven.lon_deg, abs=1e-6)
     assert [note.text for note in recording.notes if note.kind is NoteKind.CHECKED] == [
         "by the positions 1.00 times as fast, in 60 stretches of 10 s"
     ]

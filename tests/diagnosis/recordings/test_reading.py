@@ -253,8 +253,8 @@ def test_consumers_that_only_together_exceed_the_battery_are_all_taken_out():
     assert repaired.heater_w is None
     assert repaired.aircon_w is None
     assert all("together" in note.text for note in repaired.notes)
-    one = without_impossible(replace(both, aircon_w=np.full(400, 300.0)))
-    assert one.heater_w is not None
+    mended = without_impossible(replace(both, aircon_w=np.full(400, 300.0)))
+    assert mended.heater_w is not None
 
 
 def test_missing_samples_are_counted_and_the_end_named(i3_file):
@@ -431,9 +431,9 @@ def test_published_files_are_read_and_their_traps_found():
     assert cold.heater_w is not None
     assert np.median(cold.ambient_k) == pytest.approx(269.65)
     assert notes(cold, NoteKind.MISSING) == [("soc_frac", "1 of 14173 samples missing, among them all after 1417.1 s")]
-    cut = read_recording(SHARED / "TripB34.csv.gz")
-    assert cut.time_s[-1] == pytest.approx(293.0)
-    assert [channel for channel, _ in notes(cut, NoteKind.REPAIRED)] == [""]
+    shortened = read_recording(SHARED / "TripB34.csv.gz")
+    assert shortened.time_s[-1] == pytest.approx(293.0)
+    assert [channel for channel, _ in notes(shortened, NoteKind.REPAIRED)] == [""]
     for recording in (stuck, cold):  # 22 kWh gross, as the maker says
         ((_, text),) = notes(recording, NoteKind.CHECKED)
         assert 20.0 < float(text.rsplit(" ", 2)[1]) < 25.0
