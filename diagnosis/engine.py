@@ -28,10 +28,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
     from diagnosis.answer.learned import Learned
-    from diagnosis.answer.regimes import Regime
+    from diagnosis.answer.regimes import RegimeResidual
     from diagnosis.answer.results import Finding, FitScore, ParameterError, Unexplained
     from diagnosis.fit.model import Model
-    from diagnosis.fit.windows import Trip
+    from diagnosis.fit.windows import WindowedTrip
     from diagnosis.recordings.reading import Recording
     from energy.vehicle.vehicle import Vehicle
 
@@ -174,7 +174,7 @@ def _check(recordings: Sequence[Recording], held_out: Collection[str]) -> None:
             raise DiagnosisError(f"held-out trip {trip_id!r} is none of the {len(ids)} recordings")
 
 
-def _accounts(model: Model, kept: Sequence[Trip], held_out: Collection[str]) -> tuple[TripAccount, ...]:
+def _accounts(model: Model, kept: Sequence[WindowedTrip], held_out: Collection[str]) -> tuple[TripAccount, ...]:
     names = model.solution.names
     found = [
         trip_account(model, trip, nameplate_j(model, trip), windows, k, held_out=False)
@@ -198,7 +198,7 @@ def _accounts(model: Model, kept: Sequence[Trip], held_out: Collection[str]) -> 
     return tuple(found)
 
 
-def _all_regimes(model: Model, *, after: bool) -> tuple[Regime, ...]:
+def _all_regimes(model: Model, *, after: bool) -> tuple[RegimeResidual, ...]:
     """Residual power by regime, of trips by the fit of the others."""
     solution = model.solution if after else model.base
     residuals_w = [residual_w(trip, solution, solution.without[k]) for k, trip in enumerate(model.windows)]
@@ -267,7 +267,7 @@ def _verdict(
     return Verdict.NOTHING_MISSING, f"In {trips} drives nothing stands out that the model leaves out."
 
 
-def _fit_for_it(trips: Sequence[Trip]) -> tuple[list[Trip], list[Trip]]:
+def _fit_for_it(trips: Sequence[WindowedTrip]) -> tuple[list[WindowedTrip], list[WindowedTrip]]:
     """Trips that can be fitted, and those sampled too coarsely or without a window."""
     fine = [trip for trip in trips if not _too_coarse(trip) and bool((trip.window >= 0).any())]
     if fine and not any(trip.drive.profile.step_m().any() for trip in fine):
@@ -277,11 +277,11 @@ def _fit_for_it(trips: Sequence[Trip]) -> tuple[list[Trip], list[Trip]]:
     return fine, [trip for trip in trips if trip not in fine]
 
 
-def _too_coarse(trip: Trip) -> bool:
+def _too_coarse(trip: WindowedTrip) -> bool:
     return float(np.median(np.diff(trip.recording.time_s))) > COARSEST_STEP_S
 
 
-def _why_unfit(trip: Trip) -> QualityNote:
+def _why_unfit(trip: WindowedTrip) -> QualityNote:
     step_s = float(np.median(np.diff(trip.recording.time_s)))
     text = f"not fitted: a sample each {step_s:.1f} s, at most {COARSEST_STEP_S:g} s are needed to see accelerations"
     if step_s <= COARSEST_STEP_S:
@@ -293,7 +293,7 @@ def _routes_score(
     model: Model,
     vehicle: Vehicle,
     carried: Learned,
-    trips: Sequence[Trip],
+    trips: Sequence[WindowedTrip],
     asked: Sequence[TripAccount],
     seed: int,
 ) -> FitScore | None:
@@ -320,8 +320,8 @@ def _settings_used(model: Model, settings: DiagnosisSettings) -> dict[str, Any]:
 
 
 def _too_few(
-    fitted: Sequence[Trip],
-    kept: Sequence[Trip],
+    fitted: Sequence[WindowedTrip],
+    kept: Sequence[WindowedTrip],
     vehicle: Vehicle,
     quality: tuple[QualityNote, ...],
     settings: DiagnosisSettings,

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from diagnosis.causes.terms import Candidate, Term
     from diagnosis.fit.jackknife import Equations, Solution
-    from diagnosis.fit.windows import Trip
+    from diagnosis.fit.windows import WindowedTrip
     from diagnosis.recordings.reading import Recording
     from energy.vehicle.vehicle import Vehicle
     from proof.prepared import Prepared
@@ -63,14 +63,18 @@ def oracle(recordings: Sequence[Recording], vehicle: Vehicle, held_out: Collecti
     trips = [trip_of(recording, driven(recording, vehicle)) for recording in recordings]
     _, solution = _fit(trips, held_out, vehicle, vehicle, terms)
     better = moved(vehicle, solution)
-    again: Sequence[Trip] = [replace(trip, drive=with_vehicle(trip.drive, better)) for trip in trips]
+    again: Sequence[WindowedTrip] = [replace(trip, drive=with_vehicle(trip.drive, better)) for trip in trips]
     ready, solution = _fit(again, held_out, better, vehicle, terms)
     families = sorted({term.family.value for term in terms})
     return Rule(ORACLE, tuple(families), predicted_kwh(ready.kept, solution))
 
 
 def _fit(
-    trips: Sequence[Trip], held_out: Collection[str], vehicle: Vehicle, nameplate: Vehicle, terms: Sequence[Term]
+    trips: Sequence[WindowedTrip],
+    held_out: Collection[str],
+    vehicle: Vehicle,
+    nameplate: Vehicle,
+    terms: Sequence[Term],
 ) -> tuple[Prepared, Solution]:
     ready = windowed_and_weighed(trips, held_out, vehicle, nameplate, terms)
     system, solution = ready.system, solve(ready.system, FREE)

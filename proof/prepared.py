@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from diagnosis.causes.terms import Candidate, Term
     from diagnosis.fit.jackknife import Equations, Solution
-    from diagnosis.fit.windows import Trip, Windows
+    from diagnosis.fit.windows import WindowedTrip, Windows
     from diagnosis.recordings.reading import Recording
     from energy.vehicle.vehicle import Vehicle
 
@@ -49,7 +49,7 @@ def prepared(
 
 
 def windowed_and_weighed(
-    trips: Sequence[Trip],
+    trips: Sequence[WindowedTrip],
     held_out: Collection[str],
     vehicle: Vehicle,
     nameplate: Vehicle,

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from diagnosis.fit.jackknife import Solution
     from diagnosis.fit.model import Model
-    from diagnosis.fit.windows import Trip, Windows
+    from diagnosis.fit.windows import WindowedTrip, Windows
 
 DRAWS: Final = 2000
 LEAST_OF_MEDIAN: Final = 0.1
@@ -65,7 +65,7 @@ TERM_FAMILY: Final = (
 
 
 def trip_account(
-    model: Model, trip: Trip, nameplate_j: float, windows: Windows, k: int | None, *, held_out: bool
+    model: Model, trip: WindowedTrip, nameplate_j: float, windows: Windows, k: int | None, *, held_out: bool
 ) -> TripAccount:
     """One trip's account; k: its place among the fitted trips, which predicts it by the fit of the others, or None."""
     before = model.base.coefficients if k is None else model.base.without[k]
@@ -147,7 +147,7 @@ def _model_w(windows: Windows, solution: Solution, beta: NDArray[np.float64]) ->
     return np.asarray((windows.simulated_j + columns @ beta) / windows.duration_s, np.float64)
 
 
-def _parts_j(model: Model, trip: Trip) -> dict[Family, float]:
+def _parts_j(model: Model, trip: WindowedTrip) -> dict[Family, float]:
     """Energy by family of the vehicle that the model is linear about."""
     replayed = replay(model.vehicle, trip.drive.profile)
     inside = trip.window >= 0
@@ -158,7 +158,7 @@ def _parts_j(model: Model, trip: Trip) -> dict[Family, float]:
     return found
 
 
-def nameplate_j(model: Model, trip: Trip) -> float:
+def nameplate_j(model: Model, trip: WindowedTrip) -> float:
     """Energy of the vehicle as its file has it, in the windows that were measured [J]."""
     return float(summed(trip, replay(model.nameplate, trip.drive.profile).step_energy_j).sum())
 

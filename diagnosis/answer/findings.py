@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from diagnosis.answer.regimes import Regime
+    from diagnosis.answer.regimes import RegimeResidual
     from diagnosis.causes.terms import Candidate
     from diagnosis.fit.levels import Level, TripWind
     from diagnosis.fit.model import Model
@@ -126,7 +126,7 @@ def _own_w(model: Model, k: int, labels: set[str]) -> NDArray[np.float64]:
     return np.asarray(total / trip.duration_s, np.float64)
 
 
-def _located(model: Model, labels: set[str]) -> tuple[Regime, ...]:
+def _located(model: Model, labels: set[str]) -> tuple[RegimeResidual, ...]:
     """Regimes in which what is left without some terms departs, those in which the terms took most energy."""
     residuals_w = [model.residual_w(k) + _own_w(model, k, labels) for k in range(len(model.windows))]
     own = [_own_w(model, k, labels) for k in range(len(model.windows))]

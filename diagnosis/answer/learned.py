@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from diagnosis.answer.results import Diagnosis, Interval
     from diagnosis.fit.jackknife import Solution
     from diagnosis.fit.model import Model
-    from diagnosis.fit.windows import Trip
+    from diagnosis.fit.windows import WindowedTrip
     from energy.vehicle.vehicle import Vehicle
 
 SHOWN_SD: Final = 4.0  # standard deviations that an effect of its usual size would have been
@@ -118,7 +118,7 @@ def learned_vehicle(vehicle: Vehicle, diagnosis: Diagnosis) -> Vehicle:
     return applied(vehicle, Learned(dict(diagnosis.parameters), dict(diagnosis.effects), {}, {}))
 
 
-def replayed_j(vehicle: Vehicle, trip: Trip, *, still: bool = False) -> float:
+def replayed_j(vehicle: Vehicle, trip: WindowedTrip, *, still: bool = False) -> float:
     """Energy of a trip at the battery's terminals by the routes' terms, at its speed and temperature [J].
 
     still: without any effect.

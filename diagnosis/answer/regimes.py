@@ -48,7 +48,7 @@ EDGES: Final[Mapping[Axis, tuple[float, ...]]] = {
 
 
 @dataclass(frozen=True, slots=True)
-class Regime:
+class RegimeResidual:
     """What windows of one regime took more than simulated.
 
     low, high: of the axis; high belongs to the last regime only. mean_w: residual energy over time, with the interval
@@ -77,7 +77,7 @@ def regimes(
     axis: Axis,
     residual_w: Sequence[NDArray[np.float64]],
     edges: Sequence[float] | None = None,
-) -> tuple[Regime, ...]:
+) -> tuple[RegimeResidual, ...]:
     """Power that is left of windows, float64 (n,) a trip [W], in each regime of an axis that any lies in, in order.
 
     Trips without a value on the axis (no recorded temperature) are left out.
@@ -108,7 +108,7 @@ def regimes(
 
 def _regime(
     axis: Axis, low: float, high: float, residual_j: NDArray[np.float64], duration_s: NDArray[np.float64]
-) -> Regime:
+) -> RegimeResidual:
     """One regime from each trip's residual energy and time in it."""
     there = duration_s > 0.0
     energy_j, time_s, n = float(residual_j.sum()), float(duration_s.sum()), int(there.sum())
@@ -119,7 +119,7 @@ def _regime(
         sd = math.sqrt((n - 1) / n * float(np.square(without - without.mean()).sum()))
         half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE_FRAC, n - 1)) * sd
         low_w, high_w = mean_w - half, mean_w + half
-    return Regime(axis, low, high, mean_w, low_w, high_w, energy_j / JOULE_PER_KWH, time_s, n)
+    return RegimeResidual(axis, low, high, mean_w, low_w, high_w, energy_j / JOULE_PER_KWH, time_s, n)
 
 
 def _ambient(trip: Windows) -> NDArray[np.float64] | None:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from diagnosis.answer.regimes import Regime
+    from diagnosis.answer.regimes import RegimeResidual
 
 Interval = tuple[float, float] | None
 
@@ -71,7 +71,7 @@ class Finding:
     energy_kwh_ci95: Interval
     energy_share_frac: float
     t: float
-    located: tuple[Regime, ...] = ()
+    located: tuple[RegimeResidual, ...] = ()
     trips: tuple[str, ...] = ()
     ambiguous_with: tuple[Rival, ...] = ()
     separating_recording: str | None = None
@@ -219,8 +219,8 @@ class Diagnosis:
     before: FitScore | None
     after: FitScore | None
     routes: FitScore | None
-    regimes_before: tuple[Regime, ...]
-    regimes_after: tuple[Regime, ...]
+    regimes_before: tuple[RegimeResidual, ...]
+    regimes_after: tuple[RegimeResidual, ...]
     trips: tuple[TripAccount, ...]
     effects: Mapping[str, float]
     effects_ci95: Mapping[str, Interval]

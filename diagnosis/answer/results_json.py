@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 from diagnosis.answer.results import Diagnosis, FitScore, Interval
 
 if TYPE_CHECKING:
-    from diagnosis.answer.regimes import Regime
+    from diagnosis.answer.regimes import RegimeResidual
 
 
 SIGNIFICANT_DIGITS: Final = 6
@@ -142,7 +142,7 @@ def _ci(interval: Interval) -> list[float | None] | None:
     return None if interval is None else [_n(interval[0]), _n(interval[1])]
 
 
-def _regime(regime: Regime) -> dict[str, Any]:
+def _regime(regime: RegimeResidual) -> dict[str, Any]:
     known = regime.low_w is not None and regime.high_w is not None
     return {
         "axis": regime.axis.value,

@@ -27,7 +27,7 @@ CHANNELS: Final = ("soc_frac", "battery_k", "wind_speed_mps", "wet_frac", "paylo
 
 
 @dataclass(frozen=True, slots=True)
-class Driven:
+class ReplayedDrive:
     """A drive in n steps, each array float64 (n,), and the vehicle that replays it.
 
     force_n: at the wheels, of the vehicle without effects. factor: battery energy over work at the wheels, by the sign
@@ -59,7 +59,7 @@ class Driven:
         return np.asarray(-self.vehicle.recuperation_eff * work_w, np.float64)
 
 
-def driven(recording: Recording, vehicle: Vehicle) -> Driven:
+def driven(recording: Recording, vehicle: Vehicle) -> ReplayedDrive:
     """A recording replayed with a vehicle without any effect; raises replay's errors where it cannot be driven."""
     profile = graded(recording.profile())
     duration_s = np.diff(profile.time_s)
@@ -71,7 +71,7 @@ def driven(recording: Recording, vehicle: Vehicle) -> Driven:
     ambient_k = None
     if recording.ambient_k is not None and not bool(np.isnan(recording.ambient_k).all()):
         ambient_k = float(np.nanmedian(recording.ambient_k))
-    return Driven(
+    return ReplayedDrive(
         vehicle=vehicle,
         profile=profile,
         duration_s=duration_s,
@@ -87,7 +87,7 @@ def driven(recording: Recording, vehicle: Vehicle) -> Driven:
     )
 
 
-def with_vehicle(drive: Driven, vehicle: Vehicle) -> Driven:
+def with_vehicle(drive: ReplayedDrive, vehicle: Vehicle) -> ReplayedDrive:
     """The same drive replayed with another vehicle."""
     force = wheel_force_n(vehicle, drive.speed_mps, drive.accel_mps2, drive.grade_frac)
     return replace(
@@ -185,7 +185,7 @@ def _smoothed(values: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.convolve(np.pad(values, half, mode="edge"), kernel, mode="valid")
 
 
-__all__ = ["ROUGHER_M", "Driven", "driven", "rougher_grade", "wheel_force_n", "with_vehicle"]
+__all__ = ["ROUGHER_M", "ReplayedDrive", "driven", "rougher_grade", "wheel_force_n", "with_vehicle"]
 
 
 def median_ambient(recording: Recording) -> Conditions:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from diagnosis.causes.families import Family
-from diagnosis.causes.terms import Candidate, Shape, Term
+from diagnosis.causes.terms import Candidate, Term, TermShape
 from energy.conditions import Conditions
 from energy.force.effects import REFERENCE_K, RESISTANCE_REFERENCE_K, air_density_factor
 from energy.units import GRAVITY_MPS2, KMH_PER_MPS, ZERO_CELSIUS_K
@@ -22,74 +22,74 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from diagnosis.causes.driven import Driven
+    from diagnosis.causes.driven import ReplayedDrive
 
 CABIN_K: Final = 294.15
 FULL_SOC: Final = 0.85  # from here on a full battery may refuse recuperation
 RESTART_S: Final = 10.0  # from the start on, in which a battery has the temperature that it was parked with
 
 
-TAU: Final = Shape("time_constant", "s", (120.0, 300.0, 600.0, 1200.0), 40.0, 3600.0)
-HEAT_TO: Final = Shape("heated_below", "°C", (12.0, 16.0, 20.0, 24.0), 5.0, 28.0)
-COOL_TO: Final = Shape("cooled_above", "°C", (18.0, 22.0, 26.0), 12.0, 32.0)
-TYRE_TAU: Final = Shape("time_constant", "s", (300.0, 600.0, 1200.0), 100.0, 3600.0)
-REGEN_CAP: Final = Shape("cap", "kW", (10.0, 15.0, 22.0, 32.0, 45.0, 65.0), 3.0, 120.0)
-REGEN_LOW: Final = Shape("cut_off", "km/h", (7.0, 11.0, 15.0, 20.0), 3.0, 30.0)
-REGEN_COLD: Final = Shape("full_from", "°C", (5.0, 12.0), 0.0, 20.0)
-BLEND: Final = Shape("friction_beyond", "m/s²", (0.8, 1.4, 2.0), 0.5, 3.5)
-BATTERY_COLD: Final = Shape("battery_below", "°C", (2.0, 8.0, 14.0, 20.0), -10.0, 25.0)
-BATTERY_HOT: Final = Shape("battery_above", "°C", (28.0, 33.0, 38.0), 24.0, 48.0)
+TAU: Final = TermShape("time_constant", "s", (120.0, 300.0, 600.0, 1200.0), 40.0, 3600.0)
+HEAT_TO: Final = TermShape("heated_below", "°C", (12.0, 16.0, 20.0, 24.0), 5.0, 28.0)
+COOL_TO: Final = TermShape("cooled_above", "°C", (18.0, 22.0, 26.0), 12.0, 32.0)
+TYRE_TAU: Final = TermShape("time_constant", "s", (300.0, 600.0, 1200.0), 100.0, 3600.0)
+REGEN_CAP: Final = TermShape("cap", "kW", (10.0, 15.0, 22.0, 32.0, 45.0, 65.0), 3.0, 120.0)
+REGEN_LOW: Final = TermShape("cut_off", "km/h", (7.0, 11.0, 15.0, 20.0), 3.0, 30.0)
+REGEN_COLD: Final = TermShape("full_from", "°C", (5.0, 12.0), 0.0, 20.0)
+BLEND: Final = TermShape("friction_beyond", "m/s²", (0.8, 1.4, 2.0), 0.5, 3.5)
+BATTERY_COLD: Final = TermShape("battery_below", "°C", (2.0, 8.0, 14.0, 20.0), -10.0, 25.0)
+BATTERY_HOT: Final = TermShape("battery_above", "°C", (28.0, 33.0, 38.0), 24.0, 48.0)
 
 
-def _known_k(drive: Driven) -> float:
+def _known_k(drive: ReplayedDrive) -> float:
     assert drive.ambient_k is not None, "terms that need the temperature are not asked without it"
     return drive.ambient_k
 
 
-def _cold_k(drive: Driven, target_k: float = CABIN_K) -> float:
+def _cold_k(drive: ReplayedDrive, target_k: float = CABIN_K) -> float:
     return max(target_k - _known_k(drive), 0.0)
 
 
-def _hot_k(drive: Driven, target_k: float = CABIN_K) -> float:
+def _hot_k(drive: ReplayedDrive, target_k: float = CABIN_K) -> float:
     return max(_known_k(drive) - target_k, 0.0)
 
 
-def decaying_s(drive: Driven, tau_s: float) -> NDArray[np.float64]:
+def decaying_s(drive: ReplayedDrive, tau_s: float) -> NDArray[np.float64]:
     """∫ exp(−t/τ) dt of each step from the start on, exact, float64 (n,) [s]."""
     begin_s = drive.since_s - 0.5 * drive.duration_s
     return np.asarray(tau_s * np.exp(-begin_s / tau_s) * -np.expm1(-drive.duration_s / tau_s), np.float64)
 
 
-def _restart(drive: Driven, tau_s: float) -> NDArray[np.float64]:
+def _restart(drive: ReplayedDrive, tau_s: float) -> NDArray[np.float64]:
     """Warm-up that is saved where a battery warmer than the air tells that the car has just been driven."""
     kelvin = drive.channels["battery_k"][: max(int(RESTART_S), 1)]
     warmer_k = min(max(float(np.mean(kelvin)) - _known_k(drive), 0.0), _cold_k(drive))
     return np.asarray(-warmer_k * decaying_s(drive, tau_s), np.float64)
 
 
-def _rolling_n(drive: Driven) -> float:
+def _rolling_n(drive: ReplayedDrive) -> float:
     return float(drive.vehicle.road_load_a_n)
 
 
-def _drag_n(drive: Driven) -> NDArray[np.float64]:
+def _drag_n(drive: ReplayedDrive) -> NDArray[np.float64]:
     return np.asarray(drive.vehicle.road_load_c_n_per_mps2 * drive.speed_mps**2, np.float64)
 
 
-def _density(drive: Driven, _: float) -> NDArray[np.float64]:
+def _density(drive: ReplayedDrive, _: float) -> NDArray[np.float64]:
     altitude = drive.channels.get("altitude_m")
     conditions = Conditions(ambient_k=_known_k(drive), altitude_density=altitude is not None)
     factor = air_density_factor(conditions, altitude)
     return drive.work_j(_drag_n(drive) * (factor - 1.0))
 
 
-def _headwind(drive: Driven, _: float) -> NDArray[np.float64]:
+def _headwind(drive: ReplayedDrive, _: float) -> NDArray[np.float64]:
     angle = drive.channels["wind_from_rad"] - drive.channels["heading_rad"]
     ahead = drive.channels["wind_speed_mps"] * np.cos(angle)
     v, drag = drive.speed_mps, drive.vehicle.road_load_c_n_per_mps2
     return drive.work_j(drag * ((v + ahead) * np.abs(v + ahead) - v * v))
 
 
-def _crosswind(drive: Driven, _: float) -> NDArray[np.float64]:
+def _crosswind(drive: ReplayedDrive, _: float) -> NDArray[np.float64]:
     angle = drive.channels["wind_from_rad"] - drive.channels["heading_rad"]
     ahead, across = (drive.channels["wind_speed_mps"] * turned for turned in (np.cos(angle), np.abs(np.sin(angle))))
     yaw_rad = np.arctan2(across, np.maximum(drive.speed_mps + ahead, 1.0))
@@ -98,74 +98,74 @@ def _crosswind(drive: Driven, _: float) -> NDArray[np.float64]:
 
 def _unknown_wind(
     turned: Callable[[NDArray[np.float64]], NDArray[np.float64]],
-) -> Callable[[Driven, float], NDArray[np.float64]]:
-    def energy_j(drive: Driven, _: float) -> NDArray[np.float64]:
+) -> Callable[[ReplayedDrive, float], NDArray[np.float64]]:
+    def energy_j(drive: ReplayedDrive, _: float) -> NDArray[np.float64]:
         drag = 2.0 * drive.vehicle.road_load_c_n_per_mps2 * drive.speed_mps
         return drive.work_j(drag * turned(drive.channels["heading_rad"]))
 
     return energy_j
 
 
-def _payload(drive: Driven, _: float) -> NDArray[np.float64]:
+def _payload(drive: ReplayedDrive, _: float) -> NDArray[np.float64]:
     force = drive.vehicle.rotating_mass_coef * drive.accel_mps2 + GRAVITY_MPS2 * drive.grade_frac
     return drive.work_j(drive.channels["payload_kg"] * (force + _rolling_n(drive) / drive.vehicle.mass_kg))
 
 
-def _wet_linear(drive: Driven, _: float) -> NDArray[np.float64]:
+def _wet_linear(drive: ReplayedDrive, _: float) -> NDArray[np.float64]:
     return drive.work_j(drive.channels["wet_frac"] * drive.speed_mps)
 
 
-def _load_loss(drive: Driven, _: float) -> NDArray[np.float64]:
+def _load_loss(drive: ReplayedDrive, _: float) -> NDArray[np.float64]:
     return np.asarray(drive.force_n**2 * drive.duration_s, np.float64)
 
 
-def _resistance(drive: Driven, _: float) -> NDArray[np.float64]:
+def _resistance(drive: ReplayedDrive, _: float) -> NDArray[np.float64]:
     volt = drive.vehicle.effects.battery_voltage_v
     return np.asarray((drive.power_w / volt) ** 2 * drive.duration_s, np.float64)
 
 
-def _cold_resistance(drive: Driven, _: float) -> NDArray[np.float64]:
+def _cold_resistance(drive: ReplayedDrive, _: float) -> NDArray[np.float64]:
     cold_k = max(RESISTANCE_REFERENCE_K - _known_k(drive), 0.0)
     rise = np.exp2(cold_k / drive.vehicle.effects.resistance_doubling_k) - 1.0
     return np.asarray(rise * _resistance(drive, 0.0), np.float64)
 
 
-def _beyond_cap(drive: Driven, cap_kw: float) -> NDArray[np.float64]:
+def _beyond_cap(drive: ReplayedDrive, cap_kw: float) -> NDArray[np.float64]:
     return np.maximum(drive.recovered_w() - 1000.0 * cap_kw, 0.0) * drive.duration_s
 
 
-def _below_cut_off(drive: Driven, cut_off_kmh: float) -> NDArray[np.float64]:
+def _below_cut_off(drive: ReplayedDrive, cut_off_kmh: float) -> NDArray[np.float64]:
     slow = drive.speed_mps < cut_off_kmh / KMH_PER_MPS
     return np.asarray(drive.recovered_w() * slow * drive.duration_s, np.float64)
 
 
-def _hard_braking(drive: Driven, beyond_mps2: float) -> NDArray[np.float64]:
+def _hard_braking(drive: ReplayedDrive, beyond_mps2: float) -> NDArray[np.float64]:
     """What brakes beyond a deceleration take from recuperation: the part of the force above it."""
     most_n = drive.vehicle.mass_kg * beyond_mps2
     extra_n = np.maximum(-drive.force_n - most_n, 0.0)
     return np.asarray(drive.vehicle.recuperation_eff * extra_n * drive.speed_mps * drive.duration_s, np.float64)
 
 
-def _cold_regen(drive: Driven, full_from_c: float) -> NDArray[np.float64]:
+def _cold_regen(drive: ReplayedDrive, full_from_c: float) -> NDArray[np.float64]:
     kelvin = drive.channels.get("battery_k", np.full_like(drive.duration_s, _known_k(drive)))
     span_k = 25.0  # from all to none, as regen_cold_full_k to regen_cold_none_k
     lost = np.clip((full_from_c + ZERO_CELSIUS_K - kelvin) / span_k, 0.0, 1.0)
     return np.asarray(drive.recovered_w() * lost * drive.duration_s, np.float64)
 
 
-def _full_regen(drive: Driven, _: float) -> NDArray[np.float64]:
+def _full_regen(drive: ReplayedDrive, _: float) -> NDArray[np.float64]:
     lost = np.clip((drive.channels["soc_frac"] - FULL_SOC) / (1.0 - FULL_SOC), 0.0, 1.0)
     return np.asarray(drive.recovered_w() * lost * drive.duration_s, np.float64)
 
 
-def _cornering(drive: Driven, _: float) -> NDArray[np.float64]:
+def _cornering(drive: ReplayedDrive, _: float) -> NDArray[np.float64]:
     side_n = drive.vehicle.mass_kg * drive.speed_mps**2 * drive.channels["curvature_per_m"]
     side_n = np.clip(side_n, -0.8 * drive.vehicle.mass_kg * GRAVITY_MPS2, 0.8 * drive.vehicle.mass_kg * GRAVITY_MPS2)
     return drive.work_j(side_n**2)
 
 
-def _conditioning(sign: float) -> Callable[[Driven, float], NDArray[np.float64]]:
-    def energy_j(drive: Driven, limit_c: float) -> NDArray[np.float64]:
+def _conditioning(sign: float) -> Callable[[ReplayedDrive, float], NDArray[np.float64]]:
+    def energy_j(drive: ReplayedDrive, limit_c: float) -> NDArray[np.float64]:
         beyond = sign * (drive.channels["battery_k"] - ZERO_CELSIUS_K - limit_c) > 0.0
         return np.asarray(beyond * drive.duration_s, np.float64)
 
@@ -335,7 +335,7 @@ LIBRARY: Final[tuple[Term, ...]] = (
 )
 
 
-def candidates(drives: Sequence[Driven], library: Sequence[Term] = LIBRARY) -> tuple[Candidate, ...]:
+def candidates(drives: Sequence[ReplayedDrive], library: Sequence[Term] = LIBRARY) -> tuple[Candidate, ...]:
     """Every term that any of the drives knows, at every value of its grid."""
     found = []
     for term in library:

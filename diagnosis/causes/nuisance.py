@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from diagnosis.causes.driven import Driven
+    from diagnosis.causes.driven import ReplayedDrive
     from energy.replay.replay import DrivenProfile
 
 KINK_ACCEL_MPS2: Final = 0.2  # spread of a recorded acceleration about the driven one
@@ -53,7 +53,7 @@ class Parameter:
         """Standard deviation in the parameter's unit."""
         return max(self.sd * abs(value), 1e-6) if self.relative else self.sd
 
-    def column_j(self, drive: Driven) -> NDArray[np.float64]:
+    def column_j(self, drive: ReplayedDrive) -> NDArray[np.float64]:
         """Energy of one unit more, by the central difference of the replay, float64 (n,) [J]."""
         value = float(getattr(drive.vehicle, self.name))
         low, high = max(value - self.step, self.least), min(value + self.step, self.most)
@@ -135,24 +135,24 @@ class SensorColumn:
     """Something that sensors do: the energy that a unit of it seems to add, float64 (n,) [J], and how much is usual."""
 
     name: str
-    column_j: Callable[[Driven, DrivenProfile], NDArray[np.float64]]
+    column_j: Callable[[ReplayedDrive, DrivenProfile], NDArray[np.float64]]
     sd: float
 
 
-def _acceleration_gain(drive: Driven, rougher: DrivenProfile) -> NDArray[np.float64]:
+def _acceleration_gain(drive: ReplayedDrive, rougher: DrivenProfile) -> NDArray[np.float64]:
     del rougher
     force = drive.vehicle.mass_kg * drive.vehicle.rotating_mass_coef * drive.accel_mps2
     return drive.work_j(force)
 
 
-def _lag(drive: Driven, rougher: DrivenProfile) -> NDArray[np.float64]:
+def _lag(drive: ReplayedDrive, rougher: DrivenProfile) -> NDArray[np.float64]:
     del rougher
     if drive.power_w.size < 2:
         return np.zeros_like(drive.power_w)
     return np.asarray(np.gradient(drive.power_w), np.float64)
 
 
-def _kink(drive: Driven, rougher: DrivenProfile) -> NDArray[np.float64]:
+def _kink(drive: ReplayedDrive, rougher: DrivenProfile) -> NDArray[np.float64]:
     """Noise of the acceleration costs where drive turns to recuperation, since the two lose differently."""
     del rougher
     spread_n = drive.vehicle.mass_kg * drive.vehicle.rotating_mass_coef * KINK_ACCEL_MPS2
@@ -161,12 +161,12 @@ def _kink(drive: Driven, rougher: DrivenProfile) -> NDArray[np.float64]:
     return np.asarray(step * spread_n * near * drive.speed_mps * drive.duration_s, np.float64)
 
 
-def _replayed(drive: Driven, profile: DrivenProfile) -> NDArray[np.float64]:
+def _replayed(drive: ReplayedDrive, profile: DrivenProfile) -> NDArray[np.float64]:
     more = replay(drive.vehicle, profile).step_energy_j
     return np.asarray(more - drive.power_w * drive.duration_s, np.float64)
 
 
-def _noise(drive: Driven, rougher: DrivenProfile) -> NDArray[np.float64]:
+def _noise(drive: ReplayedDrive, rougher: DrivenProfile) -> NDArray[np.float64]:
     """The recording pushed once more through the noise of a speed sensor (SIMEX)."""
     del rougher
     speed = drive.profile.speed_mps
@@ -176,7 +176,7 @@ def _noise(drive: Driven, rougher: DrivenProfile) -> NDArray[np.float64]:
     )
 
 
-def _smoothing(drive: Driven, rougher: DrivenProfile) -> NDArray[np.float64]:
+def _smoothing(drive: ReplayedDrive, rougher: DrivenProfile) -> NDArray[np.float64]:
     """The recording smoothed once more over three samples."""
     del rougher
     speed = drive.profile.speed_mps
@@ -184,26 +184,26 @@ def _smoothing(drive: Driven, rougher: DrivenProfile) -> NDArray[np.float64]:
     return _replayed(drive, replace(drive.profile, speed_mps=np.where(speed > 0.0, mean, 0.0)))
 
 
-def _load_curvature(drive: Driven, rougher: DrivenProfile) -> NDArray[np.float64]:
+def _load_curvature(drive: ReplayedDrive, rougher: DrivenProfile) -> NDArray[np.float64]:
     """Efficiency of a real drive falls and rises with power about its mean: in units of 1 % at CURVATURE_W."""
     del rougher
     power_w = np.maximum(drive.force_n * drive.speed_mps, 0.0)
     return np.asarray(0.01 * power_w**2 / CURVATURE_W * drive.duration_s, np.float64)
 
 
-def _recuperation_curvature(drive: Driven, rougher: DrivenProfile) -> NDArray[np.float64]:
+def _recuperation_curvature(drive: ReplayedDrive, rougher: DrivenProfile) -> NDArray[np.float64]:
     """Likewise of recuperation."""
     del rougher
     power_w = np.minimum(drive.force_n * drive.speed_mps, 0.0)
     return np.asarray(0.01 * power_w**2 / CURVATURE_W * drive.duration_s, np.float64)
 
 
-def _rougher(drive: Driven, rougher: DrivenProfile) -> NDArray[np.float64]:
+def _rougher(drive: ReplayedDrive, rougher: DrivenProfile) -> NDArray[np.float64]:
     """The height smoothed over a longer way."""
     return _replayed(drive, rougher)
 
 
-def _grade_gain(drive: Driven, rougher: DrivenProfile) -> NDArray[np.float64]:
+def _grade_gain(drive: ReplayedDrive, rougher: DrivenProfile) -> NDArray[np.float64]:
     del rougher
     return drive.work_j(drive.vehicle.mass_kg * GRAVITY_MPS2 * drive.grade_frac)
 

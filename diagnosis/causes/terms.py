@@ -14,11 +14,11 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from diagnosis.causes.driven import Driven
+    from diagnosis.causes.driven import ReplayedDrive
 
 
 @dataclass(frozen=True, slots=True)
-class Shape:
+class TermShape:
     """What bends a term: its name, unit, the values that are tried, and the range it is refined in."""
 
     name: str
@@ -41,21 +41,21 @@ class Term:
     name: str
     unit: str
     family: Family
-    energy_j: Callable[[Driven, float], NDArray[np.float64]]
-    shape: Shape | None = None
+    energy_j: Callable[[ReplayedDrive, float], NDArray[np.float64]]
+    shape: TermShape | None = None
     positive: bool = True
     channels: tuple[str, ...] = ()
     needs_ambient: bool = False
     oscillates: bool = False
     most: float = float("inf")
 
-    def known_on(self, drive: Driven) -> bool:
+    def known_on(self, drive: ReplayedDrive) -> bool:
         """Whether a drive has recorded what the term needs."""
         if self.needs_ambient and drive.ambient_k is None:
             return False
         return all(name in drive.channels for name in self.channels)
 
-    def column_j(self, drive: Driven, shape: float) -> NDArray[np.float64]:
+    def column_j(self, drive: ReplayedDrive, shape: float) -> NDArray[np.float64]:
         """Energy of one unit on a drive, float64 (n,) [J]; 0 where the drive does not know what it needs."""
         return self.energy_j(drive, shape) if self.known_on(drive) else np.zeros_like(drive.duration_s)
 

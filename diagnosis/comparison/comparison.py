@@ -28,7 +28,7 @@ EQUAL_FRAC: Final = 1e-12  # differences that agree to this share are equal: a t
 
 
 @dataclass(frozen=True, slots=True)
-class Pair:
+class TripPair:
     """One trip as measured and as simulated."""
 
     measured: TripRecord
@@ -141,7 +141,7 @@ class SeriesComparison:
     """
 
     series: str
-    pairs: tuple[Pair, ...]
+    pairs: tuple[TripPair, ...]
     measured_only: tuple[str, ...]
     simulated_only: tuple[str, ...]
     undefined: tuple[str, ...]
@@ -189,7 +189,7 @@ def compare(records: Sequence[TripRecord], measured: str = "measured") -> Compar
 def _compare_series(
     name: str, trips: dict[str, TripRecord], reference: dict[str, TripRecord], route_types: Sequence[str]
 ) -> SeriesComparison:
-    pairs = tuple(Pair(record, trips[trip_id]) for trip_id, record in reference.items() if trip_id in trips)
+    pairs = tuple(TripPair(record, trips[trip_id]) for trip_id, record in reference.items() if trip_id in trips)
     if not pairs:
         raise ComparisonError(f"series {name!r}", "without a trip of the measured series", "at least one trip in both")
     for pair in pairs:
@@ -217,7 +217,7 @@ def _compare_series(
     )
 
 
-def _compare_type(kind: str, pairs: Sequence[Pair]) -> TypeComparison:
+def _compare_type(kind: str, pairs: Sequence[TripPair]) -> TypeComparison:
     def error(quantity: Callable[[TripRecord], float]) -> MeanError:
         return _mean_error([(quantity(pair.simulated), quantity(pair.measured)) for pair in pairs])
 
@@ -297,7 +297,7 @@ def mean_interval(mean: float, sd: float, count: int) -> tuple[float, float]:
     return mean - half, mean + half
 
 
-def paired_test(pairs: Sequence[Pair]) -> PairedTest:
+def paired_test(pairs: Sequence[TripPair]) -> PairedTest:
     """Paired t-test of the energies of at least two pairs (scipy.stats.ttest_rel)."""
     simulated = np.array([pair.simulated.energy_j for pair in pairs])
     measured = np.array([pair.measured.energy_j for pair in pairs])
@@ -314,7 +314,7 @@ def relative_error(simulated: float, measured: float) -> float | None:
     return simulated / measured - 1.0 if measured > 0.0 else None
 
 
-def _energy_errors(pairs: Iterable[Pair]) -> Distribution | None:
+def _energy_errors(pairs: Iterable[TripPair]) -> Distribution | None:
     errors = [error for pair in pairs if (error := pair.energy_error_frac) is not None]
     return distribution(errors) if errors else None
 

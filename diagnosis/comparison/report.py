@@ -24,9 +24,9 @@ if TYPE_CHECKING:
         Comparison,
         Distribution,
         MeanError,
-        Pair,
         PairedTest,
         SeriesComparison,
+        TripPair,
         TypeComparison,
     )
     from diagnosis.comparison.trips import TripRecord
@@ -179,7 +179,7 @@ def _test(test: PairedTest | None) -> dict[str, object] | None:
     }
 
 
-def _pair(pair: Pair) -> dict[str, object]:
+def _pair(pair: TripPair) -> dict[str, object]:
     return {
         "trip": pair.measured.trip_id,
         "type": pair.measured.route_type,

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from diagnosis.fit.jackknife import Solution
-    from diagnosis.fit.windows import Trip
+    from diagnosis.fit.windows import WindowedTrip
     from energy.vehicle.vehicle import Vehicle
 
 ROUNDS: Final = 3  # of noise and selection, which depend on each other
@@ -32,7 +32,7 @@ ACCOMPANYING: Final = ("rolling_temp_per_k",)  # beside thermal terms
 
 
 def fit(
-    trips: Sequence[Trip],
+    trips: Sequence[WindowedTrip],
     nameplate: Vehicle,
     seed: int,
     window_s: float,
@@ -68,7 +68,7 @@ def moved(vehicle: Vehicle, solution: Solution) -> Vehicle:
 
 
 def _linear_fit(
-    trips: Sequence[Trip],
+    trips: Sequence[WindowedTrip],
     vehicle: Vehicle,
     nameplate: Vehicle,
     seed: int,

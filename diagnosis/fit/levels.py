@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from diagnosis.causes.driven import Driven
+    from diagnosis.causes.driven import ReplayedDrive
     from diagnosis.fit.model import Model
 
 LEVEL: Final = "level of some trips"
@@ -37,7 +37,7 @@ WIND_SHARE_FRAC: Final = 0.04  # a breeze that nobody records holds 2 to 3 %
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class LevelKind:
     """Something that a trip can have more of: its energy for twice the vehicle's own, float64 (n,) [J].
 
     least_rise_frac: of the vehicle's own, below which days differ anyway; least_share_frac: of the energy likewise, of
@@ -46,7 +46,7 @@ class Kind:
 
     effect: str
     family: Family
-    column_j: Callable[[Driven], NDArray[np.float64]]
+    column_j: Callable[[ReplayedDrive], NDArray[np.float64]]
     least_rise_frac: float
     least_share_frac: float
 
@@ -58,34 +58,34 @@ class Level:
     half_frac: of its 95 % interval. energy_j: of all these trips. rivals: kinds that fit as well.
     """
 
-    kind: Kind
+    kind: LevelKind
     trips: tuple[str, ...]
     rise_frac: float
     half_frac: float
     energy_j: float
     share_frac: float
     z: float
-    rivals: tuple[Kind, ...]
+    rivals: tuple[LevelKind, ...]
 
 
-def _drag(drive: Driven) -> NDArray[np.float64]:
+def _drag(drive: ReplayedDrive) -> NDArray[np.float64]:
     return drive.work_j(drive.vehicle.road_load_c_n_per_mps2 * drive.speed_mps**2)
 
 
-def _mass(drive: Driven) -> NDArray[np.float64]:
+def _mass(drive: ReplayedDrive) -> NDArray[np.float64]:
     car = drive.vehicle
     force = car.rotating_mass_coef * drive.accel_mps2 + GRAVITY_MPS2 * drive.grade_frac
     return drive.work_j(car.mass_kg * force + car.road_load_a_n)
 
 
-def _rolling(drive: Driven) -> NDArray[np.float64]:
+def _rolling(drive: ReplayedDrive) -> NDArray[np.float64]:
     return drive.work_j(float(drive.vehicle.road_load_a_n))
 
 
 KINDS: Final = (
-    Kind("roof_load", Family.AERODYNAMIC, _drag, 0.1, 0.045),
-    Kind("trip_payload", Family.MASS, _mass, 0.03, 0.0125),
-    Kind("trip_rolling", Family.ROLLING, _rolling, 0.15, 0.045),
+    LevelKind("roof_load", Family.AERODYNAMIC, _drag, 0.1, 0.045),
+    LevelKind("trip_payload", Family.MASS, _mass, 0.03, 0.0125),
+    LevelKind("trip_rolling", Family.ROLLING, _rolling, 0.15, 0.045),
 )
 
 
@@ -150,7 +150,7 @@ class _Flagged:
     clear: whether it is more than clean drives differ by.
     """
 
-    kind: Kind
+    kind: LevelKind
     gain: float
     on: NDArray[np.bool_]
     clear: bool
@@ -216,7 +216,7 @@ def trip_wind(model: Model) -> TripWind | None:
 
 def _flagged(
     model: Model,
-    kind: Kind,
+    kind: LevelKind,
     roots: Sequence[NDArray[np.float64]],
     residuals: Sequence[NDArray[np.float64]],
     measured_j: float,

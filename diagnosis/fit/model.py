@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from diagnosis.fit.noise import Noise
     from diagnosis.fit.scan import Structure
     from diagnosis.fit.selection import Threshold
-    from diagnosis.fit.windows import Trip, Windows
+    from diagnosis.fit.windows import WindowedTrip, Windows
     from energy.vehicle.vehicle import Vehicle
 
 
@@ -43,7 +43,7 @@ class Model:
 
     vehicle: Vehicle
     nameplate: Vehicle
-    trips: tuple[Trip, ...]
+    trips: tuple[WindowedTrip, ...]
     windows: tuple[Windows, ...]
     noise: Noise
     roots: tuple[NDArray[np.float64], ...]

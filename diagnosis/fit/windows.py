@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from diagnosis.causes.driven import Driven
+    from diagnosis.causes.driven import ReplayedDrive
     from diagnosis.causes.terms import Candidate
     from diagnosis.recordings.reading import Recording
     from energy.replay.replay import DrivenProfile
@@ -58,25 +58,25 @@ class Windows:
 
 
 @dataclass(frozen=True, slots=True)
-class Trip:
+class WindowedTrip:
     """A recording with its replay, and which window each step belongs to, int64 (steps,), −1 where power is unknown."""
 
     recording: Recording
-    drive: Driven
+    drive: ReplayedDrive
     window: NDArray[np.int64]
     rougher: DrivenProfile
 
 
-def trip_of(recording: Recording, drive: Driven, window_s: float = WINDOW_S) -> Trip:
+def trip_of(recording: Recording, drive: ReplayedDrive, window_s: float = WINDOW_S) -> WindowedTrip:
     """A recorded drive cut into windows."""
     window = (np.maximum(drive.since_s, 0.0) / window_s).astype(np.int64)
     window[recording.gap_steps(drive.profile.time_s)] = -1
     known = np.unique(window[window >= 0])
     dense = np.where(window >= 0, np.searchsorted(known, window), -1)
-    return Trip(recording, drive, dense, rougher_grade(recording, ROUGHER_M))
+    return WindowedTrip(recording, drive, dense, rougher_grade(recording, ROUGHER_M))
 
 
-def windows_of(trip: Trip, candidates: Sequence[Candidate]) -> Windows:
+def windows_of(trip: WindowedTrip, candidates: Sequence[Candidate]) -> Windows:
     """A trip's windows with the columns of all parameters, sensors and candidates, in that order."""
     drive, recording = trip.drive, trip.recording
     columns = [parameter.column_j(drive) for parameter in PARAMETERS]
@@ -110,19 +110,27 @@ def windows_of(trip: Trip, candidates: Sequence[Candidate]) -> Windows:
     )
 
 
+def with_column(trip: WindowedTrip, old: Windows, label: str, candidate: Candidate) -> Windows:
+    """Windows with one column worked out anew for another shape."""
+    columns = old.columns_j.copy()
+    columns[:, old.names.index(label)] = summed(trip, candidate.term.column_j(trip.drive, candidate.shape))
+    names = tuple(candidate.label if name == label else name for name in old.names)
+    return replace(old, names=names, columns_j=columns)
+
+
 def measured_size_j(trips: Sequence[Windows]) -> float:
     """Energy that trips moved, their sizes added up, so that shares of it have a meaning where some gave back [J]."""
     return sum(abs(float(trip.measured_j.sum())) for trip in trips)
 
 
-def summed(trip: Trip, values: NDArray[np.float64]) -> NDArray[np.float64]:
+def summed(trip: WindowedTrip, values: NDArray[np.float64]) -> NDArray[np.float64]:
     """Sum over the steps of each window, float64 (n,)."""
     inside = trip.window >= 0
     count = int(trip.window.max(initial=-1)) + 1
     return np.asarray(np.bincount(trip.window[inside], weights=values[inside], minlength=count), np.float64)
 
 
-def _headings(trip: Trip, duration_s: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
+def _headings(trip: WindowedTrip, duration_s: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
     heading = trip.drive.channels.get("heading_rad")
     if heading is None:
         return {}

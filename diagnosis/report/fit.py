@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
-    from diagnosis.answer.regimes import Regime
+    from diagnosis.answer.regimes import RegimeResidual
     from diagnosis.answer.results import Diagnosis, FitScore, ProfileSplit, TripAccount
     from diagnosis.report.tables import Cell, Number
 
@@ -159,7 +159,7 @@ def _score_row(name: str, score: FitScore) -> list[Cell]:
     ]
 
 
-def _regime_rows(axis: Axis, before: Sequence[Regime], after: Sequence[Regime]) -> list[list[Cell]]:
+def _regime_rows(axis: Axis, before: Sequence[RegimeResidual], after: Sequence[RegimeResidual]) -> list[list[Cell]]:
     was, now = ({(one.low, one.high): one for one in regimes} for regimes in (before, after))
     rows: list[list[Cell]] = []
     for reach, known in sorted((was | now).items(), key=lambda item: item[0]):
@@ -177,7 +177,7 @@ def _regime_rows(axis: Axis, before: Sequence[Regime], after: Sequence[Regime]) 
     return rows
 
 
-def _residual_cells(regime: Regime | None) -> tuple[Cell, Cell]:
+def _residual_cells(regime: RegimeResidual | None) -> tuple[Cell, Cell]:
     if regime is None:
         return NONE, NONE
     interval = None if regime.low_w is None or regime.high_w is None else (regime.low_w, regime.high_w)

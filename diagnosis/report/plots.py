@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from markupsafe import Markup
     from numpy.typing import NDArray
 
-    from diagnosis.answer.regimes import Regime
+    from diagnosis.answer.regimes import RegimeResidual
     from diagnosis.answer.results import TripAccount
 
 PANEL_PX: Final = 340.0
@@ -121,7 +121,7 @@ def energy_reach(trips: Sequence[TripAccount]) -> tuple[float, float]:
     return whole.low, whole.high
 
 
-def regime_panel(axis: Axis, before: Sequence[Regime], after: Sequence[Regime]) -> Markup:
+def regime_panel(axis: Axis, before: Sequence[RegimeResidual], after: Sequence[RegimeResidual]) -> Markup:
     """Residual power of each regime of an axis [W], before and after, with their intervals."""
     name, unit = AXIS_NAMES[axis]
     ranges = sorted({(one.low, one.high) for one in (*before, *after)})
@@ -282,7 +282,7 @@ def _way(frame: Frame, lines: TripTimeline, values: NDArray[np.float64]) -> str:
     )
 
 
-def _mean(regime: Regime, frame: Frame, place: float, series: str) -> MeanMark:
+def _mean(regime: RegimeResidual, frame: Frame, place: float, series: str) -> MeanMark:
     """A mark with its interval, which ends at the frame's ends."""
     _, _, top, bottom = frame.corners
 
@@ -295,7 +295,7 @@ def _mean(regime: Regime, frame: Frame, place: float, series: str) -> MeanMark:
     return MeanMark(frame.x.at(place), y(regime.mean_w), series, text, whisker)
 
 
-def _residual_scale(regimes: Sequence[Regime]) -> Scale:
+def _residual_scale(regimes: Sequence[RegimeResidual]) -> Scale:
     """From 0 over all means to whiskers of usual length: one regime of two short trips must not flatten the others."""
     means = [abs(one.mean_w) for one in regimes]
     known = [(one.low_w, one.high_w) for one in regimes if one.low_w is not None and one.high_w is not None]

@@ -13,7 +13,7 @@ from diagnosis.fit.selection import LEAST_TRIPS
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from diagnosis.answer.regimes import Regime
+    from diagnosis.answer.regimes import RegimeResidual
     from diagnosis.answer.results import Diagnosis, Finding, FitScore, Interval, ParameterError, Unexplained
 
 NONE: Final = "–"
@@ -156,7 +156,7 @@ def regime_range(axis: Axis, low: float, high: float) -> str:
     return span(first, last, AXIS_NAMES[axis][1])
 
 
-def places(regimes: Sequence[Regime]) -> tuple[str, ...]:
+def places(regimes: Sequence[RegimeResidual]) -> tuple[str, ...]:
     """Where regimes lie, in words; ranges that touch are one."""
     found: list[str] = []
     for axis in Axis:

@@ -53,7 +53,7 @@ PACK: Final = r"(?:(?:hv|h\.v\.|high[- ]voltage|traction|main|drive|ev) )?(?:bat
 
 
 @dataclass(frozen=True, slots=True)
-class Parameter:
+class LoggedParameter:
     """Which names a channel goes by, the surer ones first, its kind of unit, and its range in SI units."""
 
     channel: str
@@ -63,18 +63,18 @@ class Parameter:
     high: float
 
 
-PARAMETERS: Final = (
-    Parameter(
+LOGGED_PARAMETERS: Final = (
+    LoggedParameter(
         "speed_mps",
         (r"vehicle speed", r"(?:vehicle |car |real |actual |wheel )?speed(?: sensor)?", r"speed \(gps\)|gps speed"),
         "speed",
         0.0,
         MOST_KMH / KMH_PER_MPS,
     ),
-    Parameter("power_w", (rf"{PACK}(?: dc)? power(?: \(hv\))?",), "power", -MOST_W, MOST_W),
-    Parameter("voltage_v", (rf"{PACK}(?: dc)? voltage(?: \(hv\))?",), "voltage", 0.0, 2000.0),
-    Parameter("current_a", (rf"{PACK}(?: dc)? current(?: \(hv\))?",), "current", -5000.0, 5000.0),
-    Parameter(
+    LoggedParameter("power_w", (rf"{PACK}(?: dc)? power(?: \(hv\))?",), "power", -MOST_W, MOST_W),
+    LoggedParameter("voltage_v", (rf"{PACK}(?: dc)? voltage(?: \(hv\))?",), "voltage", 0.0, 2000.0),
+    LoggedParameter("current_a", (rf"{PACK}(?: dc)? current(?: \(hv\))?",), "current", -5000.0, 5000.0),
+    LoggedParameter(
         "soc_frac",
         (
             rf"(?:{PACK} |hv )?(?:state of charge|soc)(?: \(?(?:bms|real)\)?)?",
@@ -84,14 +84,14 @@ PARAMETERS: Final = (
         0.0,
         1.0,
     ),
-    Parameter(
+    LoggedParameter(
         "ambient_k",
         (r"(?:ambient|outside|outdoor|external|exterior)(?: air)? temp(?:erature|\.)?",),
         "temperature",
         ZERO_CELSIUS_K - 50.0,
         ZERO_CELSIUS_K + 56.0,
     ),
-    Parameter(
+    LoggedParameter(
         "battery_k",
         (
             rf"{PACK}(?: average| avg| mean)? temp(?:erature|\.)?",
@@ -102,14 +102,14 @@ PARAMETERS: Final = (
         ZERO_CELSIUS_K - 50.0,
         ZERO_CELSIUS_K + 100.0,
     ),
-    Parameter("heater_w", (r"(?:ptc |cabin |coolant )?heater power", r"ptc power"), "power", 0.0, 100_000.0),
-    Parameter(
+    LoggedParameter("heater_w", (r"(?:ptc |cabin |coolant )?heater power", r"ptc power"), "power", 0.0, 100_000.0),
+    LoggedParameter(
         "aircon_w", (r"(?:a/?c|air ?con(?:ditioning|ditioner)?)(?: compressor)? power",), "power", 0.0, 100_000.0
     ),
-    Parameter("elevation_m", (r"(?:altitude|elevation)(?: \(gps\))?|gps altitude",), "height", -500.0, 9000.0),
-    Parameter("heading_rad", (r"(?:heading|bearing|course)(?: \(gps\))?|gps bearing",), "angle", -7.0, 7.0),
-    Parameter("latitude_deg", (r"latitude",), "position", -90.0, 90.0),
-    Parameter("longitude_deg", (r"longt?itude",), "position", -180.0, 180.0),
+    LoggedParameter("elevation_m", (r"(?:altitude|elevation)(?: \(gps\))?|gps altitude",), "height", -500.0, 9000.0),
+    LoggedParameter("heading_rad", (r"(?:heading|bearing|course)(?: \(gps\))?|gps bearing",), "angle", -7.0, 7.0),
+    LoggedParameter("latitude_deg", (r"latitude",), "position", -90.0, 90.0),
+    LoggedParameter("longitude_deg", (r"longt?itude",), "position", -180.0, 180.0),
 )
 
 
@@ -178,7 +178,7 @@ def _positions(table: Table, time_s: NDArray[np.float64]) -> Iterator[Readings]:
 class Found:
     """A parameter that was found in a log, with the rank of the name that it goes by."""
 
-    parameter: Parameter
+    parameter: LoggedParameter
     rank: int
     series: Series
     unit: str
@@ -194,7 +194,7 @@ def _recording(table: Table, readings: Sequence[Readings]) -> Recording:
             ignored.append(f"{reading.name} [{reading.unit}]{known}")
         elif known.series.values.size:
             found.append(known)
-    found.sort(key=lambda known: (PARAMETERS.index(known.parameter), known.rank))
+    found.sort(key=lambda known: (LOGGED_PARAMETERS.index(known.parameter), known.rank))
     notes = [_read_note(known.series, known.unit) for known in found]
     if ignored:
         notes.append(Note(NoteKind.IGNORED, "", f"PIDs not used: {', '.join(ignored)}"))
@@ -261,16 +261,16 @@ def _is_speed(name: str) -> bool:
     return found is not None and found[0].channel == "speed_mps" and _unit(unit) in UNITS["speed"]
 
 
-def _parameter(name: str) -> tuple[Parameter, int] | None:
+def _parameter(name: str) -> tuple[LoggedParameter, int] | None:
     """The parameter that goes by a name, with the rank of the pattern that fits."""
-    for parameter in PARAMETERS:
+    for parameter in LOGGED_PARAMETERS:
         for rank, pattern in enumerate(parameter.patterns):
             if re.fullmatch(pattern, _plain(name)):
                 return parameter, rank
     return None
 
 
-def _series(table: Table, reading: Readings, parameter: Parameter) -> Series:
+def _series(table: Table, reading: Readings, parameter: LoggedParameter) -> Series:
     """Values of a parameter in SI units; empty ones are left out, and so are positions of exactly 0."""
     to_si, offset = UNITS[parameter.units][_unit(reading.unit)]
     low, high = ((limit - offset) / to_si for limit in (parameter.low, parameter.high))

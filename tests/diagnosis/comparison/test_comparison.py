@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from diagnosis.comparison.comparison import Pair as TripPair
+from diagnosis.comparison.comparison import TripPair as TripPair
 from diagnosis.comparison.comparison import averages, compare, distribution, mean_interval, paired_test, relative_error
 from diagnosis.errors import ComparisonError
 

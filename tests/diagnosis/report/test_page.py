@@ -11,7 +11,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from diagnosis.answer.regimes import EDGES, Axis, Regime
+from diagnosis.answer.regimes import EDGES, Axis, RegimeResidual
 from diagnosis.answer.results import (
     Coefficient,
     Diagnosis,
@@ -97,9 +97,11 @@ def trip(name: str, held_out: bool = False, ambient_c: float | None = -3.21, **c
     return replace(known, **changes)
 
 
-def regimes(scale: float) -> tuple[Regime, ...]:
+def regimes(scale: float) -> tuple[RegimeResidual, ...]:
     return tuple(
-        Regime(axis, low, high, 531.7 * scale + k, 431.2 * scale, 632.2 * scale + 2 * k, 1.234 * scale, 7200.0, 9)
+        RegimeResidual(
+            axis, low, high, 531.7 * scale + k, 431.2 * scale, 632.2 * scale + 2 * k, 1.234 * scale, 7200.0, 9
+        )
         for axis in Axis
         for k, (low, high) in enumerate(pairwise(EDGES[axis]))
     )
@@ -114,7 +116,7 @@ HEATING = Finding(
     (30.021, 38.405),
     0.1893,
     9.34,
-    (Regime(Axis.AMBIENT, -50.0, -5.0, 800.0, 500.0, 1100.0, 9.0, 9000.0, 4),),
+    (RegimeResidual(Axis.AMBIENT, -50.0, -5.0, 800.0, 500.0, 1100.0, 9.0, 9000.0, 4),),
     ("A1",),
 )
 ALIKE = replace(

@@ -10,7 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from diagnosis.answer.regimes import Axis, Regime
+from diagnosis.answer.regimes import Axis, RegimeResidual
 from diagnosis.answer.results import TripAccount, TripTimeline
 from diagnosis.report.axes import Scale, cut, scale, tick_text
 from diagnosis.report.fit import example_trips
@@ -100,8 +100,8 @@ def test_energies_below_zero_are_drawn_too():
 
 
 def test_regimes_have_a_mark_before_and_after_and_a_whisker_where_an_interval_is_known():
-    known = Regime(Axis.SPEED, 0.0, 5.0, 100.0, 50.0, 150.0, 1.0, 3600.0, 5)
-    alone = Regime(Axis.SPEED, 5.0, 30.0, -40.0, None, None, 1.0, 3600.0, 1)
+    known = RegimeResidual(Axis.SPEED, 0.0, 5.0, 100.0, 50.0, 150.0, 1.0, 3600.0, 5)
+    alone = RegimeResidual(Axis.SPEED, 5.0, 30.0, -40.0, None, None, 1.0, 3600.0, 1)
     svg = parsed(regime_panel(Axis.SPEED, [known, alone], [replace(known, mean_w=10.0, low_w=-30.0, high_w=50.0)]))
     assert len(with_class(svg, "before")) == 3  # two marks, one whisker
     assert len(with_class(svg, "after")) == 2
@@ -118,8 +118,8 @@ def test_regimes_have_a_mark_before_and_after_and_a_whisker_where_an_interval_is
 
 
 def test_one_wild_interval_does_not_flatten_a_panel():
-    usual = [Regime(Axis.SPEED, low, low + 5.0, 100.0, 50.0, 150.0, 1.0, 3600.0, 5) for low in (0.0, 5.0, 10.0)]
-    wild = Regime(Axis.SPEED, 15.0, 20.0, 100.0, -1e6, 1e6, 1.0, 3600.0, 2)
+    usual = [RegimeResidual(Axis.SPEED, low, low + 5.0, 100.0, 50.0, 150.0, 1.0, 3600.0, 5) for low in (0.0, 5.0, 10.0)]
+    wild = RegimeResidual(Axis.SPEED, 15.0, 20.0, 100.0, -1e6, 1e6, 1.0, 3600.0, 2)
     svg = parsed(regime_panel(Axis.SPEED, [*usual, wild], []))
     heights = [abs(float(one.get("y1", "")) - float(one.get("y2", ""))) for one in with_class(svg, "whisker")]
     assert heights[0] > 25.0  # 100 W of 500 W over 158 px; 0.01 px with the wild interval whole

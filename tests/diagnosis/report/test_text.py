@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 
 import pytest
+from diagnosis.report.page.markup import data, interval_cell
 from jinja2 import UndefinedError
 from markupsafe import Markup
 
-from diagnosis.answer.regimes import Axis, Regime
+from diagnosis.answer.regimes import Axis, RegimeResidual
 from diagnosis.report.rendering import pixels, rendered
 from diagnosis.report.tables import Header, Table, cell, data, interval_cell
 from diagnosis.report.text import (
@@ -27,8 +28,8 @@ from diagnosis.report.text import (
 )
 
 
-def regime(axis: Axis, low: float, high: float) -> Regime:
-    return Regime(axis, low, high, 100.0, 50.0, 150.0, 1.0, 3600.0, 5)
+def regime(axis: Axis, low: float, high: float) -> RegimeResidual:
+    return RegimeResidual(axis, low, high, 100.0, 50.0, 150.0, 1.0, 3600.0, 5)
 
 
 @pytest.mark.parametrize(
