@@ -12,7 +12,7 @@ from diagnosis.answer.findings import findings, unexplained
 from diagnosis.answer.learned import NOTHING, applied, learned, replayed_j
 from diagnosis.answer.odd_trips import odd_trips
 from diagnosis.answer.parameter_errors import parameter_errors
-from diagnosis.answer.regimes import Axis, regimes
+from diagnosis.answer.regimes import EDGES, regimes
 from diagnosis.answer.results import Diagnosis, QualityNote, TripAccount, TripTimeline, Verdict
 from diagnosis.causes.driven import driven, with_vehicle
 from diagnosis.errors import DiagnosisCancelled, DiagnosisError
@@ -202,7 +202,7 @@ def _all_regimes(model: Model, *, after: bool) -> tuple[RegimeResidual, ...]:
     """Residual power by regime, of trips by the fit of the others."""
     solution = model.solution if after else model.base
     residuals_w = [residual_w(trip, solution, solution.without[k]) for k, trip in enumerate(model.windows)]
-    return tuple(regime for axis in Axis for regime in regimes(model.windows, axis, residuals_w))
+    return tuple(regime for axis in EDGES for regime in regimes(model.windows, axis, residuals_w))
 
 
 @dataclass(frozen=True, slots=True)

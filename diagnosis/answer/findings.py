@@ -6,10 +6,11 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from diagnosis.answer.regimes import Axis, regimes
+from diagnosis.answer.regimes import regimes
 from diagnosis.answer.results import Coefficient, Finding, Rival, Unexplained
 from diagnosis.answer.separation import sentence, separating
 from diagnosis.causes.families import Family
+from diagnosis.fit.axes import AXES, Axis
 from diagnosis.fit.jackknife import FORM_SD_FRAC
 from diagnosis.fit.levels import levels, trip_wind
 from diagnosis.fit.model import BOX
@@ -192,13 +193,14 @@ def _unexplained(model: Model, structure: Structure, mean_w: float, k: int) -> U
     )
     energy_kwh = mean_w * hours / JOULE_PER_KWH
     box = structure.box
-    where = f"at {box.axis.replace('_', ' ')} {box.low:.4g} to {box.high:.4g} {box.unit}"
-    if box.axis == "place":
+    axis = AXES[box.axis]
+    where = f"at {axis.name.replace('_', ' ')} {box.low:.4g} to {box.high:.4g} {axis.unit}"
+    if box.axis is Axis.PLACE:
         latitude, longitude = cell_centre_deg(int(box.low))
         where = f"within some {(box.high + 0.5) * CELL_M:.0f} m of {latitude:.4f}, {longitude:.4f}"
     return Unexplained(
-        axis=box.axis,
-        unit=box.unit,
+        axis=axis.name,
+        unit=axis.unit,
         low=box.low,
         high=box.high,
         mean_w=mean_w,

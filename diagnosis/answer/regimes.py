@@ -4,46 +4,37 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from scipy import stats
 
 from diagnosis.errors import DiagnosisError
-from energy.units import JOULE_PER_KWH, KMH_PER_MPS, ZERO_CELSIUS_K
+from diagnosis.fit.axes import AXES, Axis
+from energy.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from diagnosis.fit.windows import Windows
 
+__all__ = ["CONFIDENCE_FRAC", "EDGES", "Axis", "RegimeResidual", "regimes"]
+
 CONFIDENCE_FRAC: Final = 0.95
 STANDING_FRAC: Final = 0.9  # of a window, from which on it counts as standstill
 
 
-class Axis(StrEnum):
-    """What windows are sorted by."""
-
-    STANDSTILL = "standstill"  # share of the window that the vehicle stands [-]
-    SPEED = "speed_kmh"
-    SINCE_START = "since_start_min"
-    POWER = "simulated_power_kw"
-    AMBIENT = "ambient_c"
-    GRADE = "grade_percent"
-    SOC = "soc_percent"
-
-
+# of the axes that have regimes, in the order that answers have them
 EDGES: Final[Mapping[Axis, tuple[float, ...]]] = {
     Axis.STANDSTILL: (0.0, STANDING_FRAC, 1.0),
     Axis.SPEED: (0.0, 5.0, 30.0, 50.0, 70.0, 100.0, 130.0, 200.0),
     Axis.SINCE_START: (0.0, 2.0, 5.0, 10.0, 20.0, 40.0, 1440.0),
     Axis.POWER: (-200.0, -5.0, 0.0, 5.0, 10.0, 20.0, 200.0),
+    Axis.AMBIENT: (-50.0, -5.0, 5.0, 15.0, 22.0, 28.0, 55.0),
     Axis.GRADE: (-30.0, -3.0, -1.0, 1.0, 3.0, 30.0),
     Axis.SOC: (0.0, 20.0, 40.0, 60.0, 80.0, 90.0, 100.0),
-    Axis.AMBIENT: (-50.0, -5.0, 5.0, 15.0, 22.0, 28.0, 55.0),
 }
 
 
@@ -90,7 +81,7 @@ def regimes(
         raise DiagnosisError(f"edges of {axis} are {bounds.tolist()}, allowed: at least two, rising")
     residual, duration = (np.zeros((len(trips), bounds.size - 1)) for _ in range(2))
     for k, trip in enumerate(trips):
-        values = POSITIONS[axis](trip)
+        values = AXES[axis].values(trip)
         if values is None:
             continue
         place = np.searchsorted(bounds, values, side="right") - 1
@@ -120,20 +111,3 @@ def _regime(
         half = float(stats.t.ppf(0.5 + 0.5 * CONFIDENCE_FRAC, n - 1)) * sd
         low_w, high_w = mean_w - half, mean_w + half
     return RegimeResidual(axis, low, high, mean_w, low_w, high_w, energy_j / JOULE_PER_KWH, time_s, n)
-
-
-def _ambient(trip: Windows) -> NDArray[np.float64] | None:
-    if trip.ambient_k is None:
-        return None
-    return np.full(trip.begin_s.size, trip.ambient_k - ZERO_CELSIUS_K)
-
-
-POSITIONS: Final[Mapping[Axis, Callable[[Windows], NDArray[np.float64] | None]]] = {
-    Axis.STANDSTILL: lambda trip: trip.standing_s / trip.duration_s,
-    Axis.SPEED: lambda trip: trip.distance_m / trip.duration_s * KMH_PER_MPS,
-    Axis.SINCE_START: lambda trip: trip.begin_s / 60.0,
-    Axis.POWER: lambda trip: trip.simulated_j / trip.duration_s / 1000.0,
-    Axis.AMBIENT: _ambient,
-    Axis.GRADE: lambda trip: 100.0 * trip.places["grade_frac"],
-    Axis.SOC: lambda trip: 100.0 * trip.places["soc_frac"] if "soc_frac" in trip.places else None,
-}

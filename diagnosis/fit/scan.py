@@ -13,13 +13,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 from scipy import stats
 
+from diagnosis.fit.axes import AXES, Axis
 from diagnosis.fit.jackknife import Added, first_least, ranked, simulated_z, tried
 from diagnosis.fit.noise import whitened
 from diagnosis.fit.windows import measured_size_j
-from energy.units import KMH_PER_MPS, ZERO_CELSIUS_K
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
@@ -32,20 +32,30 @@ LEAST_TRIPS: Final = 4
 DRAWS: Final = 200
 FALSE_CLAIM_FRAC: Final = 0.01
 LEAST_SHARE_FRAC: Final = 0.01
-FORM_AXES: Final = ("speed", "simulated_power")
+FORM_AXES: Final = (Axis.SPEED, Axis.POWER)
 FORM_SHARE_FRAC: Final = 0.02  # on axes that the base model's own form lives on, which is never quite a real vehicle's
 MOST_CELLS: Final = 300
 CELL_M: Final = 250.0
 METRES_PER_DEGREE: Final = 111_195.0
+SCANNED: Final = (
+    Axis.SPEED,
+    Axis.POWER,
+    Axis.SINCE_START,
+    Axis.DISTANCE,
+    Axis.AMBIENT,
+    Axis.ALTITUDE,
+    Axis.SOC,
+    Axis.BATTERY_TEMPERATURE,
+    Axis.HEADING,
+)
 REACHES: Final = (1, 2, 4)  # cells to each side of a place's middle, which takes it to 0.4, 0.6 and 1.1 km
 
 
 @dataclass(frozen=True, slots=True)
 class Box:
-    """An interval of an axis in its unit; on the axis "place", low is a map cell's number, high cells to each side."""
+    """An interval of an axis in its unit; at a place, low is a map cell's number, high cells to each side."""
 
-    axis: str
-    unit: str
+    axis: Axis
     low: float
     high: float
 
@@ -65,21 +75,8 @@ class Structure:
     inside: tuple[NDArray[np.float64], ...]
 
 
-AXES: Final[Mapping[str, tuple[str, Callable[[Windows], NDArray[np.float64] | None]]]] = {
-    "speed": ("km/h", lambda trip: trip.distance_m / trip.duration_s * KMH_PER_MPS),
-    "simulated_power": ("kW", lambda trip: trip.simulated_j / trip.duration_s / 1000.0),
-    "since_start": ("min", lambda trip: trip.begin_s / 60.0),
-    "distance": ("km", lambda trip: np.cumsum(trip.distance_m) / 1000.0),
-    "ambient": ("°C", lambda trip: _ambient_c(trip)),
-    "altitude": ("m", lambda trip: trip.places.get("altitude_m")),
-    "soc": ("%", lambda trip: _scaled(trip, "soc_frac", 100.0, 0.0)),
-    "battery_temperature": ("°C", lambda trip: _scaled(trip, "battery_k", 1.0, -ZERO_CELSIUS_K)),
-    "heading": ("°", lambda trip: _scaled(trip, "heading_rad", 180.0 / np.pi, 0.0)),
-}
-
-
 def boxes(
-    trips: Sequence[Windows], left_out: frozenset[str] = frozenset()
+    trips: Sequence[Windows], left_out: frozenset[Axis] = frozenset()
 ) -> tuple[tuple[Box, ...], list[NDArray[np.float64]]]:
     """All boxes that LEAST_TRIPS trips reach, and whether windows lie in each: float64 (n, m), 0 or 1, a trip.
 
@@ -87,8 +84,8 @@ def boxes(
     """
     found: list[Box] = []
     columns: list[list[NDArray[np.float64]]] = [[] for _ in trips]
-    for axis, (unit, position) in AXES.items():
-        values = [None if axis in left_out else position(trip) for trip in trips]
+    for axis in SCANNED:
+        values = [None if axis in left_out else AXES[axis].values(trip) for trip in trips]
         known = [of_trip for of_trip in values if of_trip is not None]
         if len(known) < LEAST_TRIPS:
             continue
@@ -102,11 +99,11 @@ def boxes(
                     _inside(of_trip, edges, first, last, trip) for of_trip, trip in zip(values, trips, strict=True)
                 ]
                 if sum(bool(flags.any()) for flags in inside) >= LEAST_TRIPS:
-                    found.append(Box(axis, unit, float(edges[first]), float(edges[last])))
+                    found.append(Box(axis, float(edges[first]), float(edges[last])))
                     for column, flags in zip(columns, inside, strict=True):
                         column.append(flags)
     for number, reach, inside in _cells(trips):
-        found.append(Box("place", "cell", float(number), float(reach)))
+        found.append(Box(Axis.PLACE, float(number), float(reach)))
         for column, flags in zip(columns, inside, strict=True):
             column.append(flags)
     return tuple(found), [
@@ -193,7 +190,7 @@ def leading(scanned: Scanned, trips: Sequence[Windows], count: int) -> list[Stru
     """The box that predicts left-out trips best of each axis, of the axes where this is most, thresholds aside."""
     loss = scanned.added.losses.sum(axis=0)
     large = _large(scanned, trips)
-    by_axis: dict[str, list[int]] = {}
+    by_axis: dict[Axis, list[int]] = {}
     for k, box in enumerate(scanned.boxes):
         if large[k]:
             by_axis.setdefault(box.axis, []).append(k)
@@ -202,7 +199,7 @@ def leading(scanned: Scanned, trips: Sequence[Windows], count: int) -> list[Stru
 
 
 def only(
-    places: tuple[tuple[Box, ...], list[NDArray[np.float64]]], axis: str
+    places: tuple[tuple[Box, ...], list[NDArray[np.float64]]], axis: Axis
 ) -> tuple[tuple[Box, ...], list[NDArray[np.float64]]]:
     """The boxes of one axis."""
     kept = np.array([box.axis == axis for box in places[0]])
@@ -235,11 +232,11 @@ def _structure(scanned: Scanned, trips: Sequence[Windows], k: int) -> Structure:
 
 def in_box(box: Box, trip: Windows) -> NDArray[np.float64]:
     """Whether windows lie in a box, float64 (n,), 0 or 1; a bound is as good as the next window's place."""
-    if box.axis == "place":
+    if box.axis is Axis.PLACE:
         near = _around(int(box.low), int(box.high))
         numbers = _numbers(trip)
         return np.zeros(trip.begin_s.size) if numbers is None else np.isin(numbers, near).astype(np.float64)
-    values = AXES[box.axis][1](trip)
+    values = AXES[box.axis].values(trip)
     if values is None:
         return np.zeros(trip.begin_s.size)
     return np.asarray((values >= box.low) & (values < box.high), np.float64)
@@ -300,12 +297,3 @@ def _inside(
         return np.zeros(trip.begin_s.size)
     below = values < edges[last] if last < edges.size - 1 else values <= edges[last]
     return np.asarray((values >= edges[first]) & below, np.float64)
-
-
-def _ambient_c(trip: Windows) -> NDArray[np.float64] | None:
-    return None if trip.ambient_k is None else np.full(trip.begin_s.size, trip.ambient_k - ZERO_CELSIUS_K)
-
-
-def _scaled(trip: Windows, name: str, factor: float, offset: float) -> NDArray[np.float64] | None:
-    values = trip.places.get(name)
-    return None if values is None else factor * values + offset

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from diagnosis.causes.families import Family
 from diagnosis.causes.terms import Candidate
+from diagnosis.fit.axes import Axis
 from diagnosis.fit.jackknife import equations, solve
 from diagnosis.fit.model import BOX, Model, refitted, with_companion_priors
 from diagnosis.fit.noise import estimated
@@ -96,9 +97,9 @@ def _renoised(model: Model, grown: Model) -> Model:
     return refitted(replace(model, noise=noise, roots=roots, system=system), model.found)
 
 
-def _own_axes(found: Sequence[Candidate]) -> frozenset[str]:
+def _own_axes(found: Sequence[Candidate]) -> frozenset[Axis]:
     if any(candidate.term.needs_ambient or candidate.term.family is Family.THERMAL for candidate in found):
-        return frozenset(("ambient", "battery_temperature"))
+        return frozenset((Axis.AMBIENT, Axis.BATTERY_TEMPERATURE))
     return frozenset()
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from diagnosis.answer.regimes import EDGES, Axis
 from diagnosis.causes.families import Family
+from diagnosis.fit.axes import AXES
 from diagnosis.fit.selection import LEAST_TRIPS
 
 if TYPE_CHECKING:
@@ -63,13 +64,8 @@ PARAMETER_NAMES: Final[Mapping[str, str]] = {
     "aux_power_w": "power of the auxiliaries",
 }
 AXIS_NAMES: Final[Mapping[str, tuple[str, str]]] = {
-    Axis.AMBIENT: ("Temperature outside", "°C"),
-    Axis.SINCE_START: ("Time since the start", "min"),
-    Axis.SPEED: ("Speed", "km/h"),
-    Axis.POWER: ("Power that the model expects", "kW"),
-    Axis.STANDSTILL: ("Standing or driving", ""),
-    Axis.GRADE: ("Grade", "%"),
-    Axis.SOC: ("State of charge", "%"),
+    axis: (AXES[axis].label, AXES[axis].unit)
+    for axis in (Axis.AMBIENT, Axis.SINCE_START, Axis.SPEED, Axis.POWER, Axis.STANDSTILL, Axis.GRADE, Axis.SOC)
 }
 _UNIT: Final = re.compile("(_(w|n|kg))?_per_[a-z0-9_]+$|_(km|m|s|min|h|kmh|mps|kw|w|kwh|c|k|deg|rad|frac|kg|n|pa)$")
 

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from diagnosis.fit.axes import Axis
 from diagnosis.fit.noise import KERNELS, Noise
 from diagnosis.fit.scan import boxes, cell_centre_deg, cell_of, in_box, leading, scan, strongest
 from diagnosis.fit.windows import Windows
@@ -50,7 +51,7 @@ def test_a_draw_between_two_altitudes_is_located_and_sized():
     trips = [trip(k, lambda z: 1500.0 * ((z > 560.0) & (z < 680.0))) for k in range(TRIPS)]
     found = strongest(scanned(trips), trips, 3.0)
     assert found is not None
-    assert found.box.axis == "altitude"
+    assert found.box.axis is Axis.ALTITUDE
     assert (found.box.low, found.box.high) == pytest.approx((560.0, 680.0), abs=35.0)
     assert found.low_w < 1500.0 < found.high_w * 1.15
     assert found.p < 0.01
@@ -96,8 +97,8 @@ def test_windows_of_another_trip_lie_in_the_box_by_its_bounds():
 def test_boxes_reach_several_trips_and_leave_something_outside():
     trips = [trip(k, lambda z: 0.0 * z) for k in range(TRIPS)]
     found, columns = boxes(trips, frozenset(("speed",)))
-    assert "speed" not in {structure.axis for structure in found}
-    assert {"altitude", "since_start", "place"} <= {structure.axis for structure in found}
+    assert Axis.SPEED not in {structure.axis for structure in found}
+    assert {Axis.ALTITUDE, Axis.SINCE_START, Axis.PLACE} <= {structure.axis for structure in found}
     inside = np.vstack(columns)
     assert bool(((inside == 0.0) | (inside == 1.0)).all())
     reached = np.sum([column.any(axis=0) for column in columns], axis=0)

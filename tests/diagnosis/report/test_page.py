@@ -102,7 +102,7 @@ def regimes(scale: float) -> tuple[RegimeResidual, ...]:
         RegimeResidual(
             axis, low, high, 531.7 * scale + k, 431.2 * scale, 632.2 * scale + 2 * k, 1.234 * scale, 7200.0, 9
         )
-        for axis in Axis
+        for axis in EDGES
         for k, (low, high) in enumerate(pairwise(EDGES[axis]))
     )
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 
 import pytest
-from diagnosis.report.page.markup import data, interval_cell
 from jinja2 import UndefinedError
 from markupsafe import Markup
 
