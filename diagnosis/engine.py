@@ -183,12 +183,8 @@ def _accounts(model: Model, kept: Sequence[WindowedTrip], held_out: Collection[s
     for trip in kept:
         again = replace(trip, drive=with_vehicle(trip.drive, model.vehicle))
         windows = windows_of(again, (*model.found, *model.companions))
-        boxed = [in_box(structure.box, windows) * windows.duration_s for structure in model.structures]
-        windows = replace(
-            windows,
-            names=(*windows.names, *(f"{BOX}{k}" for k in range(len(boxed)))),
-            columns_j=np.column_stack((windows.columns_j, *boxed)),
-        )
+        for k, structure in enumerate(model.structures):
+            windows = windows.with_column(f"{BOX}{k}", in_box(structure.box, windows) * windows.duration_s)
         assert set(names) <= set(windows.names), "held-out trips have all columns of the model"
         found.append(
             trip_account(

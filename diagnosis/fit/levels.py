@@ -132,10 +132,7 @@ def _joint(model: Model, flagged: _Flagged) -> tuple[float, float, float]:
         summed(trip, flagged.kind.column_j(trip.drive)) * float(on)
         for trip, on in zip(model.trips, flagged.on, strict=True)
     ]
-    windows = [
-        replace(trip, names=(*trip.names, LEVEL), columns_j=np.column_stack((trip.columns_j, column)))
-        for trip, column in zip(model.windows, columns, strict=True)
-    ]
+    windows = [trip.with_column(LEVEL, column) for trip, column in zip(model.windows, columns, strict=True)]
     precision, prior = (np.append(values, 0.0) for values in (model.system.precision, model.system.prior))
     solution = solve(equations(windows, model.roots, precision, prior), [*model.solution.names, LEVEL])
     weights = np.array([float(name == LEVEL) for name in solution.names])

@@ -116,11 +116,7 @@ def _with_structure(model: Model, structure: Structure) -> Model | None:
     """
     label = f"{BOX}{len(model.structures)}"
     windows = tuple(
-        replace(
-            trip,
-            names=(*trip.names, label),
-            columns_j=np.column_stack((trip.columns_j, inside * trip.duration_s)),
-        )
+        trip.with_column(label, inside * trip.duration_s)
         for trip, inside in zip(model.windows, structure.inside, strict=True)
     )
     precision, prior = (np.append(values, 0.0) for values in (model.system.precision, model.system.prior))

@@ -56,6 +56,10 @@ class Windows:
         """Energy of one unit of a column, float64 (n,) [J]."""
         return self.columns_j[:, self.names.index(name)]
 
+    def with_column(self, name: str, column_j: NDArray[np.float64]) -> Windows:
+        """The windows with one column more, float64 (n,) [J], behind those that they have."""
+        return replace(self, names=(*self.names, name), columns_j=np.column_stack((self.columns_j, column_j)))
+
 
 @dataclass(frozen=True, slots=True)
 class WindowedTrip:
@@ -108,14 +112,6 @@ def windows_of(trip: WindowedTrip, candidates: Sequence[Candidate]) -> Windows:
         names=FREE + tuple(candidate.label for candidate in candidates),
         columns_j=np.column_stack([summed(trip, column) for column in columns]),
     )
-
-
-def with_column(trip: WindowedTrip, old: Windows, label: str, candidate: Candidate) -> Windows:
-    """Windows with one column worked out anew for another shape."""
-    columns = old.columns_j.copy()
-    columns[:, old.names.index(label)] = summed(trip, candidate.term.column_j(trip.drive, candidate.shape))
-    names = tuple(candidate.label if name == label else name for name in old.names)
-    return replace(old, names=names, columns_j=columns)
 
 
 def measured_size_j(trips: Sequence[Windows]) -> float:

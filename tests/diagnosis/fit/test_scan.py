@@ -96,9 +96,9 @@ def test_windows_of_another_trip_lie_in_the_box_by_its_bounds():
 
 def test_boxes_reach_several_trips_and_leave_something_outside():
     trips = [trip(k, lambda z: 0.0 * z) for k in range(TRIPS)]
-    found, columns = boxes(trips, frozenset(("speed",)))
-    assert Axis.SPEED not in {structure.axis for structure in found}
-    assert {Axis.ALTITUDE, Axis.SINCE_START, Axis.PLACE} <= {structure.axis for structure in found}
+    found, columns = boxes(trips, frozenset((Axis.SPEED,)))
+    assert Axis.SPEED not in {box.axis for box in found}
+    assert {Axis.ALTITUDE, Axis.SINCE_START, Axis.PLACE} <= {box.axis for box in found}
     inside = np.vstack(columns)
     assert bool(((inside == 0.0) | (inside == 1.0)).all())
     reached = np.sum([column.any(axis=0) for column in columns], axis=0)
