@@ -19,8 +19,6 @@ PROCESSES ?= 2
 RECORDINGS ?= $(wildcard ../shared/data/recordings/bmw-i3)
 BROWSERS := chromium chromium-browser google-chrome
 BROWSER_PACKAGES := chromium fonts-dejavu-core
-# A file's tests stay in one process, so that what its fixtures make is made once. PROCESSES=0: no other, for a debugger.
-PYTEST = $(BIN)/python -m pytest --numprocesses $(PROCESSES) --dist loadfile
 CANDIDATES = $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python)
 
 .PHONY: help serve test test-jit test-nojit browser lint check format bench prove lock clean
@@ -33,11 +31,13 @@ serve: $(VENV)/.runtime ## Serve the HTTP interface on http://127.0.0.1:8000
 
 test: test-jit test-nojit ## Run all tests in PROCESSES processes, then the small ones again without compilation
 
+# A file's tests stay in one process, so that what its fixtures make is made once. PROCESSES=0: no other, for a debugger.
 test-jit: $(VENV)/.dev browser
-	$(PYTEST) $(PYTEST_ARGS)
+	$(BIN)/python -m pytest --numprocesses $(PROCESSES) --dist loadfile $(PYTEST_ARGS)
 
+# Takes about 20 s, of which most is collecting, which every process would do for itself.
 test-nojit: $(VENV)/.dev
-	NUMBA_DISABLE_JIT=1 $(PYTEST) -m nojit $(PYTEST_ARGS)
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -m nojit $(PYTEST_ARGS)
 
 browser: ## Install Debian's Chromium for the tests of the web map, where it is missing and root asks
 	@if [ -n "$${JOULEPATH_CHROMIUM:-}" ] || command -v $(BROWSERS) >/dev/null; then exit 0; fi; \
