@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 import energy.compiled.cache  # noqa: F401  (sets the cache folder before anything is compiled)
 
 
-class Roads(NamedTuple):
+class RoadArrays(NamedTuple):
     """What matching reads of a routing.graph.road_graph.RoadGraph; shapes and units as there."""
 
     length_m: NDArray[np.float64]
@@ -69,9 +69,32 @@ class Costs(NamedTuple):
     beam: float
 
 
+class Steps(NamedTuple):
+    """What is known of a drive of T samples.
+
+    driven_m: float64 (T−1,) way driven to the next sample. too_far: bool (T−1,) whether that is too far to be bridged.
+    weight: float64 (T,) of each sample's emission.
+    """
+
+    driven_m: NDArray[np.float64]
+    too_far: NDArray[np.bool_]
+    weight: NDArray[np.float64]
+
+
+class States(NamedTuple):
+    """What the search writes of the C candidates and, C + t, of being off all roads at sample t, each (C + T,).
+
+    total: least cost. before: the state before, −1 at the first sample. joined: whether a way leads from there.
+    """
+
+    total: NDArray[np.float64]
+    before: NDArray[np.int64]
+    joined: NDArray[np.bool_]
+
+
 @njit(nogil=True, cache=True)
 def project(
-    roads: Roads,
+    roads: RoadArrays,
     metre_per_degree: float,
     lat_deg: NDArray[np.float64],
     lon_deg: NDArray[np.float64],
@@ -145,7 +168,7 @@ def pop(f: Frontier) -> int:
 
 
 @njit(nogil=True, cache=True)
-def search(roads: Roads, f: Frontier, start: int, bound_m: float) -> int:
+def search(roads: RoadArrays, f: Frontier, start: int, bound_m: float) -> int:
     """Way from the end of a link to the beginning of every link at most bound_m away; the epoch it is marked with.
 
     Dijkstra over permitted transitions, lengths positive; of equally long ways the first found. Each transition is
@@ -174,7 +197,9 @@ def search(roads: Roads, f: Frontier, start: int, bound_m: float) -> int:
 
 
 @njit(nogil=True, cache=True)
-def way_m(roads: Roads, f: Frontier, epoch: int, back_m: float, a: int, from_m: float, b: int, to_m: float) -> float:
+def way_m(
+    roads: RoadArrays, f: Frontier, epoch: int, back_m: float, a: int, from_m: float, b: int, to_m: float
+) -> float:
     """Way from a place on link a to one on link b after a search from a, inf where the search did not reach it."""
     if a == b and to_m >= from_m - back_m:
         return to_m - from_m
@@ -185,23 +210,19 @@ def way_m(roads: Roads, f: Frontier, epoch: int, back_m: float, a: int, from_m: 
 
 @njit(nogil=True, cache=True)
 def likeliest(
-    roads: Roads,
+    roads: RoadArrays,
     f: Frontier,
     places: Places,
-    driven_m: NDArray[np.float64],
-    gap: NDArray[np.bool_],
-    weight: NDArray[np.float64],
+    steps: Steps,
     costs: Costs,
-    total: NDArray[np.float64],
-    before: NDArray[np.int64],
-    joined: NDArray[np.bool_],
+    states: States,
 ) -> None:
     """Viterbi: fill the least cost of every state, the state before it and whether a way leads from there.
 
-    States are the C candidates and, C + t, being off all roads at sample t; total, before, joined: (C + T,), before is
-    −1 at the first sample. driven_m, gap: (T−1,), way driven to the next sample, and whether it is too far to be
-    bridged. weight: (T,) of each sample's emission. Transitions cost |way on roads − way driven| over a scale, (2).
+    Transitions cost |way on roads − way driven| over a scale, (2).
     """
+    driven_m, too_far, weight = steps.driven_m, steps.too_far, steps.weight
+    total, before, joined = states.total, states.before, states.joined
     T = places.first.size - 1
     C = places.link.size
     for k in range(places.first[0], places.first[1]):
@@ -214,7 +235,7 @@ def likeliest(
             if total[i] < best:
                 best, best_at = total[i], i
         off, next_off = C + t, C + t + 1
-        free = 0.0 if gap[t] else 1.0
+        free = 0.0 if too_far[t] else 1.0
         stay, go = total[off], best + free * costs.leave
         total[next_off] = min(stay, go) + weight[t + 1] * costs.off
         before[next_off] = off if stay <= go else best_at
@@ -223,7 +244,7 @@ def likeliest(
             total[j] = min(from_off, from_split)
             before[j] = off if from_off <= from_split else best_at
             joined[j] = False
-        if not gap[t]:
+        if not too_far[t]:
             scale = costs.scale_m + costs.scale_frac * driven_m[t]
             least = min(best, total[off])
             for i in range(begin, end):
@@ -253,7 +274,7 @@ def likeliest(
 
 
 @njit(nogil=True, cache=True)
-def links_between(roads: Roads, f: Frontier, a: int, b: int, bound_m: float, links: NDArray[np.int64]) -> int:
+def links_between(roads: RoadArrays, f: Frontier, a: int, b: int, bound_m: float, links: NDArray[np.int64]) -> int:
     """Fill the links after a up to and with b on the shortest way, last first; their number, −1 where none is found.
 
     bound_m: of the way between the end of a and the beginning of b. links: int64 (M,).

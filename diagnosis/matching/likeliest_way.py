@@ -11,7 +11,7 @@ import shapely
 
 from diagnosis.errors import DiagnosisError
 from diagnosis.matching import kernels_viterbi as kernels
-from diagnosis.matching.kernels_viterbi import Costs, Frontier, Places, Roads
+from diagnosis.matching.kernels_viterbi import Costs, Frontier, Places, RoadArrays, States, Steps
 from diagnosis.matching.matched_way import Run
 from routing.graph.earth import METRE_PER_DEGREE
 
@@ -65,9 +65,9 @@ class MatchSettings:
             raise DiagnosisError("position_sd_m is empty, allowed: at least one standard deviation")
         for field in fields(self):
             value = getattr(self, field.name)
-            for one in value if isinstance(value, tuple) else (value,):
-                if not 0.0 < one < math.inf:
-                    raise DiagnosisError(f"{field.name} is {one}, allowed: above 0")
+            for number in value if isinstance(value, tuple) else (value,):
+                if not 0.0 < number < math.inf:
+                    raise DiagnosisError(f"{field.name} is {number}, allowed: above 0")
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,12 +79,12 @@ class LikeliestWay:
     position_sd_m: float
 
 
-class WayFinder:
+class TrackMatcher:
     """The model on one track: candidates are looked up once, ways found for any standard deviation of positions."""
 
     def __init__(
         self,
-        roads: Roads,
+        roads: RoadArrays,
         speed_limit_mps: NDArray[np.float64],
         tree: shapely.STRtree,
         frontier: Frontier,
@@ -119,23 +119,12 @@ class WayFinder:
             split=set_.split,
             beam=2.0 * (set_.leave + set_.split),
         )
-        states = places.link.size + track.sample.size
-        total, before, joined = np.full(states, np.inf), np.full(states, -1, np.int64), np.zeros(states, np.bool_)
-        too_far = track.paused | (track.driven_m > set_.bridge_m)
-        kernels.likeliest(
-            self._roads,
-            self._frontier,
-            places,
-            track.driven_m,
-            too_far,
-            self._weight,
-            costs,
-            total,
-            before,
-            joined,
-        )
-        path, cost = _traced(places, total, before)
-        return LikeliestWay(tuple(self._runs(places, path, joined, sd_m)), cost, sd_m)
+        count = places.link.size + track.sample.size
+        states = States(np.full(count, np.inf), np.full(count, -1, np.int64), np.zeros(count, np.bool_))
+        steps = Steps(track.driven_m, track.paused | (track.driven_m > set_.bridge_m), self._weight)
+        kernels.likeliest(self._roads, self._frontier, places, steps, costs, states)
+        path, cost = _traced(places, states.total, states.before)
+        return LikeliestWay(tuple(self._runs(places, path, states.joined, sd_m)), cost, sd_m)
 
     def _places(self, sd_m: float) -> Places:
         """Candidates of each sample that is looked at, with their costs."""
@@ -200,9 +189,9 @@ class WayFinder:
             way = rest + float(length_m[onward[:-1]].sum()) + position_m
         if abs(way - driven_m) > slack:
             return False
-        for one in onward:
+        for following in onward:
             run.begin_m.append(run.begin_m[-1] + float(length_m[run.links[-1]]))
-            run.links.append(one)
+            run.links.append(following)
         run.along_m.append(run.begin_m[-1] + position_m)
         run.samples.append(t)
         return True

@@ -12,8 +12,8 @@ import shapely
 
 from diagnosis.errors import DiagnosisError
 from diagnosis.matching import kernels_viterbi as kernels
-from diagnosis.matching.kernels_viterbi import Frontier, Roads
-from diagnosis.matching.likeliest_way import MatchSettings, WayFinder
+from diagnosis.matching.kernels_viterbi import Frontier, RoadArrays
+from diagnosis.matching.likeliest_way import MatchSettings, TrackMatcher
 from diagnosis.matching.matched_way import Gap, GapReason, PlacedWay, Stretch, place_samples
 from diagnosis.matching.tracks import NoPositionsError, Track, positions_deg, track_of
 from routing.graph.earth import E7, METRE_PER_DEGREE
@@ -74,7 +74,7 @@ class MapMatcher:
     def __init__(self, graph: RoadGraph, settings: MatchSettings | None = None) -> None:
         self.graph = graph
         self.settings = settings or MatchSettings()
-        self._roads = Roads(
+        self._roads = RoadArrays(
             graph.length_m,
             graph.successor_first,
             graph.successor,
@@ -104,13 +104,13 @@ class MapMatcher:
         frontier = self._frontier()
         try:
             limit_mps = self.graph.speed_limit_mps
-            way = WayFinder(self._roads, limit_mps, self._tree, frontier, track, self.settings).best()
+            way = TrackMatcher(self._roads, limit_mps, self._tree, frontier, track, self.settings).best()
         finally:
             with self._lock:
                 self._frontiers.append(frontier)
         placed = place_samples(recording, track, way.runs, self.graph.length_m)
         offset_m = self._offset_m(recording, track, placed)
-        driven_m = sum(float(track.odometer_m[one.last] - track.odometer_m[one.first]) for one in placed.stretches)
+        driven_m = sum(float(track.odometer_m[part.last] - track.odometer_m[part.first]) for part in placed.stretches)
         whole_m = float(track.odometer_m[-1])
         return Match(
             recording_id=recording.id,

@@ -168,8 +168,8 @@ def smoothed_m(way_m: NDArray[np.float64], along_m: NDArray[np.float64]) -> NDAr
     step = np.diff(way_m)
     share = np.concatenate(([0.5 * step[0]], 0.5 * (step[1:] + step[:-1]), [0.5 * step[-1]]))
     middle = 0.5 * (step[1:] + step[:-1])
-    left, right = 1.0 / step[:-1], 1.0 / step[1:]
-    rows = np.stack((left, -(left + right), right))  # second differences: z′ after less z′ before
+    before, after = 1.0 / step[:-1], 1.0 / step[1:]
+    rows = np.stack((before, -(before + after), after))  # second differences: z′ after less z′ before
     heavy = (SMOOTHING_WAY_M / (2.0 * math.pi)) ** 4 / middle
     bands = np.zeros((3, way_m.size))
     bands[2] = share
@@ -202,7 +202,7 @@ def _stretch(recording: Recording, part: _Part, links: NDArray[np.int64], begin_
 
 def _gaps(recording: Recording, track: Track, stretches: list[Stretch]) -> tuple[Gap, ...]:
     """What lies before, between and after stretches, where anything was driven."""
-    edges = [0, *(sample for one in stretches for sample in (one.first, one.last)), recording.time_s.size - 1]
+    edges = [0, *(sample for part in stretches for sample in (part.first, part.last)), recording.time_s.size - 1]
     found = []
     for first, last in zip(edges[::2], edges[1::2], strict=True):
         driven_m = float(track.odometer_m[last] - track.odometer_m[first])

@@ -12,7 +12,7 @@ import pytest
 
 from diagnosis.errors import DiagnosisError
 from diagnosis.matching import kernels_viterbi as kernels
-from diagnosis.matching.kernels_viterbi import Costs, Places
+from diagnosis.matching.kernels_viterbi import Costs, Places, States, Steps
 from diagnosis.matching.map_matcher import GapReason, MapMatcher, MatchSettings, NoPositionsError, OutsideMapError
 from diagnosis.matching.matched_way import entered_m, smoothed_m
 from diagnosis.matching.tracks import headings_rad, odometer_m, positions_deg, thinned
@@ -399,22 +399,13 @@ def test_likeliest_sequence_is_the_best_of_all_sequences(town):
             first, link, rng.uniform(0.0, 1.0, link.size) * town.length_m[link], rng.uniform(0, 5, link.size)
         )
         driven = rng.uniform(50.0, 400.0, count - 1)
-        total, before = np.full(link.size + count, np.inf), np.full(link.size + count, -1)
-        kernels.likeliest(
-            matcher._roads,
-            matcher._frontier(),
-            places,
-            driven,
-            np.zeros(count - 1, bool),
-            np.ones(count),
-            costs,
-            total,
-            before,
-            np.zeros(link.size + count, bool),
-        )
+        size = link.size + count
+        states = States(np.full(size, np.inf), np.full(size, -1), np.zeros(size, bool))
+        steps = Steps(driven, np.zeros(count - 1, bool), np.ones(count))
+        kernels.likeliest(matcher._roads, matcher._frontier(), places, steps, costs, states)
         every = itertools.product(*(range(choices + 1) for _ in range(count)))
         best = min(_cost(entries, town, places, driven, costs, chosen) for chosen in every)
-        found = min(total[first[-2] : link.size].min(), total[-1])
+        found = min(states.total[first[-2] : link.size].min(), states.total[-1])
         assert found == pytest.approx(best)
 
 
