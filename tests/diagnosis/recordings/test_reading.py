@@ -1,8 +1,7 @@
-"""Reading recorded drives: units, signs, what is repaired and noted, and errors that say where and what."""
+"""Reading recorded drives: units, signs, what is repaired and noted."""
 
 from __future__ import annotations
 
-import gzip
 import os
 from dataclasses import replace
 from pathlib import Path
@@ -12,78 +11,9 @@ import pytest
 
 from diagnosis.recordings.reading import NoteKind, Recording, RecordingError, read_recording
 from diagnosis.recordings.soundness.repairs import without_impossible
+from tests.diagnosis.recording_rows import SAMPLES, i3_rows, plain_rows, with_column
 
 SHARED = Path(__file__).resolve().parents[4] / "shared/data/recordings/bmw-i3"
-I3_HEADER = (
-    "Time [s];Velocity [km/h];Elevation [m];Regenerative Braking Signal ;Battery Voltage [V];Battery Current [A];"
-    "Battery Temperature [°C];SoC [%];Heating Power CAN [kW];AirCon Power [kW];Ambient Temperature [°C];"
-    "Temperature Vent right [°C] ;Temperature Vent right [°C]"
-)
-SAMPLES = 600
-
-
-def i3_rows(count=SAMPLES, step_s=0.1):
-    """A drive that gains and loses speed again and again; power follows, the heater is on, and the SoC falls."""
-    rows = []
-    for k in range(count):
-        phase = 2.0 * np.pi * k / 100.0
-        speed_kmh = 40.0 - 40.0 * np.cos(phase)
-        current_a = -(5.0 + 60.0 * np.sin(phase) + 0.01 * (k % 7))
-        rows.append(
-            [
-                f"{step_s * k:g}",
-                f"{speed_kmh:.2f}",
-                f"{500 + k / 100:.2f}",
-                "0",
-                "380",
-                f"{current_a:.2f}",
-                "12",
-                f"{80.0 - 0.02 * k:.2f}",
-                "1.5",
-                "0",
-                "-2.5",
-                "9",
-                "8",
-            ]
-        )
-    return rows
-
-
-def plain_rows(count=SAMPLES, step_s=1.0):
-    rows = []
-    for k in range(count):
-        phase = 2.0 * np.pi * k / 100.0
-        power_w = 2000.0 + 20_000.0 * np.sin(phase) + k % 7
-        rows.append([f"{step_s * k:g}", f"{40.0 - 40.0 * np.cos(phase):.4f}", f"{power_w:.3f}"])
-    return rows
-
-
-@pytest.fixture
-def i3_file(tmp_path):
-    def write(rows=None, header=I3_HEADER, name="TripX01.csv.gz", newline="\r\n"):
-        lines = [header, *(";".join(row) for row in (i3_rows() if rows is None else rows))]
-        content = (newline.join(lines) + newline).encode("latin-1")
-        path = tmp_path / name
-        path.write_bytes(gzip.compress(content) if name.endswith(".gz") else content)
-        return path
-
-    return write
-
-
-@pytest.fixture
-def plain_file(tmp_path):
-    def write(rows=None, header="time_s,speed_kmh,power_w", name="drive.csv"):
-        path = tmp_path / name
-        lines = [header, *(",".join(row) for row in (plain_rows() if rows is None else rows))]
-        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        return path
-
-    return write
-
-
-def with_column(rows, name, values):
-    """Header and rows of a plain file with one more column."""
-    return f"time_s,speed_kmh,power_w,{name}", [[*row, value] for row, value in zip(rows, values, strict=True)]
 
 
 def notes(recording: Recording, kind: NoteKind) -> list[tuple[str, str]]:
@@ -313,105 +243,6 @@ def test_charge_and_power_together_tell_the_capacity(i3_file):
     kwh = recording.energy_j() / 3.6e6
     assert channel == "soc_frac"
     assert text == f"falls by 12.0% while the battery gives {kwh:.2f} kWh: 100 % would be {kwh / 0.1198:.1f} kWh"
-
-
-# errors
-
-
-@pytest.mark.parametrize(
-    ("column", "cell", "shown"),
-    [(1, "fast", "fast"), (1, "-3", "-3"), (1, "250", "250"), (1, "", "empty"), (1, "12,5", "12,5"), (5, "nan", "nan")],
-)
-def test_bad_cell_of_an_i3_file_is_told_by_file_row_and_column(i3_file, column, cell, shown):
-    rows = i3_rows()
-    rows[41][column] = cell
-    path = i3_file(rows)
-    with pytest.raises(RecordingError) as caught:
-        read_recording(path)
-    error = caught.value
-    assert (error.path, error.row, error.value) == (str(path), 43, shown)  # the header is row 1
-    assert error.column == I3_HEADER.split(";")[column].strip()
-    assert "a number from" in error.allowed
-
-
-def test_optional_cell_out_of_range_is_an_error_but_an_empty_one_is_not(plain_file):
-    header, rows = with_column(plain_rows(), "soc_frac", ["", "80", *["0.8"] * (SAMPLES - 2)])
-    with pytest.raises(RecordingError, match=r"drive\.csv, row 3: soc_frac is 80, allowed: a number from 0 to 1,"):
-        read_recording(plain_file(rows, header))
-
-
-def test_time_that_runs_back_is_an_error(plain_file):
-    rows = plain_rows()
-    rows[7][0] = "3"
-    with pytest.raises(RecordingError, match="row 9: time_s is 3, allowed: at least that of the row before, 6"):
-        read_recording(plain_file(rows))
-
-
-def test_time_in_milliseconds_is_an_error(plain_file):
-    with pytest.raises(RecordingError, match="time is 100 later a row"):
-        read_recording(plain_file(plain_rows(step_s=100.0)))
-
-
-def test_recording_that_lasts_for_weeks_is_an_error(plain_file):
-    rows = plain_rows()
-    rows[-1][0] = "2e6"
-    with pytest.raises(RecordingError, match=r"time is 2e\+06 later at the end, allowed: seconds, at most 1e\+06"):
-        read_recording(plain_file(rows))
-
-
-def test_current_with_the_wrong_sign_is_an_error(i3_file):
-    rows = [[*row[:5], f"{-float(row[5])}", *row[6:]] for row in i3_rows()]
-    with pytest.raises(RecordingError, match="positive for discharge, so higher while accelerating"):
-        read_recording(i3_file(rows))
-
-
-@pytest.mark.parametrize(
-    ("header", "found"),
-    [("a,b,c", "the header is a, b, c"), ("time_s,speed_kmh,power_kw", "power_w is missing")],
-)
-def test_header_of_no_format_is_an_error_that_names_what_is_needed(plain_file, header, found):
-    with pytest.raises(RecordingError, match=found) as caught:
-        read_recording(plain_file(header=header))
-    assert caught.value.row == 1
-    assert "power_w" in caught.value.allowed or "Velocity [km/h]" in caught.value.allowed
-
-
-def test_column_that_is_there_twice_is_an_error_where_it_is_used(plain_file):
-    rows = [[*row, row[1]] for row in plain_rows()]
-    with pytest.raises(RecordingError, match="speed_kmh is there twice"):
-        read_recording(plain_file(rows, "time_s,speed_kmh,power_w,speed_kmh"))
-
-
-def test_row_of_another_length_is_an_error(plain_file):
-    rows = plain_rows()
-    rows[3] = rows[3][:2]
-    with pytest.raises(RecordingError, match="row 5: the row is 2 cells long, allowed: 3, as the header"):
-        read_recording(plain_file(rows))
-
-
-@pytest.mark.parametrize("content", [b"", b"time_s,speed_kmh,power_w\n", b"time_s,speed_kmh,power_w\n0,0,0\n"])
-def test_file_without_samples_is_an_error(tmp_path, content):
-    path = tmp_path / "empty.csv"
-    path.write_bytes(content)
-    with pytest.raises(RecordingError, match="allowed: at least 2 samples"):
-        read_recording(path)
-
-
-def test_file_whose_times_are_all_the_same_is_an_error(plain_file):
-    with pytest.raises(RecordingError, match="time_s is always the same, allowed: rising"):
-        read_recording(plain_file([["5", "0", "0"]] * 3))
-
-
-def test_truncated_gzip_file_is_an_error(i3_file):
-    path = i3_file()
-    path.write_bytes(path.read_bytes()[:500])
-    with pytest.raises(RecordingError, match="allowed: a whole gzip file"):
-        read_recording(path)
-
-
-def test_file_that_is_not_there_is_an_os_error(tmp_path):
-    with pytest.raises(FileNotFoundError):
-        read_recording(tmp_path / "absent.csv")
 
 
 # the published files
