@@ -1,4 +1,4 @@
-"""A fitted model told as findings, parameter errors and unexplained structure."""
+"""A fitted model as findings, parameter errors and unexplained structure."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def _own_w(model: Model, k: int, labels: set[str]) -> NDArray[np.float64]:
 
 
 def _located(model: Model, labels: set[str]) -> tuple[RegimeResidual, ...]:
-    """Regimes in which what is left without some terms departs, those in which the terms took most energy."""
+    """Regimes in which the residual without some terms departs, those in which the terms took most energy."""
     residuals_w = [model.residual_w(k) + _own_w(model, k, labels) for k in range(len(model.windows))]
     own = [_own_w(model, k, labels) for k in range(len(model.windows))]
     found = []

@@ -69,7 +69,7 @@ def regimes(
     residual_w: Sequence[NDArray[np.float64]],
     edges: Sequence[float] | None = None,
 ) -> tuple[RegimeResidual, ...]:
-    """Power that is left of windows, float64 (n,) a trip [W], in each regime of an axis that any lies in, in order.
+    """Residual power of windows, float64 (n,) a trip [W], in each regime of an axis that any lies in, in order.
 
     Trips without a value on the axis (no recorded temperature) are left out.
     Raises DiagnosisError without trips and for edges that do not rise.

@@ -1,8 +1,8 @@
 """Levels that single trips have of their own: a roof box, a load, soft tyres, on some drives and not on others.
 
 After everything else is fitted, each trip is given its own drag, mass or rolling resistance. Where trips differ by more
-of it than clean drives do, the upper of two groups of them is named; which of the three it was is told by what fits
-best.
+of it than clean drives do, the upper of two groups of them is named; which of the three it was is decided by what
+fits best.
 """
 
 from __future__ import annotations

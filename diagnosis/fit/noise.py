@@ -1,4 +1,4 @@
-"""How what is left of a fit scatters: in single windows, over minutes, and from trip to trip.
+"""How residuals of a fit scatter: in single windows, over minutes, and from trip to trip.
 
 The covariance of a trip's residual powers is a sum of kernels: white noise that grows with power, wander that is
 forgotten within seconds to half an hour, and what a trip has of its own: a level, a rolling resistance, a drag. Their
@@ -62,7 +62,7 @@ class Noise:
         return total
 
     def expected_w(self, trip: Windows, residual_w: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:
-        """What each kernel is expected to have contributed to the powers that are left of a trip, (n,) each [W]."""
+        """What each kernel is expected to have contributed to the residual powers of a trip, (n,) each [W]."""
         weighed = np.linalg.solve(self.covariance_w2(trip), residual_w)
         kernels = zip(KERNELS, self.variance, _kernels(trip, self.window_s), strict=True)
         return {name: size * (kernel @ weighed) for name, size, kernel in kernels}
@@ -81,7 +81,7 @@ def estimated(trips: Sequence[Windows], residuals_w: Sequence[NDArray[np.float64
     """The noise of residual powers [W] of trips' windows, float64 (n,) each.
 
     Products of all pairs of a trip's residuals are regressed on the kernels with variances ≥ 0 (minimum norm quadratic
-    estimation), in units of a rough scatter, outliers cut, so that single events do not rule it.
+    estimation), in units of a rough scatter, outliers clipped, so that single events do not rule it.
     """
     floor, share = _rough(trips, residuals_w)
     size = len(KERNELS)

@@ -89,7 +89,7 @@ def _scanned(model: Model, places: Places, seed: int) -> Scanned | None:
 
 
 def _renoised(model: Model, grown: Model) -> Model:
-    """The model without its last structure, with the noise that is left with it."""
+    """The model without its last structure, with the noise of the residuals beside it."""
     residuals_w = [grown.residual_w(k, left_out=True) for k in range(len(grown.windows))]
     noise = estimated(grown.windows, residuals_w, grown.noise.window_s)
     roots = tuple(noise.root(trip) for trip in model.windows)

@@ -72,7 +72,7 @@ class WindowedTrip:
 
 
 def trip_of(recording: Recording, drive: ReplayedDrive, window_s: float = WINDOW_S) -> WindowedTrip:
-    """A recorded drive cut into windows."""
+    """A recorded drive split into windows."""
     window = (np.maximum(drive.since_s, 0.0) / window_s).astype(np.int64)
     window[recording.gap_steps(drive.profile.time_s)] = -1
     known = np.unique(window[window >= 0])
