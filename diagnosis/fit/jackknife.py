@@ -332,7 +332,7 @@ def _added(system: Equations, b: NDArray[np.int64], c: NDArray[np.int64]) -> Add
 
 
 def _pieces(added: Added) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Inverses of the base, base on columns, and columns' information beside it, of all trips (first) and without each."""
+    """Inverses of the base, base on columns, and the columns' information beside it: of all trips, and without each."""
     prior_b = np.diag(added.precision_base)
     size = added.precision_base.size
 
