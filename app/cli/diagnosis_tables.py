@@ -41,14 +41,14 @@ def _findings(diagnosis: Diagnosis) -> Table:
     for heading in ("energy [kWh]", "share"):
         table.add_column(heading, justify="right")
     table.add_column("or else", overflow="fold")
-    for one in diagnosis.findings:
+    for finding in diagnosis.findings:
         table.add_row(
-            escape(one.effect),
-            one.family.value,
-            escape("\n".join(_coefficient(each) for each in one.coefficients)),
-            f"{one.energy_kwh:.2f}",
-            f"{one.energy_share_frac:.1%}",
-            escape(", ".join(each.effect for each in one.ambiguous_with)),
+            escape(finding.effect),
+            finding.family.value,
+            escape("\n".join(_coefficient(each) for each in finding.coefficients)),
+            f"{finding.energy_kwh:.2f}",
+            f"{finding.energy_share_frac:.1%}",
+            escape(", ".join(each.effect for each in finding.ambiguous_with)),
         )
     return table
 
@@ -59,14 +59,14 @@ def _parameters(diagnosis: Diagnosis) -> Table:
     for heading in ("in its file", "fitted", "95 %", "share"):
         table.add_column(heading, justify="right")
     table.add_column("the same as", overflow="fold")
-    for one in diagnosis.parameter_errors:
+    for error in diagnosis.parameter_errors:
         table.add_row(
-            escape(f"{one.parameter} [{one.unit}]"),
-            f"{one.nameplate:.4g}",
-            f"{one.fitted:.4g}",
-            _interval(one.ci95),
-            f"{one.energy_share_frac:.1%}",
-            escape(", ".join(one.aliases)),
+            escape(f"{error.parameter} [{error.unit}]"),
+            f"{error.nameplate:.4g}",
+            f"{error.fitted:.4g}",
+            _interval(error.ci95),
+            f"{error.energy_share_frac:.1%}",
+            escape(", ".join(error.aliases)),
         )
     return table
 
@@ -75,13 +75,13 @@ def _unexplained(diagnosis: Diagnosis) -> Table:
     table = Table("where", title="unexplained")
     for heading in ("power [W]", "95 %", "energy [kWh]", "p"):
         table.add_column(heading, justify="right")
-    for one in diagnosis.unexplained:
+    for remainder in diagnosis.unexplained:
         table.add_row(
-            escape(f"{one.axis} {one.low:.4g}..{one.high:.4g} {one.unit}"),
-            f"{one.mean_w:+.0f}",
-            _interval(one.ci95_w),
-            f"{one.energy_kwh:.2f}",
-            f"{one.p:.3f}",
+            escape(f"{remainder.axis} {remainder.low:.4g}..{remainder.high:.4g} {remainder.unit}"),
+            f"{remainder.mean_w:+.0f}",
+            _interval(remainder.ci95_w),
+            f"{remainder.energy_kwh:.2f}",
+            f"{remainder.p:.3f}",
         )
     return table
 
@@ -99,9 +99,9 @@ def _fit(diagnosis: Diagnosis, before: FitScore, after: FitScore) -> Table:
     return table
 
 
-def _coefficient(one: Coefficient) -> str:
-    unit = f" {one.unit}" if one.unit else ""
-    return f"{one.name} {one.value:.4g}{unit} ({_interval(one.ci95)})"
+def _coefficient(coefficient: Coefficient) -> str:
+    unit = f" {coefficient.unit}" if coefficient.unit else ""
+    return f"{coefficient.name} {coefficient.value:.4g}{unit} ({_interval(coefficient.ci95)})"
 
 
 def _interval(ci95: Interval) -> str:

@@ -38,7 +38,7 @@ class Course:
 
 
 @dataclass(frozen=True, slots=True)
-class Driven:
+class DrivenCourse:
     """What driving a course takes; profile: where asked for."""
 
     result: ChainResult | DriveResult

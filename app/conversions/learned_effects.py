@@ -23,7 +23,7 @@ MAX_REASON_CHARS: Final = 1000
 
 
 def learned_effects(diagnosis: Diagnosis, *, diagnosis_id: str | None, date: str) -> LearnedEffects:
-    """The content of effects.json; what requests would refuse is told in `not_carried` instead.
+    """The content of effects.json; what requests would refuse is named in `not_carried` instead.
 
     diagnosis_id: None where the diagnosis is not stored. date: YYYY-MM-DD.
     """

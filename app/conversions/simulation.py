@@ -32,7 +32,7 @@ from routing.places import LinkSpan
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from app.conversions.course import Course, Driven
+    from app.conversions.course import Course, DrivenCourse
     from app.schemas.vehicle import VehicleChoice
     from energy.chain.profile import SpeedProfile
     from routing.graph.road_graph import RoadGraph
@@ -94,7 +94,7 @@ def chain_link_error(error: LinkError, sent: Sequence[ChainLinkSent]) -> ChainLi
     return ChainLinkError(field, error.position, value.value if isinstance(value, Enum) else value, error.allowed)
 
 
-def simulation_answer(driven: Driven, course: Course, sent: SimulateRequest) -> SimulateResponse:
+def simulation_answer(driven: DrivenCourse, course: Course, sent: SimulateRequest) -> SimulateResponse:
     """What driving a course takes; sent: the request as understood."""
     result, chain = driven.result, course.chain
     ids: list[int | None] = [None] * chain.length_m.size

@@ -46,7 +46,7 @@ def documents_of(diagnosed: Diagnosed, *, diagnosis_id: str | None = None, place
     diagnosis = diagnosed.diagnosis
     result = {
         **as_json(diagnosis),
-        "refused": [{"file": one.file, "error": one.error} for one in diagnosed.refused],
+        "refused": [{"file": refused.file, "error": refused.error} for refused in diagnosed.refused],
     }
     effects = learned_effects(diagnosis, diagnosis_id=diagnosis_id, date=datetime.now(UTC).date().isoformat())
     return Documents(

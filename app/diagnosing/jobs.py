@@ -58,7 +58,7 @@ class Job:
 class DiagnosisJobs:
     """The queue of one process; its state is in the database, its uploaded files in a folder of its own.
 
-    The thread that works through it begins with the first job. Closing stops what runs, and tells so.
+    The thread that works through it begins with the first job. Closing stops what runs, and records it.
     """
 
     def __init__(self, store: DiagnosisStore) -> None:

@@ -54,14 +54,14 @@ class Diagnosed:
 def carry_out(
     order: DiagnosisOrder, progress: Progress | None = None, cancelled: Callable[[], bool] | None = None
 ) -> Diagnosed:
-    """Read the recordings, choose what is held out, and diagnose; a file that can't be used is left aside and told.
+    """Read the recordings, choose what is held out, and diagnose; a file that can't be used is left aside and named.
 
     progress: called with the name of a stage and the share of the whole that is done. Raises UnusableRecordingsError
     where no file is left, HoldoutError, other DiagnosisErrors of the engine, and DiagnosisCancelled.
     """
     from diagnosis.engine import DiagnosisSettings, diagnose  # takes a while to import, and only here it is needed
 
-    def told(done: int, count: int) -> None:
+    def file_read(done: int, count: int) -> None:
         if cancelled is not None and cancelled():
             raise DiagnosisCancelled(f"cancelled after {done} of {count} files were read")
         if progress is not None:
@@ -71,7 +71,7 @@ def carry_out(
         if progress is not None:
             progress(stage, READING_SHARE + (1.0 - READING_SHARE) * done)
 
-    recordings, errors = read_recordings(order.files, order.hidden, told)
+    recordings, errors = read_recordings(order.files, order.hidden, file_read)
     refused = tuple(RefusedFile(storable(error.path), storable(str(error))) for error in errors)
     if not recordings:
         raise UnusableRecordingsError(refused)
@@ -88,8 +88,10 @@ def carry_out(
 
 def held_out_trips(recordings: Sequence[Recording], order: DiagnosisOrder) -> frozenset[str]:
     """Ids of the trips that an order keeps out of the fit; raises HoldoutError."""
-    trip_ids = [one.id for one in recordings]
-    drawn = drawn_trips(trip_ids, [_mean_ambient_k(one) for one in recordings], order.held_out_frac, order.seed)
+    trip_ids = [recording.id for recording in recordings]
+    drawn = drawn_trips(
+        trip_ids, [_mean_ambient_k(recording) for recording in recordings], order.held_out_frac, order.seed
+    )
     return named_trips(trip_ids, order.held_out) | drawn
 
 

@@ -48,7 +48,7 @@ def on_graph(
     """Match the recordings of a diagnosis to a graph.
 
     Residuals are what was measured less the model with all findings. A recording that can't be matched, or be driven on
-    the graph's heights, is left out and told with the reason.
+    the graph's heights, is left out and named with the reason.
     """
     matcher = MapMatcher(planner.graph)
     timelines = {trip.id: trip.timeline for trip in diagnosed.diagnosis.trips}
@@ -69,8 +69,8 @@ def on_graph(
         return OnGraph(diagnosed, None, tuple(unmatched))
     features = link_features(link_residuals(residuals), planner.graph)
     diagnosis = replace(diagnosed.diagnosis, profile=tuple(splits))
-    told = {"type": features["type"], "kind": "links", "graph": planner.graph.meta.name, **features}
-    text = json.dumps(told, ensure_ascii=False, allow_nan=False)
+    collection = {"type": features["type"], "kind": "links", "graph": planner.graph.meta.name, **features}
+    text = json.dumps(collection, ensure_ascii=False, allow_nan=False)
     return OnGraph(replace(diagnosed, diagnosis=diagnosis), text, tuple(unmatched))
 
 

@@ -26,7 +26,7 @@ MOST_POINTS: Final = 600  # of one trip: a chart has about as many pixels
 
 def trip_documents(diagnosed: Diagnosed, diagnosis_id: str) -> tuple[TripDocument, ...]:
     """Outline and timeline of every trip of a diagnosis, as they are stored under its id."""
-    recordings = {one.id: one for one in diagnosed.recordings}
+    recordings = {recording.id: recording for recording in diagnosed.recordings}
     found = []
     for trip in diagnosed.diagnosis.trips:
         timeline = trip_timeline(trip, recordings[trip.id])
@@ -80,5 +80,5 @@ def _coordinates(values: NDArray[np.float64]) -> list[float | None]:
 
 def _bbox(timeline: TripTimelineAnswer) -> tuple[float, float, float, float] | None:
     """West, south, east, north of a timeline's positions; None without any."""
-    lat, lon = ([one for one in values or [] if one is not None] for values in (timeline.lat, timeline.lon))
+    lat, lon = ([degree for degree in values or [] if degree is not None] for values in (timeline.lat, timeline.lon))
     return (min(lon), min(lat), max(lon), max(lat)) if lat and lon else None

@@ -32,7 +32,7 @@ APART_S: Final = 1.0  # time between two windows from which on something lies be
 def places_at(recording: Recording, time_s: NDArray[np.float64]) -> NDArray[np.float64] | None:
     """Latitude and longitude at times of the recording's clock, float64 (n, 2) [deg], NaN where they are not known.
 
-    Between two positions the odometer leads. None where the recording has no positions.
+    Between two positions it follows the odometer. None where the recording has no positions.
     """
     try:
         lat, lon, fix = positions_deg(recording)
@@ -56,7 +56,7 @@ def track_features(diagnosed: Diagnosed) -> dict[str, Any]:
     and, where the track goes on for so long, STRETCH_M of way. Properties are those of links in residuals.geojson, with
     the trip, the time since its first sample and the duration in place of link and name.
     """
-    recordings = {one.id: one for one in diagnosed.recordings}
+    recordings = {recording.id: recording for recording in diagnosed.recordings}
     trips = [(trip, recordings[trip.id]) for trip in diagnosed.diagnosis.trips]
     least_m = max(STRETCH_M, 1000.0 * sum(trip.distance_km for trip, _ in trips) / MOST_STRETCHES)
     features = [feature for trip, recording in trips for feature in _stretches(trip, recording, least_m)]
@@ -77,7 +77,7 @@ def _stretches(trip: TripAccount, recording: Recording, least_m: float) -> Itera
     begin_m, end_m = (np.interp(time_s, recording.time_s, way) for time_s in (windows.begin_s, windows.end_s))
     known = ~np.isnan(begin[:, 0]) & ~np.isnan(end[:, 0])
     follows = np.append((windows.begin_s[1:] - windows.end_s[:-1] < APART_S) & known[1:], False)
-    for first, last in _cut(begin_m, end_m, known, follows, least_m):
+    for first, last in _stretch_windows(begin_m, end_m, known, follows, least_m):
         points = _line(recording, way, windows.begin_s[first], windows.end_s[last], begin[first], end[last])
         if len(points) < 2:
             continue  # stood still
@@ -103,7 +103,7 @@ def _stretches(trip: TripAccount, recording: Recording, least_m: float) -> Itera
         yield {"type": "Feature", "geometry": {"type": "LineString", "coordinates": points}, "properties": properties}
 
 
-def _cut(
+def _stretch_windows(
     begin_m: NDArray[np.float64],
     end_m: NDArray[np.float64],
     known: NDArray[np.bool_],
@@ -112,7 +112,7 @@ def _cut(
 ) -> Iterator[tuple[int, int]]:
     """First and last window of each stretch; follows: whether the next window follows at once.
 
-    What is left at the end of a run of windows joins the stretch before it where it is less than half of one.
+    What remains at the end of a run of windows joins the stretch before it where it is less than half of one.
     """
     first, before = 0, None
     for k in range(known.size):

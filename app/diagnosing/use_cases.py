@@ -142,7 +142,7 @@ class Diagnoses:
         """The trips of a diagnosis, none where they were not kept; raises as `report` does."""
         self._done(diagnosis_id)
         try:
-            outlines = [TripOutline.model_validate_json(one) for one in self.store.trip_outlines(diagnosis_id)]
+            outlines = [TripOutline.model_validate_json(outline) for outline in self.store.trip_outlines(diagnosis_id)]
         except ValidationError as error:
             raise DiagnosisDamagedError(diagnosis_id, validation_detail(error)) from error
         return TripList(trips=outlines)
@@ -227,7 +227,7 @@ def _summary(row: StoredDiagnosis) -> dict[str, Any]:
         "vehicle": row.vehicle,
         "created": row.created,
         "recordings": row.recordings,
-        "verdict": row.verdict if row.verdict in set(Verdict) else None,  # one of another version is not told
+        "verdict": row.verdict if row.verdict in set(Verdict) else None,  # that of another version is not shown
         "text": row.text,
         "links": DiagnosisLinks(
             self=path,

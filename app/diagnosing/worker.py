@@ -86,7 +86,7 @@ def work(task: Task, sender: Connection) -> None:
     reporter = _Reporter(sender)
     message: Message
     try:
-        message = Finished(_documents(task, reporter.told, lambda: parent is not None and not parent.is_alive()))
+        message = Finished(_documents(task, reporter.advanced, lambda: parent is not None and not parent.is_alive()))
     except Exception as error:  # whatever it is, the diagnosis has failed by it
         problem = problem_of(error, f"/diagnoses/{task.diagnosis_id}")
         if problem.status >= 500:
@@ -99,29 +99,29 @@ def work(task: Task, sender: Connection) -> None:
 
 def headline(diagnosis: Diagnosis) -> str:
     """The first thing that a diagnosis concludes."""
-    concluded = [one.text for one in diagnosis.findings] + [one.text for one in diagnosis.parameter_errors]
-    concluded += [one.text for one in diagnosis.unexplained]
+    concluded = [finding.text for finding in diagnosis.findings] + [error.text for error in diagnosis.parameter_errors]
+    concluded += [remainder.text for remainder in diagnosis.unexplained]
     return concluded[0] if concluded else diagnosis.text
 
 
 def refused_json(refused: Sequence[RefusedFile]) -> str:
     """Files that could not be used, as they are stored."""
-    return json.dumps([{"file": one.file, "error": one.error} for one in refused])
+    return json.dumps([{"file": file.file, "error": file.error} for file in refused])
 
 
-def _documents(task: Task, told: Progress, cancelled: Callable[[], bool]) -> DiagnosisDocuments:
+def _documents(task: Task, advanced: Progress, cancelled: Callable[[], bool]) -> DiagnosisDocuments:
     """What a task leaves; raises what carrying it out raises."""
     # what is imported here takes a while, and the process that serves needs none of it
     from app.diagnosing.timelines import trip_documents
     from app.diagnosing.tracks import track_features
 
     share = 1.0 if task.graph_dir is None else DIAGNOSING_SHARE
-    diagnosed = carry_out(task.order, lambda stage, done: told(stage, share * done), cancelled)
+    diagnosed = carry_out(task.order, lambda stage, done: advanced(stage, share * done), cancelled)
     residuals: str | None = None
     warnings: tuple[str, ...] = ()
     if task.graph_dir is not None:
         diagnosed, residuals, warnings = _on_graph(
-            task, task.graph_dir, diagnosed, lambda stage, done: told(stage, share + (1.0 - share) * done)
+            task, task.graph_dir, diagnosed, lambda stage, done: advanced(stage, share + (1.0 - share) * done)
         )
     documents = documents_of(diagnosed, diagnosis_id=task.diagnosis_id)
     return DiagnosisDocuments(
@@ -131,23 +131,23 @@ def _documents(task: Task, told: Progress, cancelled: Callable[[], bool]) -> Dia
         refused=refused_json(diagnosed.refused),
         verdict=diagnosed.diagnosis.verdict.value,
         text=storable(headline(diagnosed.diagnosis)),
-        warnings=json.dumps([storable(one) for one in warnings]),
+        warnings=json.dumps([storable(warning) for warning in warnings]),
         residuals=storable(residuals or json.dumps(track_features(diagnosed), ensure_ascii=False, allow_nan=False)),
         trips=trip_documents(diagnosed, task.diagnosis_id),
     )
 
 
 def _on_graph(
-    task: Task, graph_dir: Path, diagnosed: Diagnosed, told: Progress
+    task: Task, graph_dir: Path, diagnosed: Diagnosed, advanced: Progress
 ) -> tuple[Diagnosed, str | None, tuple[str, ...]]:
     """A diagnosis laid upon the graph of a folder, its residuals on links, and which trips are not on it."""
     from app.diagnosing.places import STAGE, on_graph
     from routing.graph.files import load_graph
     from routing.planner import Planner
 
-    told(STAGE, 0.0)
-    laid = on_graph(diagnosed, Planner(load_graph(graph_dir)), task.order.vehicle, told)
-    return laid.diagnosed, laid.places, tuple(f"not on the graph: {one}" for one in laid.unmatched)
+    advanced(STAGE, 0.0)
+    laid = on_graph(diagnosed, Planner(load_graph(graph_dir)), task.order.vehicle, advanced)
+    return laid.diagnosed, laid.places, tuple(f"not on the graph: {trip}" for trip in laid.unmatched)
 
 
 class _Reporter:
@@ -158,7 +158,7 @@ class _Reporter:
         self._stage = ""
         self._sent_s = 0.0
 
-    def told(self, stage: str, done: float) -> None:
+    def advanced(self, stage: str, done: float) -> None:
         now = time.monotonic()
         if stage != self._stage or now - self._sent_s >= TOLD_EVERY_S:
             self._stage, self._sent_s = stage, now

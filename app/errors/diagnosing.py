@@ -33,7 +33,7 @@ class UnusableRecordingsError(DiagnosingError):
 
     def __init__(self, refused: Sequence[RefusedFile]) -> None:
         self.refused = tuple(refused)
-        listed = "; ".join(one.error for one in self.refused)
+        listed = "; ".join(file.error for file in self.refused)
         super().__init__(f"no recording can be used: {listed}")
 
 

@@ -21,46 +21,46 @@ MAX_VALUE_CHARS: Final = 200
 
 
 @dataclass(frozen=True, slots=True)
-class Kind:
+class ProblemKind:
     """Status and title of one error code."""
 
     status: int
     title: str
 
 
-KINDS: Final[Mapping[ErrorCode, Kind]] = {
-    ErrorCode.INVALID_REQUEST: Kind(422, "A field of the request is missing, unknown or out of range"),
-    ErrorCode.MALFORMED_JSON: Kind(422, "The request body can't be read as JSON"),
-    ErrorCode.MALFORMED_FORM: Kind(422, "The request body can't be read as a form with files"),
-    ErrorCode.UNSUPPORTED_MEDIA_TYPE: Kind(415, "The request body is of a kind that is not read"),
-    ErrorCode.INVALID_VEHICLE: Kind(422, "The vehicle's numbers contradict each other"),
-    ErrorCode.INVALID_LINK: Kind(422, "A link can't be driven, or not after the link before it"),
-    ErrorCode.INVALID_CONDITIONS: Kind(422, "The conditions do not go together, or not with this vehicle"),
-    ErrorCode.ENERGY_GAIN: Kind(422, "The chosen link model gains energy on a round trip"),
-    ErrorCode.UNKNOWN_VEHICLE: Kind(404, "No vehicle of that id"),
-    ErrorCode.UNKNOWN_GRAPH: Kind(404, "No graph of that name"),
-    ErrorCode.UNKNOWN_EFFECTS: Kind(404, "No learned effects of that id"),
-    ErrorCode.UNKNOWN_DIAGNOSIS: Kind(404, "No diagnosis of that id"),
-    ErrorCode.UNKNOWN_TRIP: Kind(404, "No trip of that id in the diagnosis"),
-    ErrorCode.DIAGNOSIS_NOT_DONE: Kind(409, "Only a diagnosis that is done has this"),
-    ErrorCode.DIAGNOSIS_DAMAGED: Kind(409, "The stored diagnosis can't be read"),
-    ErrorCode.UNUSABLE_RECORDINGS: Kind(422, "None of the recordings can be used"),
-    ErrorCode.DIAGNOSIS_FAILED: Kind(422, "The recordings can't be diagnosed"),
-    ErrorCode.DIAGNOSIS_INTERRUPTED: Kind(503, "The diagnosis was interrupted"),
-    ErrorCode.POINT_OUTSIDE_MAP: Kind(404, "A place is outside the map"),
-    ErrorCode.POINT_FAR_FROM_ROAD: Kind(404, "A place is too far from any road"),
-    ErrorCode.NO_PATH: Kind(404, "No road leads to the goal"),
-    ErrorCode.VEHICLE_IS_BUNDLED: Kind(409, "A bundled vehicle can't be changed"),
-    ErrorCode.VEHICLE_DAMAGED: Kind(409, "The stored vehicle can't be read"),
-    ErrorCode.NOT_FOUND: Kind(404, "Nothing at this address"),
-    ErrorCode.METHOD_NOT_ALLOWED: Kind(405, "This address has no such method"),
-    ErrorCode.BODY_TOO_LARGE: Kind(413, "The request body is too large"),
-    ErrorCode.TOO_MANY_DIAGNOSES: Kind(429, "Too many diagnoses are waiting"),
-    ErrorCode.SEARCH_LIMIT: Kind(503, "The search grew beyond its limit"),
-    ErrorCode.TIME_LIMIT: Kind(503, "The answer took longer than allowed"),
-    ErrorCode.DATABASE_UNAVAILABLE: Kind(503, "The vehicle database can't be reached or written"),
-    ErrorCode.NOT_READY: Kind(503, "The service is starting"),
-    ErrorCode.INTERNAL: Kind(500, "A fault of the service"),
+KINDS: Final[Mapping[ErrorCode, ProblemKind]] = {
+    ErrorCode.INVALID_REQUEST: ProblemKind(422, "A field of the request is missing, unknown or out of range"),
+    ErrorCode.MALFORMED_JSON: ProblemKind(422, "The request body can't be read as JSON"),
+    ErrorCode.MALFORMED_FORM: ProblemKind(422, "The request body can't be read as a form with files"),
+    ErrorCode.UNSUPPORTED_MEDIA_TYPE: ProblemKind(415, "The request body is of a kind that is not read"),
+    ErrorCode.INVALID_VEHICLE: ProblemKind(422, "The vehicle's numbers contradict each other"),
+    ErrorCode.INVALID_LINK: ProblemKind(422, "A link can't be driven, or not after the link before it"),
+    ErrorCode.INVALID_CONDITIONS: ProblemKind(422, "The conditions do not go together, or not with this vehicle"),
+    ErrorCode.ENERGY_GAIN: ProblemKind(422, "The chosen link model gains energy on a round trip"),
+    ErrorCode.UNKNOWN_VEHICLE: ProblemKind(404, "No vehicle of that id"),
+    ErrorCode.UNKNOWN_GRAPH: ProblemKind(404, "No graph of that name"),
+    ErrorCode.UNKNOWN_EFFECTS: ProblemKind(404, "No learned effects of that id"),
+    ErrorCode.UNKNOWN_DIAGNOSIS: ProblemKind(404, "No diagnosis of that id"),
+    ErrorCode.UNKNOWN_TRIP: ProblemKind(404, "No trip of that id in the diagnosis"),
+    ErrorCode.DIAGNOSIS_NOT_DONE: ProblemKind(409, "Only a diagnosis that is done has this"),
+    ErrorCode.DIAGNOSIS_DAMAGED: ProblemKind(409, "The stored diagnosis can't be read"),
+    ErrorCode.UNUSABLE_RECORDINGS: ProblemKind(422, "None of the recordings can be used"),
+    ErrorCode.DIAGNOSIS_FAILED: ProblemKind(422, "The recordings can't be diagnosed"),
+    ErrorCode.DIAGNOSIS_INTERRUPTED: ProblemKind(503, "The diagnosis was interrupted"),
+    ErrorCode.POINT_OUTSIDE_MAP: ProblemKind(404, "A place is outside the map"),
+    ErrorCode.POINT_FAR_FROM_ROAD: ProblemKind(404, "A place is too far from any road"),
+    ErrorCode.NO_PATH: ProblemKind(404, "No road leads to the goal"),
+    ErrorCode.VEHICLE_IS_BUNDLED: ProblemKind(409, "A bundled vehicle can't be changed"),
+    ErrorCode.VEHICLE_DAMAGED: ProblemKind(409, "The stored vehicle can't be read"),
+    ErrorCode.NOT_FOUND: ProblemKind(404, "Nothing at this address"),
+    ErrorCode.METHOD_NOT_ALLOWED: ProblemKind(405, "This address has no such method"),
+    ErrorCode.BODY_TOO_LARGE: ProblemKind(413, "The request body is too large"),
+    ErrorCode.TOO_MANY_DIAGNOSES: ProblemKind(429, "Too many diagnoses are waiting"),
+    ErrorCode.SEARCH_LIMIT: ProblemKind(503, "The search grew beyond its limit"),
+    ErrorCode.TIME_LIMIT: ProblemKind(503, "The answer took longer than allowed"),
+    ErrorCode.DATABASE_UNAVAILABLE: ProblemKind(503, "The vehicle database can't be reached or written"),
+    ErrorCode.NOT_READY: ProblemKind(503, "The service is starting"),
+    ErrorCode.INTERNAL: ProblemKind(500, "A fault of the service"),
 }
 
 

@@ -97,13 +97,13 @@ def install_web(app: FastAPI, settings: Settings) -> None:
 
     @app.api_route("/web/settings.json", methods=READING, include_in_schema=False)
     def web_settings() -> Response:
-        told = {
+        shown = {
             "version": VERSION,
             "map_style_url": settings.map_style_url,
             "default_graph": settings.default_graph,
             "default_vehicle": settings.default_vehicle,
             "recordings_on_server": settings.recordings_dir is not None,
         }
-        return JSONResponse(told, headers={"Cache-Control": REVALIDATED})
+        return JSONResponse(shown, headers={"Cache-Control": REVALIDATED})
 
     app.mount("/web", files, name="web")

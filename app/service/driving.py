@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from app.conversions.course import Course, Driven, stops_of
+from app.conversions.course import Course, DrivenCourse, stops_of
 from app.schemas.simulation import SimulationModel
 from energy.chain.chain import Chain, LinkModel, StopRule, simulate_chain
 from energy.chain.profile import chain_profile
@@ -20,12 +20,12 @@ if TYPE_CHECKING:
     from energy.vehicle.files import AnyVehicle
 
 
-def drive(course: Course, sent: SimulateRequest) -> Driven:
+def drive(course: Course, sent: SimulateRequest) -> DrivenCourse:
     """What driving a course takes by the model that a request names."""
     if sent.model is SimulationModel.TIMESTEP:
         result = _timestep(course, sent, stops_of(sent), profile=sent.profile)
-        return Driven(result, result.profile)
-    return Driven(
+        return DrivenCourse(result, result.profile)
+    return DrivenCourse(
         simulate_chain(
             course.vehicle,
             course.chain,

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from app.store.vehicles import VehicleStore
     from energy.vehicle.files import AnyVehicle
 
-NAMED_IN_ERRORS: Final = 50  # ids of stored vehicles that an unknown one is told
+NAMED_IN_ERRORS: Final = 50  # ids of stored vehicles that the error of an unknown one names
 
 _SENT: Final[TypeAdapter[SentVehicle]] = TypeAdapter(VehicleBody)
 
@@ -53,9 +53,9 @@ class Fleet:
         return detail_of_sent(*self._stored(vehicle_id))
 
     def list(self, *, needs_store: bool = True) -> VehicleList:
-        """All vehicles in the order of their ids; stored ones that can't be read are told instead.
+        """All vehicles in the order of their ids; stored ones that can't be read are named in warnings.
 
-        needs_store: False where a store that is not available is told as well; otherwise DatabaseUnavailableError.
+        needs_store: False where a store that is not available is named there as well; otherwise DatabaseUnavailableError.
         """
         lines: dict[str, VehicleSummary] = {
             vehicle.id: vehicle_summary(vehicle, self.default_id, bundled=True) for vehicle in self.bundled.values()

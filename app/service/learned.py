@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from app.store.diagnoses import LearnedEffectsStore
 
 DIAGNOSIS_ID_PATTERN: Final = r"^[a-z0-9-]{1,100}$"
-NAMED_IN_ERRORS: Final = 20  # ids of learned effects that an unknown one is told
+NAMED_IN_ERRORS: Final = 20  # ids of learned effects that the error of an unknown one names
 
 
 class LearnedEffectsShelf:

@@ -1,4 +1,4 @@
-"""The database: opened and migrated when it is first needed, its faults told in one way."""
+"""The database: opened and migrated when it is first needed, its faults named in one way."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ class Database:
 
     def open(self) -> None:
         """Connect and bring the tables up to date; raises DatabaseUnavailableError."""
-        with self._faults_told():
+        with self._faults_named():
             self._opened()
 
     def close(self) -> None:
@@ -74,13 +74,13 @@ class Database:
 
     @contextmanager
     def _session(self, begin: str) -> Iterator[Session]:
-        with self._faults_told():
+        with self._faults_named():
             bound = self._opened().execution_options(**{_BEGIN: begin})
             with Session(bound) as session:
                 yield session
 
     @contextmanager
-    def _faults_told(self) -> Iterator[None]:
+    def _faults_named(self) -> Iterator[None]:
         try:
             yield
         except IntegrityError:

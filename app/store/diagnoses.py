@@ -142,7 +142,7 @@ class DiagnosisStore:
         with self.database.reading() as session:
             rows = session.execute(select(*columns)).all()
         found = [_stored(row, None) for row in rows]
-        return sorted(found, key=lambda one: (one.created, one.id), reverse=True)
+        return sorted(found, key=lambda diagnosis: (diagnosis.created, diagnosis.id), reverse=True)
 
     def report(self, diagnosis_id: str) -> str | None:
         """The report of a finished diagnosis."""
@@ -162,11 +162,11 @@ class DiagnosisStore:
 
     def timeline(self, diagnosis_id: str, trip: str) -> str | None:
         """The timeline of one trip, JSON text, or None."""
-        one = select(DiagnosisTripRow.timeline).where(
+        mine = select(DiagnosisTripRow.timeline).where(
             DiagnosisTripRow.diagnosis == diagnosis_id, DiagnosisTripRow.trip == trip
         )
         with self.database.reading() as session:
-            return session.scalars(one.order_by(DiagnosisTripRow.position).limit(1)).first()
+            return session.scalars(mine.order_by(DiagnosisTripRow.position).limit(1)).first()
 
     def is_running(self, diagnosis_id: str) -> bool:
         """Whether a diagnosis is there and running."""
@@ -198,9 +198,9 @@ class DiagnosisStore:
             session.add(LearnedEffectsRow(id=diagnosis_id, vehicle=vehicle, document=documents.effects, created=now))
             session.add_all(
                 DiagnosisTripRow(
-                    diagnosis=diagnosis_id, position=k, trip=one.trip, outline=one.outline, timeline=one.timeline
+                    diagnosis=diagnosis_id, position=k, trip=trip.trip, outline=trip.outline, timeline=trip.timeline
                 )
-                for k, one in enumerate(documents.trips)
+                for k, trip in enumerate(documents.trips)
             )
             return True
 

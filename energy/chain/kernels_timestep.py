@@ -3,9 +3,9 @@
 Units: m, s, m/s, kg, N, W, J. Within a step, acceleration is constant; a step that would cross a link's end is cut
 there. What a step takes is the phase of energy.force.kernels_force, so both models share one law of force and battery.
 
-Braking is told in distances: D(v) is the way that stopping from v takes with the table. A vehicle that keeps every
-later limit and stop has D(v) ≤ reach + way left to the link's end, where reach is the least of D of the speed allowed
-at that end and of what the links beyond allow.
+Braking is expressed in distances: D(v) is the way that stopping from v takes with the table. A vehicle that keeps every
+later limit and stop has D(v) ≤ reach + the way that remains on its link, where reach is the least of D of the speed
+allowed at the link's end and of what the links beyond allow.
 """
 
 from __future__ import annotations
@@ -195,22 +195,22 @@ def drive_steps(
     for k in range(n):
         energy[k] = 0.0
         begin_s = clock
-        left = length[k]
-        while left > 0.0:
+        remaining = length[k]
+        while remaining > 0.0:
             if count == step_limit:
                 return STEP_LIMIT_REACHED
             count += 1
             accel = accel_at(p, v)
             exit_mps = v_end[k]
             if hard and stopped[k] == 0.0:
-                exit_mps = max(exit_mps, braking_speed_mps(braking, hard_m - factor * left))
-            v_new = min(math.sqrt(v * v + 2.0 * accel * left), exit_mps)
-            if 2.0 * left <= (v + v_new) * rest * (1.0 + SLACK):
-                ds = left
+                exit_mps = max(exit_mps, braking_speed_mps(braking, hard_m - factor * remaining))
+            v_new = min(math.sqrt(v * v + 2.0 * accel * remaining), exit_mps)
+            if 2.0 * remaining <= (v + v_new) * rest * (1.0 + SLACK):
+                ds = remaining
                 dt = 2.0 * ds / (v + v_new)
             else:
                 dt = rest
-                v_new = min(v + accel * dt, v_max[k], speed_on_curve(braking, v, reach[k] + left, 1.0, dt))
+                v_new = min(v + accel * dt, v_max[k], speed_on_curve(braking, v, reach[k] + remaining, 1.0, dt))
                 if hard:
                     harder = speed_on_curve(braking, v, hard_m, factor, dt)
                     hard = harder > v_new
@@ -231,7 +231,7 @@ def drive_steps(
             parts[k, REGEN_LIMIT] += taken - offered
             energy[k] += taken
             used = max(used + taken, full_j)
-            left -= ds
+            remaining -= ds
             way += ds
             hard_m -= factor * ds
             clock += dt

@@ -341,11 +341,11 @@ def _driven(
         chosen = vehicles[begin : begin + CHUNK]
         energy, lost = np.empty((len(chosen), n)), np.empty((len(chosen), n))
         duration_s = 0.0
-        for row, one in enumerate(chosen):
+        for row, sampled in enumerate(chosen):
             if same and row > 0:
                 energy[row:], lost[row:] = energy[0], lost[0]
                 break
-            drive = drive_of(one, conditions, printed=link_model is LinkModel.PRINTED)
+            drive = drive_of(sampled, conditions, printed=link_model is LinkModel.PRINTED)
             driven_mps = drive.driven_mps(chain.speed_limit_mps)
             setting = LinkSetting(chain.grade_frac, driven_mps, chain.altitude_m, chain.heading)
             duration_s = drive_energies(
@@ -358,11 +358,11 @@ def _driven(
                 RULE_CODE[stop_rule],
                 start_speed_mps,
                 arrive_stopped,
-                filling_energy_j(soc_start_frac, one.usable_capacity_wh),
+                filling_energy_j(soc_start_frac, sampled.usable_capacity_wh),
                 energy[row],
                 lost[row],
             )
-        capacity_j = np.array([one.usable_capacity_wh * JOULE_PER_WH for one in chosen])
+        capacity_j = np.array([sampled.usable_capacity_wh * JOULE_PER_WH for sampled in chosen])
         yield slice(begin, begin + len(chosen)), energy, lost, capacity_j, float(duration_s)
 
 

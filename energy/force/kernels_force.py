@@ -323,10 +323,10 @@ def signed_terms(
             end = t1 if k == 0 else t2
         if end <= begin:
             continue
-        cut = cap_speed(p.regen_cap_w, eta * f0, eta * b, eta * c, begin, end)
-        if begin < cut < end:
+        cap_mps = cap_speed(p.regen_cap_w, eta * f0, eta * b, eta * c, begin, end)
+        if begin < cap_mps < end:
             for part in range(2):
-                v_low, v_high = (begin, cut) if part == 0 else (cut, end)
+                v_low, v_high = (begin, cap_mps) if part == 0 else (cap_mps, end)
                 middle = 0.5 * (v_low + v_high)
                 capped = eta * middle * (f0 + (b + c * middle) * middle) < -p.regen_cap_w
                 cap_w = p.regen_cap_w if capped else math.inf

@@ -53,9 +53,9 @@ def test_soc_along_any_chain_closes_the_energy_balance(energy_j, start, capacity
     assert np.all(soc[braked > 0.0] == 1.0)
     before = np.concatenate(([start], soc))[:-1]
     # what left the battery is what the link took, plus what no longer fitted in
-    left_j = (before - soc) * capacity_wh * 3600.0
+    released_j = (before - soc) * capacity_wh * 3600.0
     scale_j = capacity_wh * 3600.0 * (1.0 + np.max(np.abs(soc), initial=1.0)) + max(map(abs, energy_j), default=0.0)
-    assert left_j == pytest.approx(np.array(energy_j) + braked, abs=1e-12 * scale_j)
+    assert released_j == pytest.approx(np.array(energy_j) + braked, abs=1e-12 * scale_j)
     if energy_j:
         total_j = math.fsum(energy_j) + math.fsum(braked.tolist())
         assert (start - soc[-1]) * capacity_wh * 3600.0 == pytest.approx(total_j, abs=1e-10 * scale_j)

@@ -36,7 +36,7 @@ def request_rows(path: Path) -> Iterator[RequestRow]:
 
     In CSV a column is a field of the request, parts of an object by dots, as `start.lat` or `conditions.ambient_c`. A
     cell is a JSON value, or else text (`alternatives`: names with commas); an empty one is not sent. The column or
-    field `id` is told back with the answer.
+    field `id` comes back with the answer.
     Raises CommandError where the file as a whole can't be read, OSError where it can't be opened.
     """
     if path.suffix.lower() in JSON_LINES:

@@ -18,7 +18,7 @@ THIS_HOST: Final = "127.0.0.1:0"  # for status pages, which by default every hos
 CALLS_A_THREAD: Final = 4  # that wait or run at a time, so that no thread idles and no long list is kept
 
 
-class Workers:
+class BatchWorkers:
     """Threads or processes that calls are spread over."""
 
     def __init__(self, distributed: Any, client: Any) -> None:
@@ -37,8 +37,8 @@ class Workers:
         most = CALLS_A_THREAD * max(self.thread_count, 1)
         running: deque[Any] = deque()
         try:
-            for one in arguments:
-                running.append(self._client.submit(function, *one, pure=False))
+            for given in arguments:
+                running.append(self._client.submit(function, *given, pure=False))
                 if len(running) >= most:
                     yield running.popleft().result()
             while running:
@@ -60,7 +60,7 @@ def dask_distributed() -> Any:
 
 
 @contextmanager
-def workers(scheduler: str | None, threads: int) -> Iterator[Workers]:
+def workers(scheduler: str | None, threads: int) -> Iterator[BatchWorkers]:
     """The workers of the scheduler at an address, or of an embedded one with threads of this process.
 
     Threads are enough here, since searches release Python's lock. Raises CommandError without Dask, and where nothing
@@ -73,7 +73,7 @@ def workers(scheduler: str | None, threads: int) -> Iterator[Workers]:
         except (OSError, ValueError, TimeoutError) as error:
             raise CommandError(f"--scheduler is {scheduler!r}, allowed: the address of a running scheduler") from error
         with client:
-            found = Workers(distributed, client)
+            found = BatchWorkers(distributed, client)
             if found.thread_count == 0:
                 raise CommandError(f"--scheduler {scheduler} has no workers: start some, with joulepath installed")
             yield found
@@ -90,4 +90,4 @@ def workers(scheduler: str | None, threads: int) -> Iterator[Workers]:
         ) as cluster,
         distributed.Client(cluster) as client,
     ):
-        yield Workers(distributed, client)
+        yield BatchWorkers(distributed, client)

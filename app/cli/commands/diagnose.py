@@ -95,7 +95,7 @@ def diagnose(
         raise CommandError(str(error)) from error
     written = write_documents(out, documents)
     errors = Console(stderr=True)
-    warnings = [f"left aside: {one.error}" for one in diagnosed.refused]
+    warnings = [f"left aside: {refused.error}" for refused in diagnosed.refused]
     for warning in (*warnings, *(f"not on the graph: {trip}" for trip in unmatched)):
         errors.print(f"warning: {warning}", style="yellow", markup=False, highlight=False)
     if as_json:

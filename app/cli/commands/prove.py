@@ -96,12 +96,12 @@ def _print(console: Console, proof: Proof) -> None:
 
     table = _table("proof", HEADER)
     group = ""
-    for one in every_figure(proof):
-        if one.group != group:
-            group = one.group
+    for figure in every_figure(proof):
+        if figure.group != group:
+            group = figure.group
             table.add_section()
             table.add_row(group, style="bold")
-        table.add_row(*figure_row(one), style="red" if met_text(one) == MISSED else "")
+        table.add_row(*figure_row(figure), style="red" if met_text(figure) == MISSED else "")
     console.print(table)
     table = _table(f"simpler rules, on {proof.compared_worlds} of the worlds", COMPARED_HEADER)
     for line in proof.compared:

@@ -58,8 +58,8 @@ def _answers(service: Service) -> dict[str, Any]:
         "graphs": service.list_graphs(),
         "graph": service.show_graph(service.settings.default_graph),
     }
-    told = {name: answer.model_dump(mode="json") for name, answer in answers.items()}
-    return told | {"route_geojson": json.loads(service.route_geojson(eco))}
+    shown = {name: answer.model_dump(mode="json") for name, answer in answers.items()}
+    return shown | {"route_geojson": json.loads(service.route_geojson(eco))}
 
 
 def _first(value: Any) -> Any:

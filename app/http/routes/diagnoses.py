@@ -76,10 +76,10 @@ async def received(request: Request, diagnoses: RunningDiagnoses) -> AsyncIterat
     """The body of a request, its files open until the answer is made."""
     sent, files = await received_body(request, diagnoses.settings.diagnosis_limit_bytes)
     try:
-        yield Received(sent, tuple(UploadedFile(one.filename or "", one.file) for one in files))
+        yield Received(sent, tuple(UploadedFile(file.filename or "", file.file) for file in files))
     finally:
-        for one in files:
-            await one.close()
+        for file in files:
+            await file.close()
 
 
 def _json(example: dict[str, Any]) -> dict[str, Any]:

@@ -82,8 +82,8 @@ def lines_of(path: Path) -> list[dict[str, Any]]:
 
 def timeless(answer: dict[str, Any]) -> dict[str, Any]:
     stats = answer["stats"]
-    for one in stats if isinstance(stats, list) else [stats]:
-        one.pop("seconds")
+    for search in stats if isinstance(stats, list) else [stats]:
+        search.pop("seconds")
     return answer
 
 
@@ -204,11 +204,11 @@ def test_batch_on_a_cluster_equals_that_on_threads(requests: Path, tmp_path: Pat
     result = run("batch", requests, "--out", there, "--scheduler", cluster)
     assert result.exit_code == 0, result.output
     pairs = zip(lines_of(here), lines_of(there), strict=True)
-    for one, other in pairs:
-        for line in (one, other):
+    for local, other in pairs:
+        for line in (local, other):
             if "response" in line:
                 timeless(line["response"])
-        assert one == other
+        assert local == other
 
 
 def test_batch_of_many_rows_keeps_their_order(tmp_path: Path) -> None:

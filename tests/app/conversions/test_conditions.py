@@ -132,21 +132,25 @@ def test_effects_that_are_not_sent_stay_the_vehicles(kona: Vehicle) -> None:
     assert changed.effects == dataclasses.replace(own.effects, cabin_target_k=292.15)
 
 
-def test_cold_limits_in_the_wrong_order_are_told_in_degrees(kona: Vehicle) -> None:
+def test_cold_limits_in_the_wrong_order_are_refused_in_degrees(kona: Vehicle) -> None:
     with pytest.raises(ConditionsError) as caught:
         vehicle_with_effects(kona, EffectsSent(regen_cold_none_c=12.0))
-    told: Any = caught.value
-    assert (told.field, told.value, told.allowed) == ("effects.regen_cold_none_c", 12.0, "below regen_cold_full_c, 10")
+    refused: Any = caught.value
+    assert (refused.field, refused.value, refused.allowed) == (
+        "effects.regen_cold_none_c",
+        12.0,
+        "below regen_cold_full_c, 10",
+    )
 
 
-def test_cooling_below_heating_is_told_in_degrees(kona: Vehicle) -> None:
+def test_cooling_below_heating_is_refused_in_degrees(kona: Vehicle) -> None:
     own = dataclasses.replace(kona, effects=dataclasses.replace(kona.effects, cooling_target_k=297.15))
     for sent, value, bound in (({"cooling_target_c": 20.5}, 20.5, "21"), ({"cabin_target_c": 25.0}, 24.0, "25")):
         with pytest.raises(ConditionsError) as caught:
             vehicle_with_effects(own, EffectsSent.model_validate(sent))
-        told: Any = caught.value
-        assert (told.field, told.value) == ("effects.cooling_target_c", value)
-        assert told.allowed == f"at least cabin_target_c, {bound}"
+        refused: Any = caught.value
+        assert (refused.field, refused.value) == ("effects.cooling_target_c", value)
+        assert refused.allowed == f"at least cabin_target_c, {bound}"
 
 
 def test_effects_that_a_fit_has_found_reach_the_vehicle_in_si_units(kona: Vehicle) -> None:

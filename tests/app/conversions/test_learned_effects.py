@@ -69,7 +69,7 @@ def area_km2(client: TestClient, **parameters: Any) -> float:
     return float(answer["features"][0]["properties"]["area_km2"])
 
 
-def test_temperatures_are_told_in_celsius_with_their_intervals() -> None:
+def test_temperatures_are_in_celsius_with_their_intervals() -> None:
     sent = learned(
         effects={"cabin_target_k": 294.15, "cabin_ua_w_per_k": 120.00000000001, "regen_always_limited": 1.0},
         effects_ci95={"cabin_target_k": (292.15, 296.15), "cabin_ua_w_per_k": None},
@@ -80,7 +80,7 @@ def test_temperatures_are_told_in_celsius_with_their_intervals() -> None:
     assert (sent.learned_from.trips, sent.learned_from.held_out_trips) == (2, 1)
 
 
-def test_what_requests_would_refuse_is_told_as_not_carried() -> None:
+def test_what_requests_would_refuse_is_named_as_not_carried() -> None:
     sent = learned(
         effects={"heating_cop": 99.0, "cabin_ua_w_per_k": 100.0},
         parameters={"mass_kg": 0.2, "aux_power_w": 300.0},
@@ -125,8 +125,8 @@ def test_route_with_parameters_takes_what_a_vehicle_with_these_numbers_takes(cli
 def test_learned_from_changes_no_number(client: TestClient) -> None:
     effects = {"heating_cop": 2.0}
     cold = {**ROUTE, "conditions": {"ambient_c": -5}}
-    told = {**effects, "learned_from": {"vehicle": CAR, "date": "2026-03-01", "ci95": {"heating_cop": [1.9, 2.1]}}}
-    plain, with_origin = (client.post("/route", json={**cold, "effects": sent}).json() for sent in (effects, told))
+    learned = {**effects, "learned_from": {"vehicle": CAR, "date": "2026-03-01", "ci95": {"heating_cop": [1.9, 2.1]}}}
+    plain, with_origin = (client.post("/route", json={**cold, "effects": sent}).json() for sent in (effects, learned))
     assert with_origin["routes"] == plain["routes"]
     assert with_origin["request"]["effects"]["learned_from"]["ci95"] == {"heating_cop": [1.9, 2.1]}
 

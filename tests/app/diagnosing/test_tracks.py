@@ -73,7 +73,7 @@ def features(*trips: tuple[TripAccount, Recording]) -> list[dict[str, Any]]:
     return found
 
 
-def test_place_between_two_positions_is_where_the_odometer_leads() -> None:
+def test_place_between_two_positions_follows_the_odometer() -> None:
     places = places_at(northward(step_s=20), CLOCK_S + np.array([0.0, 25.0, 300.0]))
     assert places is not None
     assert (places[:, 0] - 45.0) * METRE_PER_DEGREE == pytest.approx([0.0, 250.0, 3000.0], abs=0.01)
@@ -101,13 +101,17 @@ def test_stretches_are_whole_windows_of_at_least_250_m_and_share_out_all_energy(
     recording = northward()
     more_w = np.arange(30.0)
     found = features((account(recording, more_w), recording))
-    assert [one["properties"]["t_s"] for one in found] == [30.0 * k for k in range(10)]  # 300 m of three windows each
-    assert [one["properties"]["mean_w"] for one in found] == [3.0 * k + 1.0 for k in range(10)]
-    assert sum(one["properties"]["energy_wh"] for one in found) == pytest.approx(10.0 * more_w.sum() / 3600.0, abs=0.01)
+    assert [stretch["properties"]["t_s"] for stretch in found] == [
+        30.0 * k for k in range(10)
+    ]  # 300 m of three windows each
+    assert [stretch["properties"]["mean_w"] for stretch in found] == [3.0 * k + 1.0 for k in range(10)]
+    assert sum(stretch["properties"]["energy_wh"] for stretch in found) == pytest.approx(
+        10.0 * more_w.sum() / 3600.0, abs=0.01
+    )
     # 1 W at 36 km/h is 1/36 Wh/km
     assert found[3]["properties"]["wh_per_km"] == pytest.approx(10.0 / 36.0, abs=0.005)
-    for k, one in enumerate(found):
-        line = np.array(one["geometry"]["coordinates"])
+    for k, stretch in enumerate(found):
+        line = np.array(stretch["geometry"]["coordinates"])
         ends_m = (line[[0, -1], 1] - 45.0) * METRE_PER_DEGREE
         assert ends_m == pytest.approx([300.0 * k, 300.0 * (k + 1)], abs=0.2)
         assert line.shape[0] <= 14
@@ -116,7 +120,7 @@ def test_stretches_are_whole_windows_of_at_least_250_m_and_share_out_all_energy(
 def test_short_rest_of_a_track_joins_the_stretch_before_it() -> None:
     recording = northward(310)  # 100 m more than ten stretches
     found = features((account(recording), recording))
-    assert [one["properties"]["duration_s"] for one in found] == [*[30.0] * 9, 40.0]
+    assert [stretch["properties"]["duration_s"] for stretch in found] == [*[30.0] * 9, 40.0]
 
 
 def test_stretch_ends_where_positions_are_missing() -> None:
@@ -126,8 +130,8 @@ def test_stretch_ends_where_positions_are_missing() -> None:
     lat[100:141] = np.nan
     gappy = replace(recording, latitude_deg=lat)
     spans = [
-        (one["properties"]["t_s"], one["properties"]["t_s"] + one["properties"]["duration_s"])
-        for one in features((account(gappy), gappy))
+        (stretch["properties"]["t_s"], stretch["properties"]["t_s"] + stretch["properties"]["duration_s"])
+        for stretch in features((account(gappy), gappy))
     ]
     # 99 s is the last position before the gap and 141 s the first one after it
     assert all(end <= 100.0 or begin >= 140.0 for begin, end in spans)
@@ -155,22 +159,22 @@ def test_car_that_stands_has_no_stretch() -> None:
 
 
 @pytest.mark.parametrize(("windows", "merged"), [(600, 1), (601, 2), (1805, 4)])
-def test_long_trip_is_told_in_at_most_600_points_that_keep_its_energy(windows: int, merged: int) -> None:
+def test_long_trip_has_at_most_600_points_that_keep_its_energy(windows: int, merged: int) -> None:
     recording = northward(10 * windows)
     trip = account(recording, np.arange(float(windows)))
-    told = trip_timeline(trip, recording)
-    assert len(told.t_s) == -(-windows // merged) <= MOST_POINTS
-    assert told.t_s[1] == 10.0 * merged
-    energy_j = np.dot(told.measured_w, told.duration_s)
+    timeline = trip_timeline(trip, recording)
+    assert len(timeline.t_s) == -(-windows // merged) <= MOST_POINTS
+    assert timeline.t_s[1] == 10.0 * merged
+    energy_j = np.dot(timeline.measured_w, timeline.duration_s)
     assert energy_j == pytest.approx(10.0 * trip.timeline.measured_w.sum(), rel=1e-4)
-    assert told.lat is not None
+    assert timeline.lat is not None
     # the middle of the first point
-    assert told.lat[0] == pytest.approx(45.0 + 5.0 * merged * SPEED_MPS / METRE_PER_DEGREE, abs=1e-6)
+    assert timeline.lat[0] == pytest.approx(45.0 + 5.0 * merged * SPEED_MPS / METRE_PER_DEGREE, abs=1e-6)
 
 
 def test_trip_without_a_window_has_a_timeline_without_points() -> None:
     recording = northward()
     trip = account(recording)
     nothing = TripTimeline(*(np.empty(0) for _ in range(6)))
-    told = trip_timeline(replace(trip, timeline=nothing), recording)
-    assert (told.t_s, told.measured_w, told.lat) == ([], [], [])
+    timeline = trip_timeline(replace(trip, timeline=nothing), recording)
+    assert (timeline.t_s, timeline.measured_w, timeline.lat) == ([], [], [])

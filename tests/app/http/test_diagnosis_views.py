@@ -88,7 +88,7 @@ def test_residuals_on_links_lie_where_the_consumer_is_on_whatever_the_clocks(
 ) -> None:
     collection = residuals(running, on_graph)
     assert (collection["kind"], collection["graph"]) == ("links", "grid")
-    west, east = sorted(collection["features"], key=lambda one: one["geometry"]["coordinates"][0])
+    west, east = sorted(collection["features"], key=lambda feature: feature["geometry"]["coordinates"][0])
     assert (west["properties"]["trips"], east["properties"]["trips"]) == (3, 3)
     # a window of 10 s at 30 to 45 km/h is 80 to 125 m of 690 m long, and may reach over the crossing
     assert abs(west["properties"]["mean_w"]) < 0.1 * CONSUMER_W
@@ -101,7 +101,7 @@ def test_residuals_without_a_graph_lie_along_the_tracks_of_trips_with_positions(
     assert on_tracks["warnings"] == []
     collection = residuals(running, on_tracks)
     assert (collection["kind"], collection["graph"]) == ("tracks", None)
-    assert {one["properties"]["trip"] for one in collection["features"]} == {"fast", ODD_NAME}
+    assert {feature["properties"]["trip"] for feature in collection["features"]} == {"fast", ODD_NAME}
     for feature in collection["features"]:
         line = feature["geometry"]["coordinates"]
         assert all(lat == SOUTH for _, lat in line)
@@ -130,9 +130,9 @@ def test_timeline_has_powers_speeds_and_places_of_one_length(running: TestClient
     assert timeline.lon is not None
     assert timeline.t_s == [10.0 * k for k in range(len(timeline.t_s))]  # since the first sample, not by the clock
     arrays = (timeline.duration_s, timeline.speed_kmh, timeline.measured_w, timeline.before_w, timeline.after_w)
-    assert {len(one) for one in (*arrays, timeline.lat, timeline.lon)} == {len(timeline.t_s)}
+    assert {len(column) for column in (*arrays, timeline.lat, timeline.lon)} == {len(timeline.t_s)}
     assert set(timeline.lat) == {SOUTH}
-    east = [one for one in timeline.lon if one is not None]
+    east = [degree for degree in timeline.lon if degree is not None]
     assert east == sorted(east)
     assert outline["bbox"] == [east[0], SOUTH, east[-1], SOUTH]
     assert east[0] > FIRST_DEG

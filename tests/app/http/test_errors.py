@@ -132,7 +132,7 @@ def test_body_with_a_lone_surrogate_as_field_name_is_refused(client: TestClient)
     check_problem(client.post("/route", content=body, headers=JSON_HEADER), 422, "invalid_request")
 
 
-def test_body_of_another_content_type_is_told_the_right_one(client: TestClient) -> None:
+def test_body_of_another_content_type_names_the_right_one(client: TestClient) -> None:
     problem = check_problem(client.post("/route", data={"soc": "0.5"}), 422, "invalid_request")
     assert "application/json" in problem["errors"][0]["allowed"]
 

@@ -189,7 +189,7 @@ def test_unknown_vehicle_answers_404(shop: TestClient, method: str, vehicle_id: 
     assert "hyundai-kona-64" in problem["errors"][0]["allowed"]
 
 
-def test_unknown_vehicle_is_told_the_stored_ones_too(shop: TestClient) -> None:
+def test_unknown_vehicle_names_the_stored_ones_too(shop: TestClient) -> None:
     shop.put("/vehicles/a-car", json=VEHICLE)
     assert "a-car, audi" in check_problem(shop.get("/vehicles/no"), 404, "unknown_vehicle")["errors"][0]["allowed"]
 

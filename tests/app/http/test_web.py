@@ -82,8 +82,8 @@ def test_what_is_no_file_of_the_page_is_not_found(client: TestClient, path: str)
 
 
 def test_settings_of_the_page_say_version_and_defaults(client: TestClient, settings: Settings) -> None:
-    told = client.get("/web/settings.json").json()
-    assert told == {
+    shown = client.get("/web/settings.json").json()
+    assert shown == {
         "version": VERSION,
         "map_style_url": None,
         "default_graph": "grid",

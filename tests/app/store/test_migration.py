@@ -72,8 +72,8 @@ def test_older_diagnoses_are_listed_with_their_verdict_and_first_sentence(
 ) -> None:
     with started(settings, service, old) as client:
         lines = {line["id"]: line for line in client.get("/diagnoses").json()["diagnoses"]}
-    told = {name: (line["verdict"], line["text"]) for name, line in lines.items()}
-    assert told == {
+    headlines = {name: (line["verdict"], line["text"]) for name, line in lines.items()}
+    assert headlines == {
         "found": ("left_out_physics", "Heating took 2 kWh."),
         "nothing": ("nothing_missing", "Nothing stands out."),
         "damaged": (None, None),
@@ -100,7 +100,7 @@ def test_migration_can_be_taken_back_and_made_again(settings: Settings, service:
         assert client.get("/diagnoses/found").json()["verdict"] == "left_out_physics"
 
 
-def test_verdict_of_another_version_is_not_told(settings: Settings, service: Service, old: Path) -> None:
+def test_verdict_of_another_version_is_not_shown(settings: Settings, service: Service, old: Path) -> None:
     with started(settings, service, old) as client:
         client.get("/diagnoses")
         with closing(sqlite3.connect(old / "vehicles.sqlite")) as connection:

@@ -61,13 +61,13 @@ def test_two_applications_on_one_file_see_each_others_changes_at_once(
     settings: Settings, service: Service, tmp_path: Path
 ) -> None:
     url = database_in(tmp_path)
-    with client_on(settings, service, url) as one, client_on(settings, service, url) as other:
+    with client_on(settings, service, url) as first, client_on(settings, service, url) as other:
         for mass_kg in (1000, 1001, 1002):
-            one.put("/vehicles/my-car", json=VEHICLE | {"mass_kg": mass_kg})
+            first.put("/vehicles/my-car", json=VEHICLE | {"mass_kg": mass_kg})
             assert other.get("/vehicles/my-car").json()["mass_kg"] == mass_kg
         assert other.delete("/vehicles/my-car").status_code == 204
-        check_problem(one.get("/vehicles/my-car"), 404, "unknown_vehicle")
-        check_problem(one.delete("/vehicles/my-car"), 404, "unknown_vehicle")
+        check_problem(first.get("/vehicles/my-car"), 404, "unknown_vehicle")
+        check_problem(first.delete("/vehicles/my-car"), 404, "unknown_vehicle")
 
 
 def test_put_keeps_when_a_vehicle_was_created_and_notes_when_it_changed(tmp_path: Path) -> None:
@@ -178,7 +178,7 @@ def test_database_whose_file_was_removed_is_made_anew(tmp_path: Path) -> None:
         (7, "an object that describes a vehicle"),
     ],
 )
-def test_damaged_vehicle_is_told_and_leaves_the_others(
+def test_damaged_vehicle_is_named_and_leaves_the_others(
     settings: Settings, service: Service, tmp_path: Path, document: object, reason: str
 ) -> None:
     with client_on(settings, service, database_in(tmp_path)) as client:

@@ -82,9 +82,9 @@ def test_certain_stop_waits_and_starts_from_rest(round_vehicle, make_chain):
     result = simulate_chain(
         round_vehicle, make_chain([1000.0, 1000.0], 20.0, stop_probability_frac=[1.0, 0.0], stop_time_s=[12.0, 0.0])
     )
-    one = 299_800.0 + (920.0 - 400.0 / 7.0) * 405.0 - 706_000.0 / 7.0
-    assert result.links[0].energy_j == pytest.approx(one + 6000.0)
-    assert result.links[1].energy_j == pytest.approx(one)
+    each_j = 299_800.0 + (920.0 - 400.0 / 7.0) * 405.0 - 706_000.0 / 7.0
+    assert result.links[0].energy_j == pytest.approx(each_j + 6000.0)
+    assert result.links[1].energy_j == pytest.approx(each_j)
     assert (result.stop_count, result.standstill_s) == (1.0, 12.0)
     assert result.links[0].standstill_s == 12.0
 

@@ -109,16 +109,18 @@ def test_chain_energy_never_falls_with_more_load(altered, kona, chain, rule, mod
     grade=st.floats(-0.1, 0.1),
     model=st.sampled_from(LinkModel),
 )
-def test_chain_with_a_cruise_cut_in_two_takes_the_same(kona, make_chain, before, length, share, limit, grade, model):
+def test_chain_with_a_cruise_divided_in_two_takes_the_same(
+    kona, make_chain, before, length, share, limit, grade, model
+):
     # 3000 m lead in and out, so that the link in the middle is driven at its limit
     def trip(lengths):
         chain = make_chain([3000.0, *lengths, 3000.0], limit, grade)
         return simulate_chain(kona, chain, link_model=model)
 
-    whole, cut = trip([before + length]), trip([before, length * share, length * (1.0 - share)])
+    whole, divided = trip([before + length]), trip([before, length * share, length * (1.0 - share)])
     assert whole.links[0].speed_end_mps == limit
-    assert cut.energy_j == pytest.approx(whole.energy_j, abs=1e-10 * turnover_j(whole))
-    assert cut.duration_s == pytest.approx(whole.duration_s, rel=1e-12)
+    assert divided.energy_j == pytest.approx(whole.energy_j, abs=1e-10 * turnover_j(whole))
+    assert divided.duration_s == pytest.approx(whole.duration_s, rel=1e-12)
 
 
 @MANY

@@ -89,24 +89,24 @@ def width_j(found):
 
 def test_draws_are_the_same_for_a_seed_and_others_for_another(i3):
     first, again, other = sampled_vehicles(i3, 5, 1), sampled_vehicles(i3, 5, 1), sampled_vehicles(i3, 5, 2)
-    assert [one.mass_kg for one in first] == [one.mass_kg for one in again]
+    assert [car.mass_kg for car in first] == [car.mass_kg for car in again]
     assert all(a.mass_kg != b.mass_kg for a, b in zip(first, other, strict=True))
 
 
 def test_a_larger_count_begins_with_the_vehicles_of_a_smaller_one(i3):
     few, many = sampled_vehicles(i3, 3, 7), sampled_vehicles(i3, 9, 7)
-    assert [one.drive_eff for one in few] == [one.drive_eff for one in many[:3]]
+    assert [car.drive_eff for car in few] == [car.drive_eff for car in many[:3]]
 
 
 def test_a_field_draws_the_same_whatever_else_is_uncertain(i3):
     alone = sampled_vehicles(with_sd(i3, mass_kg=75.0), 20)
     together = sampled_vehicles(with_sd(i3, mass_kg=75.0, road_load_a_n=1.0), 20)
-    assert [one.mass_kg for one in alone] == [one.mass_kg for one in together]
+    assert [car.mass_kg for car in alone] == [car.mass_kg for car in together]
 
 
 def test_draws_have_the_mean_and_standard_deviation_of_the_vehicle(i3):
     # of 2000 draws the mean errs by sd/√2000, the standard deviation by sd/√4000: four times each
-    mass_kg = np.array([one.mass_kg for one in sampled_vehicles(i3, 2000)])
+    mass_kg = np.array([car.mass_kg for car in sampled_vehicles(i3, 2000)])
     sd_kg = i3.sd["mass_kg"]
     assert abs(mass_kg.mean() - i3.mass_kg) < 4.0 * sd_kg / np.sqrt(2000)
     assert abs(mass_kg.std() - sd_kg) < 4.0 * sd_kg / np.sqrt(4000)
@@ -114,14 +114,14 @@ def test_draws_have_the_mean_and_standard_deviation_of_the_vehicle(i3):
 
 def test_efficiencies_far_too_uncertain_stay_within_what_a_vehicle_can_be(i3):
     vehicles = sampled_vehicles(with_sd(i3, drive_eff=0.5, recuperation_eff=0.5), 300)
-    assert all(0.0 < one.drive_eff <= 1.0 and 0.0 <= one.recuperation_eff <= 1.0 for one in vehicles)
-    assert all(one.drive_eff * one.recuperation_eff <= 1.0 for one in vehicles)
-    assert len({one.drive_eff for one in vehicles}) == 300
+    assert all(0.0 < car.drive_eff <= 1.0 and 0.0 <= car.recuperation_eff <= 1.0 for car in vehicles)
+    assert all(car.drive_eff * car.recuperation_eff <= 1.0 for car in vehicles)
+    assert len({car.drive_eff for car in vehicles}) == 300
 
 
 def test_vehicle_without_standard_deviations_gives_itself(i3, table):
     for plain in (certain(i3), certain(table), with_sd(i3, mass_kg=0.0)):
-        assert all(one is plain for one in sampled_vehicles(plain, 4))
+        assert all(car is plain for car in sampled_vehicles(plain, 4))
 
 
 def test_consumption_table_and_its_effects_are_sampled(table):
@@ -136,10 +136,10 @@ def test_consumption_table_and_its_effects_are_sampled(table):
 def test_effect_coefficient_is_sampled_within_its_range(i3):
     low, high = COEFFICIENT_RANGES["cabin_ua_w_per_k"]
     vehicles = sampled_vehicles(with_sd(i3, **{"effects.cabin_ua_w_per_k": 100.0}), 100)
-    values = [one.effects.cabin_ua_w_per_k for one in vehicles]
+    values = [car.effects.cabin_ua_w_per_k for car in vehicles]
     assert all(low <= value <= high for value in values)
     assert np.std(values) > 50.0
-    assert all(one.mass_kg == i3.mass_kg for one in vehicles)
+    assert all(car.mass_kg == i3.mass_kg for car in vehicles)
 
 
 @pytest.mark.parametrize("name", ["mass", "effects.cabin", "id", "effects"])
@@ -288,9 +288,9 @@ def test_full_battery_is_clamped_in_each_sample(i3, make_chain):
     # down, where a full battery takes no more, then up
     chain = make_chain(np.full(60, 100.0), 50.0 / 3.6, np.repeat([-0.06, 0.06], 30))
     charges = []
-    for one in sampled_vehicles(i3, 50):
-        energy_j = np.array([link.energy_j for link in simulate_chain(one, chain, soc_start_frac=1.0).links])
-        soc, braked_away_j = soc_along(energy_j, 1.0, one.usable_capacity_wh)
+    for car in sampled_vehicles(i3, 50):
+        energy_j = np.array([link.energy_j for link in simulate_chain(car, chain, soc_start_frac=1.0).links])
+        soc, braked_away_j = soc_along(energy_j, 1.0, car.usable_capacity_wh)
         assert braked_away_j.sum() > 0.0
         charges.append(soc)
     found = distribution(i3, chain, soc_start_frac=1.0, samples=50, residual_sd_frac=0.0, along=True)
@@ -311,21 +311,21 @@ def test_charge_along_the_way_ends_with_the_quantiles_of_the_arrival(i3, hills, 
     assert np.all(spread > 0.0) if samples > 1 else np.all(spread == 0.0)
 
 
-def test_charge_along_the_way_is_left_out_unless_asked_for(i3, hills):
+def test_charge_along_the_way_is_absent_unless_asked_for(i3, hills):
     plain, along = distribution(i3, hills), distribution(i3, hills, along=True)
     assert plain.soc_p10_frac is None
     assert plain.soc_p90_frac is None
     assert dataclasses.replace(along, soc_p10_frac=None, soc_p90_frac=None) == plain
 
 
-def test_missing_energy_is_told_as_a_charge_below_nothing(i3, hills):
+def test_missing_energy_is_a_charge_below_nothing(i3, hills):
     assert distribution(i3, hills, soc_start_frac=0.01).arrival_soc_p50_frac < 0.0
 
 
 def test_samples_beyond_a_chunk_are_those_of_one_chunk(i3, descent):
     vehicles = sampled_vehicles(i3, CHUNK + 5)
     found = distribution(i3, descent, samples=CHUNK + 5, residual_sd_frac=0.0)
-    energies = [simulate_chain(one, descent).energy_j for one in vehicles]
+    energies = [simulate_chain(car, descent).energy_j for car in vehicles]
     assert found.energy_p50_j == pytest.approx(np.quantile(energies, 0.5), rel=1e-12)
     assert found.energy_p90_j == pytest.approx(np.quantile(energies, 0.9), rel=1e-12)
 

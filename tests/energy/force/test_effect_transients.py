@@ -88,7 +88,7 @@ def test_warm_up_of_endless_time_is_a_higher_rolling_resistance(kona, hilly):
 
 
 @pytest.mark.nojit
-def test_link_cut_in_pieces_takes_what_it_takes_whole(kona, make_chain):
+def test_link_divided_in_pieces_takes_what_it_takes_whole(kona, make_chain):
     cold = with_effects(kona, tyre_warm_up_frac=0.6, tyre_time_s=150.0)
     moving = {"start_speed_mps": 25.0, "arrive_stopped": False}
     whole = energy_j(cold, make_chain([8000.0], 25.0, 0.01), **moving)
@@ -241,11 +241,11 @@ def test_braking_below_the_least_speed_gives_nothing_back(round_vehicle, make_ch
     # 30 → 0 m/s at the mean of 4, 3, 2 = 3 m/s²: F = 100 + 0.5·v² − 3300 N; above 6 m/s η = 0.5 of it comes back
     slow = with_effects(round_vehicle, regen_min_speed_mps=6.0)
     chain = make_chain([150.0], 30.0)
-    free, cut = (simulate_chain(v, chain, start_speed_mps=30.0) for v in (round_vehicle, slow))
+    free, limited = (simulate_chain(v, chain, start_speed_mps=30.0) for v in (round_vehicle, slow))
     lost = quad(lambda v: 0.5 * (3200.0 - 0.5 * v * v) * v / 3.0, 0.0, 6.0)[0]
-    assert cut.energy_j - free.energy_j == pytest.approx(lost)
-    assert cut.parts.regen_limit_j == pytest.approx(lost)
-    assert cut.parts.total_j() == pytest.approx(cut.energy_j)
+    assert limited.energy_j - free.energy_j == pytest.approx(lost)
+    assert limited.parts.regen_limit_j == pytest.approx(lost)
+    assert limited.parts.total_j() == pytest.approx(limited.energy_j)
 
 
 @pytest.mark.nojit
@@ -255,8 +255,8 @@ def test_rolling_downhill_slower_than_the_least_speed_gives_nothing_back(round_v
     for speed, gives in ((5.0, False), (6.0, True), (7.0, True)):
         chain = make_chain([100.0], speed, -0.1)
         moving = {"start_speed_mps": speed, "arrive_stopped": False}
-        free, cut = (energy_j(v, chain, **moving) for v in (round_vehicle, slow))
-        assert cut == pytest.approx(free if gives else 600.0 * 100.0 / speed)
+        free, limited = (energy_j(v, chain, **moving) for v in (round_vehicle, slow))
+        assert limited == pytest.approx(free if gives else 600.0 * 100.0 / speed)
     p = drive_of(slow).physics
     road = road_in_time(p, np.array([[-0.1, 100.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0]]), 0, 0.0, 0.0)
     assert battery_power(p, road, 5.9, 0.0) == 600.0

@@ -187,7 +187,7 @@ def test_bundled_electric_cars_agree_with_epa_in_the_middle_and_mostly_within_th
             for check in checked.checks:
                 ratios[check.cycle].append(check.ratio)
     assert len(met) >= 40
-    assert sum(one is True for one in met) >= 0.7 * len(met)
+    assert sum(verdict is True for verdict in met) >= 0.7 * len(met)
     assert float(np.median(ratios["udds"])) == pytest.approx(1.0, abs=0.05)
     assert float(np.median(ratios["hwfet"])) == pytest.approx(1.0, abs=0.05)
-    assert all(0.7 < ratio < 1.25 for one in ratios.values() for ratio in one)
+    assert all(0.7 < ratio < 1.25 for of_cycle in ratios.values() for ratio in of_cycle)

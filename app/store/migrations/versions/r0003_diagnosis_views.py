@@ -49,13 +49,13 @@ def _fill_in() -> None:
     ids = connection.execute(sa.select(table.c.id).where(table.c.result.is_not(None))).scalars().all()
     for diagnosis_id in ids:
         result = connection.execute(sa.select(table.c.result).where(table.c.id == diagnosis_id)).scalar_one()
-        told = _told(result)
-        if told is not None:
-            values = {"verdict": told[0], "text": told[1]}
+        headline = _headline(result)
+        if headline is not None:
+            values = {"verdict": headline[0], "text": headline[1]}
             connection.execute(sa.update(table).where(table.c.id == diagnosis_id).values(**values))
 
 
-def _told(result: str) -> tuple[str, str] | None:
+def _headline(result: str) -> tuple[str, str] | None:
     """Verdict and the first thing that was concluded; None where the result can't be read."""
     try:
         document = json.loads(result)
