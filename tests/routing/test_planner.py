@@ -12,51 +12,26 @@ from energy.chain.chain import LinkModel, StopRule
 from energy.errors import LinkError
 from energy.vehicle.vehicle import Vehicle
 from routing.errors import PointFarFromRoadError, PointOutsideMapError, QueryError
-from routing.graph.earth import great_circle_m
-from routing.graph.road_graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
+from routing.graph.road_graph import RoadGraph, Terrain
 from routing.places import LinkSpan, Point
 from routing.planner import Planner
 from routing.queries import RangeQuery, RouteQuery
 from routing.weights import BALANCED, ECO, FASTEST, Weights
+from tests.routing.drawn_streets import SOUTH, STEP, WEST, drawn_streets
 
 pytestmark = pytest.mark.nojit
 
 #            4            nodes 0.01° apart; 2 → 4 → 1 is a oneway, all else runs both ways; signals at 2
 #          /   \
 # 0 ---- 1 ---- 2 ---- 3
-STEP = 100_000  # 1e-7 degrees
 PLACES = [(0, 0), (1, 0), (2, 0), (3, 0), (1.5, 3)]
 HEIGHTS_M = [500.0, 520.0, 600.0, 560.0, 590.0]
 LINKS = [(0, 1), (1, 0), (1, 2), (2, 1), (2, 3), (3, 2), (2, 4), (4, 1)]
-SOUTH, WEST = 46.0, 8.0
 
 
 def street_map(heights_m=HEIGHTS_M, terrain=Terrain.SYNTHETIC) -> RoadGraph:
-    lon, lat = (np.rint((np.array(PLACES) * STEP).T + np.array([[WEST], [SOUTH]]) * 1e7)).astype(np.int64)
-    tail, head = (np.array(side, np.int32) for side in zip(*LINKS, strict=True))
-    n = len(LINKS)
-    corners = np.column_stack((tail, head)).ravel()
-    return assemble_graph(
-        GraphMeta("streets", "test", "none", "none", terrain, "drawn", 0.0, (0.0,) * 4),
-        ("Street",),
-        LooseNodes(lat / 1e7, lon / 1e7, np.array(heights_m), np.arange(5)),
-        LooseLinks(
-            tail=tail,
-            head=head,
-            length_m=np.asarray(great_circle_m(lat[tail] / 1e7, lon[tail] / 1e7, lat[head] / 1e7, lon[head] / 1e7)),
-            speed_limit_mps=np.full(n, 50.0 / 3.6),
-            functional_class=np.full(n, 5, np.int8),
-            cross=np.where(head == 2, 3, 0).astype(np.int8),
-            urban=np.ones(n, bool),
-            structure=np.zeros(n, bool),
-            way_id=np.arange(n),
-            name_idx=np.zeros(n, np.int32),
-            geometry_first=np.arange(n + 1) * 2,
-            geometry_lon_e7=lon[corners].astype(np.int32),
-            geometry_lat_e7=lat[corners].astype(np.int32),
-            forbidden_turns=np.empty((0, 2), np.int64),
-        ),
-    )
+    limits_mps, cross = np.full(len(LINKS), 50.0 / 3.6), np.array([3 if head == 2 else 0 for _, head in LINKS])
+    return drawn_streets("streets", PLACES, LINKS, heights_m, speed_limit_mps=limits_mps, cross=cross, terrain=terrain)
 
 
 def car(**changes) -> Vehicle:

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
     from starlette.testclient import TestClient
     from typer.testing import Result
 
-    from app.settings import Settings
 
 PLACES = "id,lat,lon\nhome,46.5,8.003\nmill,46.518,8.02\n,46.507,8.01\n"
 ROUTE = {"start": {"lat": 46.5, "lon": 8.003}, "goal": {"lat": 46.518, "lon": 8.02}}
@@ -43,12 +42,7 @@ odd,46.5,8.003,"[8.02, 46.518]",much,,,
 """
 
 
-@pytest.fixture(autouse=True)
-def environment(monkeypatch: pytest.MonkeyPatch, settings: Settings) -> None:
-    monkeypatch.setenv("JOULEPATH_GRAPH_DIRS", str(settings.graph_dirs[0]))
-    monkeypatch.setenv("JOULEPATH_DEFAULT_GRAPH", "grid")
-    monkeypatch.setenv("JOULEPATH_DATABASE_URL", settings.database_url)
-    monkeypatch.setenv("COLUMNS", "200")
+pytestmark = pytest.mark.usefixtures("environment")
 
 
 @pytest.fixture(scope="module")

@@ -23,12 +23,7 @@ if TYPE_CHECKING:
 PLACES = ("--start", "46.5,8.003", "--goal", "46.518,8.02")
 
 
-@pytest.fixture(autouse=True)
-def environment(monkeypatch: pytest.MonkeyPatch, settings: Settings) -> None:
-    monkeypatch.setenv("JOULEPATH_GRAPH_DIRS", str(settings.graph_dirs[0]))
-    monkeypatch.setenv("JOULEPATH_DEFAULT_GRAPH", "grid")
-    monkeypatch.setenv("JOULEPATH_DATABASE_URL", settings.database_url)
-    monkeypatch.setenv("COLUMNS", "200")
+pytestmark = pytest.mark.usefixtures("environment")
 
 
 def run(*arguments: str, text: str | None = None) -> Result:

@@ -23,19 +23,13 @@ if TYPE_CHECKING:
     from typer.testing import Result
 
     from app.service.service import Service
-    from app.settings import Settings
 
 FILES = {"diagnosis.json", "effects.json", "report.html"}
 METRE_PER_DEGREE = 111_195.0
 CONSUMER_W = 800.0  # that the model knows nothing of
 
 
-@pytest.fixture(autouse=True)
-def environment(monkeypatch: pytest.MonkeyPatch, settings: Settings) -> None:
-    monkeypatch.setenv("JOULEPATH_GRAPH_DIRS", str(settings.graph_dirs[0]))
-    monkeypatch.setenv("JOULEPATH_DEFAULT_GRAPH", "grid")
-    monkeypatch.setenv("JOULEPATH_DATABASE_URL", settings.database_url)
-    monkeypatch.setenv("COLUMNS", "200")
+pytestmark = pytest.mark.usefixtures("environment")
 
 
 @pytest.fixture(scope="module")

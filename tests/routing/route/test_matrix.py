@@ -16,8 +16,7 @@ from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
 from energy.vehicle.files import load_vehicles
 from routing.errors import NoPathError, PointFarFromRoadError, PointOutsideMapError, QueryError
-from routing.graph.earth import great_circle_m
-from routing.graph.road_graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
+from routing.graph.road_graph import RoadGraph
 from routing.places import Point
 from routing.planner import Planner
 from routing.queries import MatrixQuery, RouteQuery
@@ -25,6 +24,7 @@ from routing.route.matrix import MatrixRow, NotDriven
 from routing.search.found import Limits
 from routing.search.search import find_path, find_paths, reach
 from routing.weights import BALANCED, ECO, FASTEST, Weights
+from tests.routing.drawn_streets import SOUTH, STEP, WEST, drawn_streets
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,8 +34,6 @@ if TYPE_CHECKING:
     from routing.route.route import Route
 
 SIDE = 5
-STEP = 100_000  # 1e-7 degrees: about a kilometre
-SOUTH, WEST = 46.0, 8.0
 SHUT = 0  # a street that no turn leads into
 CARS = load_vehicles(Path(__file__).resolve().parents[3] / "data" / "vehicles")
 KONA = CARS["hyundai-kona-64"]
@@ -50,31 +48,15 @@ def hilly_grid() -> RoadGraph:
     """Streets both ways between 25 nodes, of many limits, and hills of up to 300 m; one of them is shut."""
     rng = np.random.default_rng(11)
     places = [(k % SIDE, k // SIDE) for k in range(SIDE * SIDE)]
-    lon, lat = (np.rint((np.array(places) * STEP).T + np.array([[WEST], [SOUTH]]) * 1e7)).astype(np.int64)
-    tail, head = (np.array(side, np.int32) for side in zip(*LINKS, strict=True))
     n = len(LINKS)
-    corners = np.column_stack((tail, head)).ravel()
-    straight_m = np.asarray(great_circle_m(lat[tail] / 1e7, lon[tail] / 1e7, lat[head] / 1e7, lon[head] / 1e7))
-    graph = assemble_graph(
-        GraphMeta("grid", "test", "none", "none", Terrain.SYNTHETIC, "drawn", 0.0, (0.0,) * 4),
-        ("Street",),
-        LooseNodes(lat / 1e7, lon / 1e7, rng.uniform(400.0, 700.0, len(places)), np.arange(len(places))),
-        LooseLinks(
-            tail=tail,
-            head=head,
-            length_m=straight_m * rng.uniform(1.0, 1.4, n),
-            speed_limit_mps=rng.choice([30.0, 50.0, 80.0, 120.0], n) / 3.6,
-            functional_class=np.full(n, 5, np.int8),
-            cross=rng.integers(0, 4, n).astype(np.int8),
-            urban=np.ones(n, bool),
-            structure=np.zeros(n, bool),
-            way_id=np.arange(n),
-            name_idx=np.zeros(n, np.int32),
-            geometry_first=np.arange(n + 1) * 2,
-            geometry_lon_e7=lon[corners].astype(np.int32),
-            geometry_lat_e7=lat[corners].astype(np.int32),
-            forbidden_turns=np.empty((0, 2), np.int64),
-        ),
+    graph = drawn_streets(
+        "grid",
+        places,
+        LINKS,
+        rng.uniform(400.0, 700.0, len(places)),
+        detour=rng.uniform(1.0, 1.4, n),
+        speed_limit_mps=rng.choice([30.0, 50.0, 80.0, 120.0], n) / 3.6,
+        cross=rng.integers(0, 4, n),
     )
     into_shut = np.isin(graph.way_id[graph.successor], (2 * SHUT, 2 * SHUT + 1))
     first = np.concatenate(([0], np.cumsum(~into_shut)))[graph.successor_first]

@@ -23,13 +23,13 @@ from energy.units import JOULE_PER_WH
 from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.files import load_vehicles
 from routing.errors import NoPathError, PointFarFromRoadError, PointOutsideMapError
-from routing.graph.earth import great_circle_m
-from routing.graph.road_graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
+from routing.graph.road_graph import RoadGraph
 from routing.places import LinkSpan, Point
 from routing.planner import Planner
 from routing.queries import RouteQuery
 from routing.route.via import WayFinder
 from routing.weights import BALANCED, ECO, FASTEST, Weights
+from tests.routing.drawn_streets import SOUTH, STEP, WEST, drawn_streets
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -47,8 +47,6 @@ HEIGHTS_M = [400.0, 430.0, 600.0, 480.0, 500.0, 560.0]
 BOTH_WAYS = [(0, 1), (1, 2), (2, 3), (3, 0), (0, 2), (2, 5)]
 ONE_WAY = [(1, 4), (4, 5)]
 LINKS = [pair for a, b in BOTH_WAYS for pair in ((a, b), (b, a))] + ONE_WAY
-STEP = 100_000  # 1e-7 degrees
-SOUTH, WEST = 46.0, 8.0
 COLD = Conditions(ambient_k=263.15)
 CARS = load_vehicles(Path(__file__).resolve().parents[3] / "data" / "vehicles")
 KONA, I3 = CARS["hyundai-kona-64"], CARS["bmw-i3-60ah"]
@@ -65,31 +63,10 @@ DRAGLESS = replace(
 
 
 def ring_map(heights_m: Sequence[float] = HEIGHTS_M) -> RoadGraph:
-    lon, lat = (np.rint((np.array(PLACES) * STEP).T + np.array([[WEST], [SOUTH]]) * 1e7)).astype(np.int64)
-    tail, head = (np.array(side, np.int32) for side in zip(*LINKS, strict=True))
-    n = len(LINKS)
-    corners = np.column_stack((tail, head)).ravel()
     slow = [{a, b} == {0, 2} for a, b in LINKS]
-    return assemble_graph(
-        GraphMeta("ring", "test", "none", "none", Terrain.SYNTHETIC, "drawn", 0.0, (0.0,) * 4),
-        ("Street",),
-        LooseNodes(lat / 1e7, lon / 1e7, np.array(heights_m), np.arange(len(PLACES))),
-        LooseLinks(
-            tail=tail,
-            head=head,
-            length_m=np.asarray(great_circle_m(lat[tail] / 1e7, lon[tail] / 1e7, lat[head] / 1e7, lon[head] / 1e7)),
-            speed_limit_mps=np.where(slow, 30.0, 90.0) / 3.6,
-            functional_class=np.full(n, 5, np.int8),
-            cross=np.where(head == 2, 3, 0).astype(np.int8),
-            urban=np.ones(n, bool),
-            structure=np.zeros(n, bool),
-            way_id=np.arange(n),
-            name_idx=np.zeros(n, np.int32),
-            geometry_first=np.arange(n + 1) * 2,
-            geometry_lon_e7=lon[corners].astype(np.int32),
-            geometry_lat_e7=lat[corners].astype(np.int32),
-            forbidden_turns=np.empty((0, 2), np.int64),
-        ),
+    cross = np.array([3 if head == 2 else 0 for _, head in LINKS])
+    return drawn_streets(
+        "ring", PLACES, LINKS, heights_m, speed_limit_mps=np.where(slow, 30.0, 90.0) / 3.6, cross=cross
     )
 
 
