@@ -55,7 +55,8 @@ class Fleet:
     def list(self, *, needs_store: bool = True) -> VehicleList:
         """All vehicles in the order of their ids; stored ones that can't be read are named in warnings.
 
-        needs_store: False where a store that is not available is named there as well; otherwise DatabaseUnavailableError.
+        needs_store: False where a store that is not available is named there as well; otherwise
+        DatabaseUnavailableError.
         """
         lines: dict[str, VehicleSummary] = {
             vehicle.id: vehicle_summary(vehicle, self.default_id, bundled=True) for vehicle in self.bundled.values()

@@ -129,13 +129,13 @@ class RoadTiles:
 
     def _tile_lines(self, merged: _Merged, zoom: int) -> TileLines:
         """What is left of lines in a tile: cut, simplified and rounded, without what is too short to be seen."""
-        cut, of = shapely.get_parts(
+        inside, of = shapely.get_parts(
             shapely.clip_by_rect(merged.lines, -BUFFER, -BUFFER, EXTENT + BUFFER, EXTENT + BUFFER), return_index=True
         )
         # the last level is drawn larger on all closer ones
         tolerance = 1.0 if zoom == MAX_ZOOM else PIXEL / 4.0
         coordinates, part = shapely.get_coordinates(
-            shapely.simplify(cut, tolerance, preserve_topology=False), return_index=True
+            shapely.simplify(inside, tolerance, preserve_topology=False), return_index=True
         )
         points, part = _seen(np.rint(coordinates).astype(np.int64), part, zoom < DETAILS_FROM_ZOOM)
         used, part_first = np.unique(part, return_index=True)

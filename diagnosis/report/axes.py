@@ -79,8 +79,8 @@ def tick_text(tick: float, ticks: Sequence[float]) -> str:
     return fixed(tick, max(0, -math.floor(math.log10(step) + 1e-9)))
 
 
-def cut(text: str, width_px: float) -> str:
-    """A text that fits a width, cut in its middle where it is longer, so that ids keep both ends."""
+def shortened(text: str, width_px: float) -> str:
+    """A text that fits a width, without its middle where it is longer, so that ids keep both ends."""
     most = max(int(width_px / LETTER_PX), 3)
     if len(text) <= most:
         return text

@@ -59,8 +59,8 @@ def regimes_section(diagnosis: Diagnosis) -> Markup:
     panels: list[Markup] = []
     rows: list[list[Cell]] = []
     for axis in SHOWN_AXES:
-        before = [one for one in diagnosis.regimes_before if one.axis is axis]
-        after = [one for one in diagnosis.regimes_after if one.axis is axis]
+        before = [regime for regime in diagnosis.regimes_before if regime.axis is axis]
+        after = [regime for regime in diagnosis.regimes_after if regime.axis is axis]
         if before or after:
             panels.append(regime_panel(axis, before, after))
             rows += _regime_rows(axis, before, after)
@@ -122,11 +122,11 @@ def profile_section(splits: Sequence[ProfileSplit]) -> Markup:
 
 def example_trips(trips: Sequence[TripAccount]) -> list[tuple[str, TripAccount]]:
     """The trip whose error shrank most, if any did, and the one with the largest left; held-out ones if any are."""
-    known = [one for one in trips if math.isfinite(_gain_kwh(one))]
-    pool = [one for one in known if one.held_out] or known
+    known = [trip for trip in trips if math.isfinite(_gain_kwh(trip))]
+    pool = [trip for trip in known if trip.held_out] or known
     if not pool:
         return []
-    worst = max(pool, key=lambda one: abs(one.after_kwh - one.measured_kwh))
+    worst = max(pool, key=lambda trip: abs(trip.after_kwh - trip.measured_kwh))
     most = max(pool, key=_gain_kwh)
     if _gain_kwh(most) <= 0.0:
         return [("The drive that is met worst", worst)]
@@ -160,7 +160,7 @@ def _score_row(name: str, score: FitScore) -> list[Cell]:
 
 
 def _regime_rows(axis: Axis, before: Sequence[RegimeResidual], after: Sequence[RegimeResidual]) -> list[list[Cell]]:
-    was, now = ({(one.low, one.high): one for one in regimes} for regimes in (before, after))
+    was, now = ({(regime.low, regime.high): regime for regime in regimes} for regimes in (before, after))
     rows: list[list[Cell]] = []
     for reach, known in sorted((was | now).items(), key=lambda item: item[0]):
         energy = was[reach].energy_kwh if reach in was else None
@@ -191,16 +191,17 @@ def _trip_table(trips: Sequence[TripAccount], names: Sequence[str]) -> Table:
         *(f"{family_name(name)} [kWh]" for name in names),
     )
     heads.insert(1, Header("held out"))
-    sums = [math.fsum(column) for column in zip(*(_energies(one, names) for one in trips), strict=True)]
+    sums = [math.fsum(column) for column in zip(*(_energies(trip, names) for trip in trips), strict=True)]
+    held_out = sum(trip.held_out for trip in trips)
     total: list[Cell] = [
         f"all {count(len(trips), 'drive')}",
-        data(sum(one.held_out for one in trips), str(sum(one.held_out for one in trips))),
+        data(held_out, str(held_out)),
         "",
-        _places(math.fsum(one.distance_km for one in trips), 1),
-        _places(math.fsum(one.duration_s for one in trips) / 60.0, 0),
+        _places(math.fsum(trip.distance_km for trip in trips), 1),
+        _places(math.fsum(trip.duration_s for trip in trips) / 60.0, 0),
         *_energy_cells(sums),
     ]
-    return Table("Drives", heads, [_trip_row(one, names) for one in trips], total)
+    return Table("Drives", heads, [_trip_row(trip, names) for trip in trips], total)
 
 
 def _trip_row(trip: TripAccount, names: Sequence[str]) -> list[Cell]:

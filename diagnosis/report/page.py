@@ -102,10 +102,10 @@ def _verdict_sentences(diagnosis: Diagnosis) -> list[str]:
     said = {
         Verdict.TOO_FEW_TRIPS: [too_few_sentence(diagnosis)] if diagnosis.verdict is Verdict.TOO_FEW_TRIPS else [],
         Verdict.NOTHING_MISSING: [NOTHING] if diagnosis.verdict is Verdict.NOTHING_MISSING else [],
-        Verdict.LEFT_OUT_PHYSICS: [finding_sentence(one) for one in findings if not one.ambiguous_with],
-        Verdict.CANNOT_TELL: [rivals_sentences(one) for one in findings if one.ambiguous_with],
-        Verdict.PARAMETER_ERROR: [parameter_sentence(one) for one in diagnosis.parameter_errors],
-        Verdict.UNEXPLAINED: [unexplained_sentence(one) for one in diagnosis.unexplained],
+        Verdict.LEFT_OUT_PHYSICS: [finding_sentence(finding) for finding in findings if not finding.ambiguous_with],
+        Verdict.CANNOT_TELL: [rivals_sentences(finding) for finding in findings if finding.ambiguous_with],
+        Verdict.PARAMETER_ERROR: [parameter_sentence(error) for error in diagnosis.parameter_errors],
+        Verdict.UNEXPLAINED: [unexplained_sentence(place) for place in diagnosis.unexplained],
     }
     fit = fit_sentence(diagnosis.before, diagnosis.after, len(diagnosis.held_out_trips))
     return [*said.pop(diagnosis.verdict), *(text for texts in said.values() for text in texts), fit]

@@ -14,7 +14,7 @@ import numpy as np
 from diagnosis.answer.regimes import Axis
 from diagnosis.answer.results import TripTimeline
 from diagnosis.causes.families import Family
-from diagnosis.report.axes import LETTER_PX, Frame, Scale, cut, scale
+from diagnosis.report.axes import LETTER_PX, Frame, Scale, scale, shortened
 from diagnosis.report.rendering import rendered
 from diagnosis.report.style import OTHER_FAMILY
 from diagnosis.report.text import AXIS_NAMES, FAMILY_NAMES, SPACE, fixed, number, quantity, regime_range, spoken
@@ -37,7 +37,7 @@ MOST_BARS: Final = 60
 MOST_LEVEL: Final = 4  # labels on one line
 STAGGER_PX: Final = 13.0  # every other label lower where they are more
 ROW_PX: Final = 20.0
-FARTHEST: Final = 3.0  # whiskers are cut at the largest mean and so many times the middle half width
+FARTHEST: Final = 3.0  # whiskers end at the largest mean and so many times the middle half width
 KNOWN_FAMILIES: Final = frozenset(family.value for family in Family)
 
 
@@ -66,7 +66,7 @@ class MeanMark:
 class Share:
     """What a family takes of a bar [px]."""
 
-    left: float
+    begin: float
     width: float
     family_class: str
     text: str
@@ -117,14 +117,16 @@ def fit_panel(
 
 def energy_reach(trips: Sequence[TripAccount]) -> tuple[float, float]:
     """From 0, or the least energy below it, to beyond the largest [kWh], by measurement or by model."""
-    whole = scale([kwh for one in trips for kwh in (one.measured_kwh, one.before_kwh, one.after_kwh)], 0, 1, zero=True)
+    whole = scale(
+        [kwh for trip in trips for kwh in (trip.measured_kwh, trip.before_kwh, trip.after_kwh)], 0, 1, zero=True
+    )
     return whole.low, whole.high
 
 
 def regime_panel(axis: Axis, before: Sequence[RegimeResidual], after: Sequence[RegimeResidual]) -> Markup:
     """Residual power of each regime of an axis [W], before and after, with their intervals."""
     name, unit = AXIS_NAMES[axis]
-    ranges = sorted({(one.low, one.high) for one in (*before, *after)})
+    ranges = sorted({(regime.low, regime.high) for regime in (*before, *after)})
     frame = Frame(Scale(0.0, float(len(ranges)), 58, PANEL_PX - 8), _residual_scale([*before, *after]))
     marks = [
         _mean(regime, frame, ranges.index((regime.low, regime.high)) + shift, series)
@@ -157,7 +159,7 @@ def trip_panel(trip: TripAccount) -> Markup:
         "trip_panel.html",
         width=WIDE_PX,
         title=title,
-        short_title=cut(title, WIDE_PX),
+        short_title=shortened(title, WIDE_PX),
         description=(
             f"Power over {quantity(trip.duration_s / 60.0, None, 'min')}: measured, model before, model after; speed. "
             f"Measured {quantity(trip.measured_kwh, None, 'kWh')}, before {quantity(trip.before_kwh, None, 'kWh')}, "
@@ -205,8 +207,8 @@ def energy_bars(trips: Sequence[TripAccount]) -> Markup:
     Shares below 0 lie to the left of 0. In the order given; the first MOST_BARS only.
     """
     shown = trips[:MOST_BARS]
-    label_px = 12 + LETTER_PX * min(max((len(bar_label(one)) for one in shown), default=1), 30)
-    ends = [end for one in shown for end in (*_ends(one), one.measured_kwh)]
+    label_px = 12 + LETTER_PX * min(max((len(bar_label(trip)) for trip in shown), default=1), 30)
+    ends = [end for trip in shown for end in (*_ends(trip), trip.measured_kwh)]
     x = scale(ends, label_px, WIDE_PX - 16, zero=True, margin=0.03)
     bottom = 34 + ROW_PX * len(shown)
     return rendered(
@@ -220,7 +222,7 @@ def energy_bars(trips: Sequence[TripAccount]) -> Markup:
 
 def families(trips: Sequence[TripAccount]) -> tuple[str, ...]:
     """Families that hold energy on any trip, known ones in the order of `Family`, then others by name."""
-    there = {name for one in trips for name, kwh in one.by_family_kwh.items() if kwh != 0.0}
+    there = {name for trip in trips for name, kwh in trip.by_family_kwh.items() if kwh != 0.0}
     known = [family.value for family in Family if family.value in there]
     return (*known, *sorted(there - KNOWN_FAMILIES))
 
@@ -238,7 +240,7 @@ def family_class(name: str) -> str:
 def bar_label(trip: TripAccount) -> str:
     """What stands beside a trip's bar."""
     degrees = "" if trip.ambient_c is None else f" {fixed(trip.ambient_c, 0)}{SPACE}°C"
-    return f"{cut(trip.id, 22 * LETTER_PX)}{degrees}{' ●' if trip.held_out else ''}"
+    return f"{shortened(trip.id, 22 * LETTER_PX)}{degrees}{' ●' if trip.held_out else ''}"
 
 
 def _bar(trip: TripAccount, x: Scale, middle_px: float) -> Bar:
@@ -247,9 +249,9 @@ def _bar(trip: TripAccount, x: Scale, middle_px: float) -> Bar:
     for name, kwh in _shares(trip):
         start = above if kwh >= 0.0 else below
         above, below = above + max(kwh, 0.0), below + min(kwh, 0.0)
-        left, right = sorted((x.at(start), x.at(start + kwh)))
+        begin, end = sorted((x.at(start), x.at(start + kwh)))
         text = f"{trip.id}: {family_name(name)} {quantity(kwh, None, 'kWh')}"
-        shares.append(Share(left, right - left, family_class(name), text))
+        shares.append(Share(begin, end - begin, family_class(name), text))
     measured = None
     if math.isfinite(trip.measured_kwh):
         at = x.at(trip.measured_kwh)
@@ -297,12 +299,14 @@ def _mean(regime: RegimeResidual, frame: Frame, place: float, series: str) -> Me
 
 def _residual_scale(regimes: Sequence[RegimeResidual]) -> Scale:
     """From 0 over all means to whiskers of usual length: one regime of two short trips must not flatten the others."""
-    means = [abs(one.mean_w) for one in regimes]
-    known = [(one.low_w, one.high_w) for one in regimes if one.low_w is not None and one.high_w is not None]
+    means = [abs(regime.mean_w) for regime in regimes]
+    known = [
+        (regime.low_w, regime.high_w) for regime in regimes if regime.low_w is not None and regime.high_w is not None
+    ]
     middle = float(np.median([0.5 * (high - low) for low, high in known])) if known else 0.0
     reach = max(means, default=0.0) + FARTHEST * middle
     ends = [min(max(bound, -reach), reach) for pair in known for bound in pair]
-    return scale([*(one.mean_w for one in regimes), *ends], 202, 44, zero=True)
+    return scale([*(regime.mean_w for regime in regimes), *ends], 202, 44, zero=True)
 
 
 def _range_labels(axis: Axis, ranges: Sequence[tuple[float, float]]) -> list[str]:

@@ -157,7 +157,7 @@ def places(regimes: Sequence[RegimeResidual]) -> tuple[str, ...]:
     found: list[str] = []
     for axis in Axis:
         ranges: list[list[float]] = []
-        for low, high in sorted((one.low, one.high) for one in regimes if one.axis is axis):
+        for low, high in sorted((regime.low, regime.high) for regime in regimes if regime.axis is axis):
             if ranges and low <= ranges[-1][1]:
                 ranges[-1][1] = max(high, ranges[-1][1])
             else:
@@ -176,12 +176,12 @@ def share_interval(finding: Finding) -> Interval:
 
 def heaviest_first(findings: Sequence[Finding]) -> list[Finding]:
     """Findings by the size of their energy."""
-    return sorted(findings, key=lambda one: -abs(one.energy_kwh))
+    return sorted(findings, key=lambda finding: -abs(finding.energy_kwh))
 
 
 def finding_sentence(finding: Finding) -> str:
     """What a finding costs of every 10 kWh, and where it shows, for a driver."""
-    rivals = dict.fromkeys(FAMILY_WORDS[one.family] for one in finding.ambiguous_with)
+    rivals = dict.fromkeys(FAMILY_WORDS[rival.family] for rival in finding.ambiguous_with)
     causes = " or ".join([FAMILY_WORDS[finding.family], *rivals])
     interval = share_interval(finding)
     tenth = None if interval is None else (10.0 * interval[0], 10.0 * interval[1])
@@ -204,15 +204,17 @@ def finding_sentence(finding: Finding) -> str:
 
 def rivals_sentence(finding: Finding) -> str:
     """What a finding cannot be told from."""
-    rivals = listed([f"{effect_name(one.effect)} ({FAMILY_NAMES[one.family]})" for one in finding.ambiguous_with], "or")
+    rivals = listed(
+        [f"{effect_name(rival.effect)} ({FAMILY_NAMES[rival.family]})" for rival in finding.ambiguous_with], "or"
+    )
     return f"These drives cannot tell {effect_name(finding.effect)} ({FAMILY_NAMES[finding.family]}) from {rivals}."
 
 
 def rivals_sentences(finding: Finding) -> str:
     """What a finding costs, what it cannot be told from, and what drive would tell, for a driver."""
     separating = finding.separating_recording
-    told = "" if separating is None else f" What would tell them apart: {separating.rstrip('.')}."
-    return f"{finding_sentence(finding)} {rivals_sentence(finding)}{told}"
+    advice = "" if separating is None else f" What would tell them apart: {separating.rstrip('.')}."
+    return f"{finding_sentence(finding)} {rivals_sentence(finding)}{advice}"
 
 
 def parameter_sentence(error: ParameterError) -> str:
@@ -224,16 +226,16 @@ def parameter_sentence(error: ParameterError) -> str:
     )
 
 
-def unexplained_sentence(one: Unexplained) -> str:
+def unexplained_sentence(place: Unexplained) -> str:
     """Where power stays unexplained, and how much."""
-    more = "more" if one.mean_w >= 0.0 else "less"
-    size, interval = abs(one.mean_w), one.ci95_w
-    if interval is not None and one.mean_w < 0.0:
+    more = "more" if place.mean_w >= 0.0 else "less"
+    size, interval = abs(place.mean_w), place.ci95_w
+    if interval is not None and place.mean_w < 0.0:
         interval = (-interval[1], -interval[0])
     return (
-        f"Where {axis_name(one.axis).lower()} is {span(one.low, one.high, one.unit)}, your car takes "
+        f"Where {axis_name(place.axis).lower()} is {span(place.low, place.high, place.unit)}, your car takes "
         f"{quantity(size, interval, 'W')} {more} than on the rest of its drives, "
-        f"{with_unit(number(abs(one.energy_kwh)), 'kWh')} in all, and no effect that this tool knows explains it."
+        f"{with_unit(number(abs(place.energy_kwh)), 'kWh')} in all, and no effect that this tool knows explains it."
     )
 
 

@@ -120,14 +120,14 @@ class Pieces:
         )
 
 
-def cut(
+def pieces_of(
     chains: Chains,
     node: NDArray[np.bool_],
     height_m: NDArray[np.float64] | None,
     grade_tolerance_m: float,
     longest_link_m: float,
 ) -> Pieces:
-    """Pieces between nodes, further cut where the height leaves the straight line, where too long, and within loops.
+    """Pieces between nodes, divided where the height leaves the straight line, where too long, and within loops.
 
     height_m: float64 (P,) or None. Heights within a piece stay within grade_tolerance_m of the line between its ends
     (Douglas and Peucker's algorithm on distance and height).

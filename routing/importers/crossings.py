@@ -189,9 +189,9 @@ def cross_at_heads(
     # smaller road meets a greater one: at least two legs of a rank above its own pass through
     major_rank = (at_least >= 2).argmax(axis=0)[head]
     passes = at_least[-1][head] >= 2
-    gap = np.where(passes & junction, own_rank - major_rank, 0)
-    cross[gap == 1] = Cross.SMALL
-    cross[gap >= 2] = Cross.MEDIUM
+    ranks_below = np.where(passes & junction, own_rank - major_rank, 0)
+    cross[ranks_below == 1] = Cross.SMALL
+    cross[ranks_below >= 2] = Cross.MEDIUM
     ramp_ends = ways.ramp[way] & passes & junction
     cross[ramp_ends] = np.where(major_rank[ramp_ends] <= FunctionalClass.TRUNK, Cross.SMALL, Cross.MEDIUM)
     cross[ring[head] & ~ways.roundabout[way]] = ROUNDABOUT_ENTRY
@@ -202,7 +202,7 @@ def cross_at_heads(
     cross[signalled[head]] = Cross.NONE
     minor = np.zeros(size, np.int8)
     minor[list(stops.minor)] = list(stops.minor.values())
-    smaller = (gap > 0) | (junction & ~ways.roundabout[way] & (own_rank >= _greatest_gap_rank(at_least)[head]))
+    smaller = (ranks_below > 0) | (junction & ~ways.roundabout[way] & (own_rank >= _first_signed_rank(at_least)[head]))
     cross = np.where(smaller, np.maximum(cross, minor[head]), cross).astype(np.int8)
     everyone = np.zeros(size, np.int8)
     everyone[list(stops.everyone)] = list(stops.everyone.values())
@@ -219,7 +219,7 @@ def cross_at_heads(
     return cross
 
 
-def _greatest_gap_rank(at_least: NDArray[np.int32]) -> NDArray[np.int64]:
+def _first_signed_rank(at_least: NDArray[np.int32]) -> NDArray[np.int64]:
     """Rank from which a sign on the junction point holds: below the greatest road, or all where all are of one rank."""
     any_leg = at_least > 0
     greatest = any_leg.argmax(axis=0)

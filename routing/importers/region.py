@@ -13,7 +13,7 @@ from routing.graph.earth import E7
 from routing.graph.networkx_graph import from_networkx, is_export, load_networkx
 from routing.graph.road_graph import GraphMeta, RoadGraph, Terrain, assemble_graph
 from routing.importers.built_up import urban_pieces
-from routing.importers.chains import chains_from_roads, cut, junction_positions
+from routing.importers.chains import chains_from_roads, junction_positions, pieces_of
 from routing.importers.crossings import place_controls
 from routing.importers.elevation import sample_heights
 from routing.importers.graphml import roads_from_networkx
@@ -109,7 +109,7 @@ def graph_from_roads(
     stops = place_controls(roads, chains)
     node = junction_positions(chains)
     node |= np.isin(chains.point, list(stops.nodes))
-    pieces = cut(chains, node, height_m, GRADE_TOLERANCE_M, LONGEST_LINK_M)
+    pieces = pieces_of(chains, node, height_m, GRADE_TOLERANCE_M, LONGEST_LINK_M)
     dropped[Dropped.LOOP] += pieces.loops
     if outside is not None:
         covered = pieces.without(chains, outside)

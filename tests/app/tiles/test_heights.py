@@ -146,8 +146,8 @@ def test_surface_of_roads_on_one_line_is_found(grid: RoadGraph, sides: tuple[boo
 
 def test_tiles_of_neighbours_go_on_where_the_other_ends(grid: RoadGraph) -> None:
     tiles = HeightTiles(grid)
-    left = finest_tile(grid, tiles.max_zoom)
-    west, east = (heights_m(tiles.tile(TileAddress(left.z, left.x + k, left.y))) for k in (0, 1))
+    first = finest_tile(grid, tiles.max_zoom)
+    west, east = (heights_m(tiles.tile(TileAddress(first.z, first.x + k, first.y))) for k in (0, 1))
     inside = np.abs(np.diff(np.hstack((west[:, -3:], east[:, :3])), axis=1))
     assert inside[:, 2].max() <= 1.5 * inside.max(axis=0)[[0, 1, 3, 4]].max() + 2 / 64
 

@@ -172,13 +172,13 @@ def hostile(thing: object) -> object:
     if isinstance(thing, str):
         return HOSTILE + thing
     if isinstance(thing, tuple):
-        return tuple(hostile(one) for one in thing)
+        return tuple(hostile(part) for part in thing)
     if isinstance(thing, dict):
         return {hostile(name): hostile(value) for name, value in thing.items()}
     if isinstance(thing, list):
-        return [hostile(one) for one in thing]
+        return [hostile(part) for part in thing]
     assert is_dataclass(thing)
-    return type(thing)(*(hostile(getattr(thing, one.name)) for one in fields(thing)))
+    return type(thing)(*(hostile(getattr(thing, field.name)) for field in fields(thing)))
 
 
 def shown(value: float) -> float:
@@ -202,7 +202,7 @@ def test_page_is_balanced_whatever_the_verdict_and_however_little_there_is(make,
     assert len(ids) == len(set(ids))
     assert [tag for tag, _ in page.elements if tag == "h1"] == ["h1"]
     links = [attributes["href"] for tag, attributes in page.elements if tag == "a"]
-    assert {f"#{one}" for one in ids} >= set(links)
+    assert {f"#{name}" for name in ids} >= set(links)
     assert len(links) == (10 if make is diagnosis else 9)
     assert "nan" not in page.text
     assert "None" not in page.text
@@ -233,16 +233,16 @@ def test_page_shows_hostile_texts_as_text_and_has_the_same_elements_as_with_plai
     assert page.text.count(SHOWN) > 50
     assert page.tables["Drives"][1][0][0] == f"{SHOWN}A1"
     counted = {
-        tag: [one for one, _ in page.elements].count(tag) for tag in ("table", "section", "svg", "h2", "article")
+        tag: [name for name, _ in page.elements].count(tag) for tag in ("table", "section", "svg", "h2", "article")
     }
-    assert counted == {tag: [one for one, _ in plain.elements].count(tag) for tag in counted}
+    assert counted == {tag: [name for name, _ in plain.elements].count(tag) for tag in counted}
 
 
 def test_every_table_has_a_caption_and_headers_with_scope_and_every_picture_a_text():
     page = Page(report_html(diagnosis()))
     heads = [attributes for tag, attributes in page.elements if tag == "th"]
     assert heads
-    assert {one.get("scope") for one in heads} == {"col", "row"}
+    assert {head.get("scope") for head in heads} == {"col", "row"}
     tags = [tag for tag, _ in page.elements]
     assert tags.count("caption") == tags.count("table") > 8
     for tag, attributes in page.elements:
@@ -260,13 +260,19 @@ def test_trip_table_has_the_figures_of_each_trip_and_their_sums():
     made = diagnosis()
     head, *rows, total = Page(report_html(made)).tables["Drives"]
     assert len({len(row) for row in (head, *rows, total)}) == 1
-    for row, one in zip(rows, made.trips, strict=True):
-        assert row[0][0] == one.id
-        assert row[1][0] == ("yes" if one.held_out else "no")
-        energies = (one.measured_kwh, one.nameplate_kwh, one.before_kwh, one.after_kwh, one.explained_kwh)
-        errors = [100.0 * (kwh / one.measured_kwh - 1.0) for kwh in (one.before_kwh, one.after_kwh)]
-        known = [] if one.ambient_c is None else [one.ambient_c]
-        expected = [*known, one.distance_km, one.duration_s / 60.0, *energies, *errors, 0.987]
+    for row, account in zip(rows, made.trips, strict=True):
+        assert row[0][0] == account.id
+        assert row[1][0] == ("yes" if account.held_out else "no")
+        energies = (
+            account.measured_kwh,
+            account.nameplate_kwh,
+            account.before_kwh,
+            account.after_kwh,
+            account.explained_kwh,
+        )
+        errors = [100.0 * (kwh / account.measured_kwh - 1.0) for kwh in (account.before_kwh, account.after_kwh)]
+        known = [] if account.ambient_c is None else [account.ambient_c]
+        expected = [*known, account.distance_km, account.duration_s / 60.0, *energies, *errors, 0.987]
         assert values(row) == pytest.approx([shown(value) for value in expected], rel=1e-5)
     # 3 trips: 1 held out, 64.035 km, 90 min; measured 3 · 4.567, after 4.432 + 4.432 + 4.1 = 12.964
     sums = values(total)
@@ -309,12 +315,13 @@ def test_regime_table_has_each_regime_before_and_after():
     rows = Page(report_html(made)).tables["Measured power less the model's by range"][1:]
     assert len(rows) == len(made.regimes_before)
     pairs = {
-        (one.axis, one.low): (one, after) for one, after in zip(made.regimes_before, made.regimes_after, strict=True)
+        (before.axis, before.low): (before, after)
+        for before, after in zip(made.regimes_before, made.regimes_after, strict=True)
     }
     order = (Axis.AMBIENT, Axis.SINCE_START, Axis.SPEED, Axis.POWER, Axis.STANDSTILL, Axis.GRADE, Axis.SOC)
     expected = [pair for axis in order for (known, _), pair in pairs.items() if known is axis]
     for row, (before, after) in zip(rows, expected, strict=True):
-        powers = [value for one in (before, after) for value in (one.mean_w, one.low_w, one.high_w)]
+        powers = [value for regime in (before, after) for value in (regime.mean_w, regime.low_w, regime.high_w)]
         assert values(row) == pytest.approx([9, 2.0, *powers, before.energy_kwh], rel=1e-5)
 
 
@@ -398,7 +405,7 @@ def test_figures_that_are_not_finite_are_dashes():
 
 def test_page_of_forty_long_trips_is_small_and_the_same_bytes_twice():
     trips = tuple(trip(f"T{k:02d}", k % 3 == 0, timeline=timeline(10_800.0, 5.0)) for k in range(40))
-    notes = tuple(QualityNote(one.id, "gap", "power_w", f"Gap of {k} s.") for one in trips for k in range(5))
+    notes = tuple(QualityNote(account.id, "gap", "power_w", f"Gap of {k} s.") for account in trips for k in range(5))
     made = diagnosis(trips=trips, data_quality=notes)
     html = report_html(made)
     assert len(html.encode()) < 500_000

@@ -12,7 +12,7 @@ import pytest
 
 from diagnosis.answer.regimes import Axis, RegimeResidual
 from diagnosis.answer.results import TripAccount, TripTimeline
-from diagnosis.report.axes import Scale, cut, scale, tick_text
+from diagnosis.report.axes import Scale, scale, shortened, tick_text
 from diagnosis.report.fit import example_trips
 from diagnosis.report.plots import (
     MOST_BARS,
@@ -46,7 +46,7 @@ def parsed(svg: str) -> ElementTree.Element:
 
 
 def with_class(svg: ElementTree.Element, name: str) -> list[ElementTree.Element]:
-    return [one for one in svg.iter() if name in one.get("class", "").split()]
+    return [element for element in svg.iter() if name in element.get("class", "").split()]
 
 
 @pytest.mark.parametrize(
@@ -79,14 +79,14 @@ def test_scale_holds_its_values_and_survives_odd_ones():
 
 
 def test_long_ids_keep_both_ends():
-    assert cut("short", 200.0) == "short"
-    assert cut("2024-01-01-morning-commute-a", 66.0) == "2024-…te-a"
+    assert shortened("short", 200.0) == "short"
+    assert shortened("2024-01-01-morning-commute-a", 66.0) == "2024-…te-a"
 
 
 def test_drives_lie_where_their_energies_are_and_held_out_ones_are_filled():
     trips = [trip("A"), trip("B", held_out=True, measured_kwh=4.0, after_kwh=4.0), trip("C", after_kwh=math.nan)]
     reach = energy_reach(trips)
-    marks = parsed(fit_panel(trips, lambda one: one.after_kwh, "After", "after", reach)).findall("circle")
+    marks = parsed(fit_panel(trips, lambda trip: trip.after_kwh, "After", "after", reach)).findall("circle")
     assert [mark.get("class") for mark in marks] == ["after fitted", "after held"]
     x, y = Scale(*reach, 52, 328), Scale(*reach, 292, 44)
     for mark, (measured, model) in zip(marks, [(2.0, 1.9), (4.0, 4.0)], strict=True):
@@ -105,7 +105,7 @@ def test_regimes_have_a_mark_before_and_after_and_a_whisker_where_an_interval_is
     svg = parsed(regime_panel(Axis.SPEED, [known, alone], [replace(known, mean_w=10.0, low_w=-30.0, high_w=50.0)]))
     assert len(with_class(svg, "before")) == 3  # two marks, one whisker
     assert len(with_class(svg, "after")) == 2
-    (before,) = (one for one in with_class(svg, "whisker") if "before" in one.get("class", ""))
+    (before,) = (whisker for whisker in with_class(svg, "whisker") if "before" in whisker.get("class", ""))
     (zero,) = with_class(svg, "zero")
     circle, lower = svg.findall(".//circle")
     y1, y2, at, level = (
@@ -121,7 +121,7 @@ def test_one_wild_interval_does_not_flatten_a_panel():
     usual = [RegimeResidual(Axis.SPEED, low, low + 5.0, 100.0, 50.0, 150.0, 1.0, 3600.0, 5) for low in (0.0, 5.0, 10.0)]
     wild = RegimeResidual(Axis.SPEED, 15.0, 20.0, 100.0, -1e6, 1e6, 1.0, 3600.0, 2)
     svg = parsed(regime_panel(Axis.SPEED, [*usual, wild], []))
-    heights = [abs(float(one.get("y1", "")) - float(one.get("y2", ""))) for one in with_class(svg, "whisker")]
+    heights = [abs(float(mark.get("y1", "")) - float(mark.get("y2", ""))) for mark in with_class(svg, "whisker")]
     assert heights[0] > 25.0  # 100 W of 500 W over 158 px; 0.01 px with the wild interval whole
     assert heights[3] <= 202.0 - 44.0 + 0.1
 
@@ -158,15 +158,17 @@ def test_trip_without_windows_or_with_holes_is_still_drawn():
 def test_bars_add_up_by_family_and_shares_below_zero_lie_left_of_nought():
     svg = parsed(energy_bars([trip(by_family_kwh={"rolling": 1.6, "thermal": 0.5, "wind": -0.2})]))
     thermal, rolling, wind = (with_class(svg, f"f-{name}")[0] for name in ("thermal", "rolling", "wind"))
-    left, width = ({one: float(one.get(name, "")) for one in (thermal, rolling, wind)} for name in ("x", "width"))
-    assert left[rolling] == pytest.approx(left[thermal] + width[thermal], abs=0.2)
-    assert left[wind] + width[wind] == pytest.approx(left[thermal], abs=0.2)
+    begin, width = (
+        {share: float(share.get(name, "")) for share in (thermal, rolling, wind)} for name in ("x", "width")
+    )
+    assert begin[rolling] == pytest.approx(begin[thermal] + width[thermal], abs=0.2)
+    assert begin[wind] + width[wind] == pytest.approx(begin[thermal], abs=0.2)
     per_kwh = width[rolling] / 1.6
     assert width[thermal] == pytest.approx(0.5 * per_kwh, abs=0.2)
     assert width[wind] == pytest.approx(0.2 * per_kwh, abs=0.2)
     points = with_class(svg, "measured-mark")[0].get("points", "")
     middle = float(points.split()[1].split(",")[0])
-    assert middle == pytest.approx(left[thermal] + 2.0 * per_kwh, abs=0.3)
+    assert middle == pytest.approx(begin[thermal] + 2.0 * per_kwh, abs=0.3)
 
 
 def test_bars_stop_at_their_limit():
@@ -175,16 +177,16 @@ def test_bars_stop_at_their_limit():
 
 
 def test_families_keep_their_order_and_empty_ones_are_left_out():
-    one = trip(by_family_kwh={"wind": 0.1, "thermal": 0.2, "mass": 0.0, "zebra": 0.1, "ants": 0.1})
-    assert families([one, trip(by_family_kwh={"rolling": 1.0})]) == ("thermal", "rolling", "wind", "ants", "zebra")
+    mixed = trip(by_family_kwh={"wind": 0.1, "thermal": 0.2, "mass": 0.0, "zebra": 0.1, "ants": 0.1})
+    assert families([mixed, trip(by_family_kwh={"rolling": 1.0})]) == ("thermal", "rolling", "wind", "ants", "zebra")
 
 
 def test_examples_are_the_most_explained_and_the_worst_of_the_held_out():
     fitted = trip("F", before_kwh=0.1, after_kwh=2.0)
     most = trip("M", held_out=True, before_kwh=1.0, after_kwh=1.9)
     worst = trip("W", held_out=True, before_kwh=1.2, after_kwh=1.3)
-    assert [one.id for _, one in example_trips([fitted, worst, most])] == ["M", "W"]
-    assert [one.id for _, one in example_trips([fitted])] == ["F"]
+    assert [example.id for _, example in example_trips([fitted, worst, most])] == ["M", "W"]
+    assert [example.id for _, example in example_trips([fitted])] == ["F"]
     same = trip("S", before_kwh=1.5, after_kwh=1.5)
     assert example_trips([same]) == [("The drive that is met worst", same)]
     assert example_trips([trip(after_kwh=math.nan)]) == []

@@ -18,8 +18,8 @@ def _luminance(colour: str) -> float:
     return 0.2126 * red + 0.7152 * green + 0.0722 * blue
 
 
-def _contrast(one: str, other: str) -> float:
-    bright, dark = sorted((_luminance(one), _luminance(other)), reverse=True)
+def _contrast(ink: str, ground: str) -> float:
+    bright, dark = sorted((_luminance(ink), _luminance(ground)), reverse=True)
     return (bright + 0.05) / (dark + 0.05)
 
 

@@ -78,7 +78,7 @@ def write(path: Path, nodes: Any = NODES, edges: Any = EDGES, crs: str = "epsg:4
     return path
 
 
-def one(graph: RoadGraph, tail_id: int, head_id: int) -> int:
+def link_of(graph: RoadGraph, tail_id: int, head_id: int) -> int:
     ends = (graph.node_id[graph.tail] == tail_id) & (graph.node_id[graph.head] == head_id)
     (found,) = np.flatnonzero(ends).tolist()
     return int(found)
@@ -87,7 +87,7 @@ def one(graph: RoadGraph, tail_id: int, head_id: int) -> int:
 def test_graphml_gives_the_links_it_states(tmp_path: Path) -> None:
     graph = import_region(write(tmp_path / "town.graphml"), [], "town")
     assert (graph.node_count, graph.link_count) == (3, 5)
-    there, back, bridge, last = one(graph, 1, 2), one(graph, 2, 1), one(graph, 2, 3), one(graph, 3, 1)
+    there, back, bridge, last = link_of(graph, 1, 2), link_of(graph, 2, 1), link_of(graph, 2, 3), link_of(graph, 3, 1)
     assert graph.length_m[[there, back, bridge, last]] == pytest.approx([860.5, 860.5, 1190.0, 1190.0], rel=1e-12)
     assert graph.reverse_idx[there] == back
     assert graph.reverse_idx[bridge] == -1
@@ -124,7 +124,7 @@ def test_graphml_edge_without_a_believable_length_takes_that_of_its_line(tmp_pat
     edges = [*EDGES[:3], (3, 1, {**EDGES[3][2], "length": "0"}), EDGES[4]]
     graph = import_region(write(tmp_path / "zero.graphml", edges=edges), [], "zero")
     # 0.005° east at 42° on WGS 84 is 414.25 m, 0.01° north 1110.73 m; their hypotenuse
-    assert graph.length_m[one(graph, 3, 1)] == pytest.approx(np.hypot(414.25, 1110.73), rel=1e-4)
+    assert graph.length_m[link_of(graph, 3, 1)] == pytest.approx(np.hypot(414.25, 1110.73), rel=1e-4)
 
 
 def test_graphml_edges_that_cars_may_not_drive_are_dropped(tmp_path: Path) -> None:

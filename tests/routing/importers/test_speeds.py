@@ -88,8 +88,8 @@ def test_limits_of_a_variable_sign_are_unsaid_but_not_implausible() -> None:
 def _default_kmh(
     country: str | None, road: FunctionalClass, urban: bool, ramp: bool = False, living: bool = False
 ) -> float:
-    one = [np.array([x]) for x in (ramp, living, urban)]
-    return float(default_limits_mps(country, np.array([road], np.int8), *one)[0]) * 3.6
+    column = [np.array([x]) for x in (ramp, living, urban)]
+    return float(default_limits_mps(country, np.array([road], np.int8), *column)[0]) * 3.6
 
 
 def test_default_limits_follow_country_class_and_surroundings() -> None:
