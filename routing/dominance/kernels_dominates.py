@@ -33,7 +33,7 @@ from routing.links.kernels_drives import MOST_STATES, PAIR, PAIR_GAIN_J, PAIR_J,
 from routing.links.kernels_tables import LENGTH, LIMIT, BorrowedLinks
 
 
-class Comparison(NamedTuple):
+class Rivalry(NamedTuple):
     """All that comparing two labels of one search reads, arrays borrowed.
 
     pair: slacks that are known, of drives.pair; keeps: whether new ones are written there. timeless: neither cabin nor
@@ -68,11 +68,11 @@ class Label(NamedTuple):
 
 
 @njit(nogil=True, cache=True, inline="always")
-def comparison_of(p: LinkPhysics, q: SlackRules, r: SearchRules, g: BorrowedLinks, d: DriveTable) -> Comparison:
+def rivalry_of(p: LinkPhysics, q: SlackRules, r: SearchRules, g: BorrowedLinks, d: DriveTable) -> Rivalry:
     """What compares the labels of a search; p, q, g, d: borrowed."""
     warms = p.tyre_time_s > 0.0
     uneven = not q.printed and not q.table
-    return Comparison(
+    return Rivalry(
         physics=p,
         slack=q,
         rules=r,
@@ -109,7 +109,7 @@ def warm_up_debt_j(bounds: NDArray[np.float64], k: int, t_a: float, t_b: float) 
 
 
 @njit(nogil=True, cache=True, inline="always")
-def debt_j(m: Comparison, k: int, a: Label, b: Label) -> float:
+def debt_j(m: Rivalry, k: int, a: Label, b: Label) -> float:
     """Most that a may still spend on cabin and tyres because it is earlier or later than b [J]; k: the top class."""
     if m.timeless:
         return 0.0
@@ -120,7 +120,7 @@ def debt_j(m: Comparison, k: int, a: Label, b: Label) -> float:
 
 
 @njit(nogil=True, cache=True, inline="always")
-def safe_charge_j(m: Comparison, link: int, a: Label) -> float:
+def safe_charge_j(m: Rivalry, link: int, a: Label) -> float:
     """Energy used [J] from which on no way on fills the battery, for a strict search; −inf for any other (lemma 10)."""
     if not m.strict:
         return -math.inf
@@ -181,7 +181,7 @@ def least_slack_j(
 ) -> float:
     """Slack that state A has at least over another state B [J], never more than that of state_slack.
 
-    It spares most comparisons of labels on short links. kinetic_j, most_accel [m/s²]: as in Comparison; uneven_j: row
+    It spares most comparisons of labels on short links. kinetic_j, most_accel [m/s²]: as in Rivalry; uneven_j: row
     UNEVEN_J of the bounds.
     """
     v_a, p_a, v_b, p_b = a.speed_mps, a.stopped_frac, b.speed_mps, b.stopped_frac
@@ -199,7 +199,7 @@ def least_slack_j(
 
 
 @njit(nogil=True, cache=True, inline="always")
-def known_slack(m: Comparison, ahead: LinkAhead, a: Label, b: Label) -> Slack:
+def known_slack(m: Rivalry, ahead: LinkAhead, a: Label, b: Label) -> Slack:
     """The slack of a over b, from the table of pairs of states or computed, and kept there if this search may."""
     slot = -1
     if a.state > 0 and b.state > 0:
@@ -216,7 +216,7 @@ def known_slack(m: Comparison, ahead: LinkAhead, a: Label, b: Label) -> Slack:
 
 
 @njit(nogil=True, cache=True, inline="always")
-def dominates_alike(m: Comparison, a: Label, b: Label, equal: bool, debt: float, safe_j: float) -> bool:
+def dominates_alike(m: Rivalry, a: Label, b: Label, equal: bool, debt: float, safe_j: float) -> bool:
     """Whether a dominates b in an equal state; in a crowd in any, with kinetic energy as if the battery gave it."""
     r = m.rules
     worth_j = debt
@@ -233,7 +233,7 @@ def dominates_alike(m: Comparison, a: Label, b: Label, equal: bool, debt: float,
 
 
 @njit(nogil=True, cache=True, inline="always")
-def dominates(m: Comparison, link: int, a: Label, b: Label, crowded: bool) -> bool:
+def dominates(m: Rivalry, link: int, a: Label, b: Label, crowded: bool) -> bool:
     """Whether label a makes label b of the same link superfluous, whatever follows.
 
     crowded: there are so many labels on the link that states count as alike, which the search reports.

@@ -65,7 +65,7 @@ class Settled(NamedTuple):
     offset_m: float
 
 
-class Drive(NamedTuple):
+class LinkDrive(NamedTuple):
     """A drive of a link: energy without climate [J], time [s], end speed [m/s] of a drive that does not stop.
 
     target_mps: the speed at the end that it was driven for.
@@ -119,7 +119,7 @@ def settled_label(ws: Workspace, g: BorrowedLinks, d: DriveTable, top: int) -> S
 
 
 @njit(nogil=True, cache=True, inline="always")
-def driven(p: LinkPhysics, g: BorrowedLinks, s: Settled, target: float) -> Drive:
+def driven(p: LinkPhysics, g: BorrowedLinks, s: Settled, target: float) -> LinkDrive:
     """Drive the link of a label to its end at a target speed."""
     v_max = g.row[s.link, LIMIT]
     warms = p.tyre_time_s > 0.0
@@ -129,28 +129,28 @@ def driven(p: LinkPhysics, g: BorrowedLinks, s: Settled, target: float) -> Drive
         if s.stopped_frac > 0.0:
             energy += s.stopped_frac * (g.row[s.link, REST_J] - energy)
             time += s.stopped_frac * (g.row[s.link, REST_S] - time)
-        return Drive(energy, time, v_max, target)
+        return LinkDrive(energy, time, v_max, target)
     length = s.length_m - s.offset_m
     road = road_in_time(p, g.roads, s.link, s.time_s, length / v_max)
     wait = g.roads[s.link, ROAD_WAIT]
     energy, time, end = link_energy(p, road, length, s.speed_mps, s.stopped_frac, v_max, target, s.stop_frac, wait)
-    return Drive(energy, time, end, target)
+    return LinkDrive(energy, time, end, target)
 
 
 @njit(nogil=True, cache=True, inline="always")
-def known_drive(d: DriveTable, s: Settled, turn: int) -> tuple[Drive, Entered]:
+def known_drive(d: DriveTable, s: Settled, turn: int) -> tuple[LinkDrive, Entered]:
     """The drive of a label's link towards its turn-th successor as the table has it; the successor is −1 if unknown."""
     n = s.state + 1 + turn
     energy, time, end = d.row[n, DRIVE_J], d.row[n, DRIVE_S], d.row[n, DRIVE_END]
     entry, potential, link = d.row[n, DRIVE_STATE], d.row[n, DRIVE_POTENTIAL], d.row[n, DRIVE_LINK]
     if math.isnan(energy + time + end + entry + potential + link):
-        return Drive(0.0, 0.0, 0.0, -1.0), Entered(-1, 0, 0.0)
-    return Drive(energy, time, end, -1.0), Entered(whole(link), whole(entry), potential)
+        return LinkDrive(0.0, 0.0, 0.0, -1.0), Entered(-1, 0, 0.0)
+    return LinkDrive(energy, time, end, -1.0), Entered(whole(link), whole(entry), potential)
 
 
 @njit(nogil=True, cache=True, inline="always")
 def entered_by(
-    p: LinkPhysics, r: SearchRules, g: BorrowedLinks, d: DriveTable, s: Settled, drive: Drive, turn: int
+    p: LinkPhysics, r: SearchRules, g: BorrowedLinks, d: DriveTable, s: Settled, drive: LinkDrive, turn: int
 ) -> Entered:
     """How a new drive enters the turn-th successor; written to the table of drives if this search fills it."""
     successor = whole(g.successor[g.successor_first[s.link] + turn])

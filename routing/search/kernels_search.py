@@ -16,7 +16,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from energy.force.kernels_physics import LinkPhysics, accepted_j, borrowed_physics, cabin_energy_j
-from routing.dominance.kernels_dominates import Comparison, Label, comparison_of, dominates
+from routing.dominance.kernels_dominates import Label, Rivalry, dominates, rivalry_of
 from routing.dominance.kernels_rules import SearchRules, SlackRules, borrowed_slack_rules
 from routing.dominance.kernels_slack import Entry
 from routing.kernels_heap import heap_drop, heap_push
@@ -36,8 +36,8 @@ from routing.lower_bound.kernels_lower_bound import (
     cost_to_goal,
 )
 from routing.search.kernels_drive import (
-    Drive,
     Entered,
+    LinkDrive,
     Settled,
     driven,
     entered_by,
@@ -151,7 +151,7 @@ def cost_ahead(r: SearchRules, h: GoalBound, link: int, end_mps: float) -> float
 
 
 @njit(nogil=True, cache=True, inline="always")
-def is_dominated(m: Comparison, ws: Workspace, link: int, new: Label, parent: int) -> bool:
+def is_dominated(m: Rivalry, ws: Workspace, link: int, new: Label, parent: int) -> bool:
     """Whether an older label of a link dominates a new one; those that the new one dominates leave the link.
 
     parent: the new label's, by which a cycle shows in a label-correcting search. m, ws: borrowed.
@@ -224,7 +224,7 @@ def run(
     """
     p, q, links, drives = borrowed_physics(p), borrowed_slack_rules(q), borrowed_links(g), borrowed_drives(d)
     ws, h = borrowed_workspace(ws), borrowed_goal_bound(h)
-    m = comparison_of(p, q, r, links, drives)
+    m = rivalry_of(p, q, r, links, drives)
     counter, bag, pointer = ws.counter, ws.bag, ws.pointer
     room = drives.row.shape[0] if drives.fills and drives.grows else 0
     climate = p.cabin_w > 0.0 or p.cabin_start_w > 0.0
@@ -272,7 +272,7 @@ def run(
                 heap_size += 1
                 made += 1
         ds = s.length_m - s.offset_m
-        latest = Drive(0.0, 0.0, 0.0, -1.0)  # turns with the same target speed share a drive
+        latest = LinkDrive(0.0, 0.0, 0.0, -1.0)  # turns with the same target speed share a drive
         heat_s, heat_j = -1.0, 0.0
         for turn in range(s.turns):
             to = Entered(-1, 0, 0.0)

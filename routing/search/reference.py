@@ -52,7 +52,7 @@ class State:
 
 
 @dataclass(frozen=True, slots=True)
-class Label:
+class TwinLabel:
     """One way of getting into a state; edge None is the goal."""
 
     state: State | None
@@ -60,7 +60,7 @@ class Label:
     energy_j: float
     time_s: float
     distance_m: float
-    parent: Label | None
+    parent: TwinLabel | None
 
     def edges(self) -> tuple[Edge, ...]:
         """The edges driven to get here, in order."""
@@ -73,7 +73,7 @@ class Label:
         return tuple(reversed(way))
 
 
-Dominance: TypeAlias = "Callable[[Label, Label], bool]"
+Dominance: TypeAlias = "Callable[[TwinLabel, TwinLabel], bool]"
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,7 +167,7 @@ class EnergySearch:
         offered = energy_j + cabin_energy_j(self.physics, clock_s, clock_s + time_s)
         return accepted_j(self.physics, used_j, offered, self.limits.least_energy_j)
 
-    def route(self, starts: Sequence[tuple[Edge, float]], goals: Sequence[tuple[Edge, float]]) -> Label | None:
+    def route(self, starts: Sequence[tuple[Edge, float]], goals: Sequence[tuple[Edge, float]]) -> TwinLabel | None:
         """The cheapest way from rest at a start to rest at a goal (each an edge and an offset [m]), or None."""
         for label in self._settled(starts, goals):
             if label.state is None:
@@ -187,15 +187,17 @@ class EnergySearch:
                 best[node] = used
         return best
 
-    def _settled(self, starts: Sequence[tuple[Edge, float]], goals: Sequence[tuple[Edge, float]]) -> Iterator[Label]:
+    def _settled(
+        self, starts: Sequence[tuple[Edge, float]], goals: Sequence[tuple[Edge, float]]
+    ) -> Iterator[TwinLabel]:
         """Labels in the order of their reduced cost, dominated ones left out."""
         edge_of = {data["idx"]: (u, v, k) for u, v, k, data in self.graph.edges(keys=True, data=True)}
-        bags: dict[Edge, list[Label]] = {}
+        bags: dict[Edge, list[TwinLabel]] = {}
         ties = itertools.count()
-        heap: list[tuple[float, int, Label]] = []
+        heap: list[tuple[float, int, TwinLabel]] = []
         count = 0
         for edge, offset in starts:
-            label = Label(State(edge, 0.0, 0.0, offset), 0.0, 0.0, 0.0, 0.0, None)
+            label = TwinLabel(State(edge, 0.0, 0.0, offset), 0.0, 0.0, 0.0, 0.0, None)
             heapq.heappush(heap, (self._key(label, self._height(edge, offset)), next(ties), label))
         while heap:
             _, _, label = heapq.heappop(heap)
@@ -230,8 +232,8 @@ class EnergySearch:
                 heapq.heappush(heap, (self._key(made, self._height(following, 0.0)), next(ties), made))
 
     def _extended(
-        self, label: Label, step: tuple[float, float, float, float, float], state: State | None
-    ) -> Label | None:
+        self, label: TwinLabel, step: tuple[float, float, float, float, float], state: State | None
+    ) -> TwinLabel | None:
         energy, time, distance, _, _ = step
         used = max(label.energy_j + energy, self.limits.least_energy_j)  # a full battery takes no more
         if used > self.limits.most_energy_j:
@@ -242,9 +244,9 @@ class EnergySearch:
             + self.weights.time * time / SECOND_PER_HOUR
             + self.weights.distance * distance / METRE_PER_KM
         )
-        return Label(state, cost, used, label.time_s + time, label.distance_m + distance, label)
+        return TwinLabel(state, cost, used, label.time_s + time, label.distance_m + distance, label)
 
-    def _dominates(self, a: Label, b: Label) -> bool:
+    def _dominates(self, a: TwinLabel, b: TwinLabel) -> bool:
         if a.state == b.state:
             alone = not self.limits.held or (self.weights.time == 0.0 and self.weights.distance == 0.0)
             debt_j = 0.0
@@ -269,7 +271,7 @@ class EnergySearch:
         early_w, late_w = self._warm_up_w
         return max(early_w * colder_s, -late_w * colder_s)
 
-    def _key(self, label: Label, height_m: float) -> float:
+    def _key(self, label: TwinLabel, height_m: float) -> float:
         """Cost less the potential: what the position and the speed are worth, so that no step is negative."""
         p = self.physics
         alpha = 0.5 * (p.drive_factor + p.recuperation_factor)
