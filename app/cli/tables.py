@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from app.schemas.range import RangeFeatureCollection
     from app.schemas.route import EnergyPartsKwh, RouteFound, RouteResponse
     from app.schemas.simulation import SimulateResponse, SpeedProfileAnswer
-    from app.schemas.vehicle_answer import AnyVehicleDetail, VehicleList
-    from app.schemas.vehicle_check import VehicleChecks
+    from app.schemas.vehicles.answer import AnyVehicleDetail, VehicleList
+    from app.schemas.vehicles.check import VehicleChecks
 
 SHOWN_LINKS = 40
 SHOWN_PLACES = 8

@@ -7,8 +7,8 @@ from types import MappingProxyType
 import numpy as np
 
 from app.conversions.quantities import WH_PER_KWH, inside_names, inside_sd, shown_names, shown_sd
-from app.schemas.vehicle import Consumption, InlineTableVehicle, Kinetic
-from app.schemas.vehicle_answer import TableVehicleDetail
+from app.schemas.vehicles.answer import TableVehicleDetail
+from app.schemas.vehicles.vehicle import Consumption, InlineTableVehicle, Kinetic
 from energy.errors import VehicleError
 from energy.units import JOULE_PER_M_PER_KWH_PER_100KM, JOULE_PER_WH, KMH_PER_MPS
 from energy.vehicle.consumption_table import ConsumptionTableVehicle

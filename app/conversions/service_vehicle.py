@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from app.conversions.consumption_table import table_vehicle_answer
-from app.schemas.service_vehicle import HereVehicle, ServiceVehicle, TomTomVehicle
-from app.schemas.vehicle import MAX_TABLE_POINTS, InlineTableVehicle
+from app.schemas.vehicles.services import HereVehicle, ServiceVehicle, TomTomVehicle
+from app.schemas.vehicles.vehicle import MAX_TABLE_POINTS, InlineTableVehicle
 from energy.errors import VehicleError
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from energy.vehicle.services import (

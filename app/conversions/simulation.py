@@ -33,7 +33,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from app.conversions.course import Course, DrivenCourse
-    from app.schemas.vehicle import VehicleChoice
+    from app.schemas.vehicles.vehicle import VehicleChoice
     from energy.chain.profile import SpeedProfile
     from routing.graph.road_graph import RoadGraph
 

@@ -10,7 +10,8 @@ import numpy as np
 from app.conversions.consumption_table import table_vehicle_answer, table_vehicle_detail, table_vehicle_from_sent
 from app.conversions.effects import effects_answer, effects_from_sent
 from app.conversions.quantities import WH_PER_KWH, inside_names, inside_sd, shown_names, shown_sd
-from app.schemas.vehicle import (
+from app.schemas.vehicles.answer import TableVehicleDetail, VehicleDetail, VehicleKind, VehicleSummary
+from app.schemas.vehicles.vehicle import (
     Acceleration,
     InlineTableVehicle,
     InlineVehicle,
@@ -19,14 +20,13 @@ from app.schemas.vehicle import (
     RoadLoadMetric,
     SentVehicle,
 )
-from app.schemas.vehicle_answer import TableVehicleDetail, VehicleDetail, VehicleKind, VehicleSummary
 from energy.errors import VehicleError
 from energy.units import KMH_PER_MPS, MPS_PER_MPH, NEWTON_PER_LBF
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from energy.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
-    from app.schemas.vehicle_answer import AnyVehicleDetail
+    from app.schemas.vehicles.answer import AnyVehicleDetail
     from energy.vehicle.files import AnyVehicle
 
 INLINE_ID: Final = "inline"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, get_args
 
-from app.schemas.vehicle_check import CycleFigure, VehicleCheck
+from app.schemas.vehicles.check import CycleFigure, VehicleCheck
 from energy.vehicle.self_check import CycleName, bundled_cycle, cycle_consumption, self_check
 
 if TYPE_CHECKING:

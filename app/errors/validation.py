@@ -10,8 +10,8 @@ from pydantic import ValidationError
 from app.errors.problems import MAX_FIELDS, MAX_VALUE_CHARS, field_problem, make_problem, shortened
 from app.schemas.learned_effects import EFFECTS_BRANCH, EFFECTS_ID_BRANCH
 from app.schemas.problem import ErrorCode, FieldProblem, Problem
-from app.schemas.service_vehicle import SERVICE_BRANCHES
-from app.schemas.vehicle import ID_BRANCH, PHYSICAL_BRANCH, TABLE_BRANCH
+from app.schemas.vehicles.services import SERVICE_BRANCHES
+from app.schemas.vehicles.vehicle import ID_BRANCH, PHYSICAL_BRANCH, TABLE_BRANCH
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence

@@ -10,7 +10,7 @@ from pydantic import Field
 from app.schemas.base import Answered, Count, Number, Sent
 from app.schemas.place import LineString
 from app.schemas.problem import Problem
-from app.schemas.vehicle import VehicleChoice
+from app.schemas.vehicles.vehicle import VehicleChoice
 from app.store.diagnoses import DiagnosisState
 from diagnosis.answer.results import Verdict
 from diagnosis.holdout import MOST_FRAC

@@ -9,7 +9,7 @@ from pydantic import Field
 from app.schemas.base import Fraction, Sent, refusal
 from app.schemas.conditions import ConditionsSent
 from app.schemas.learned_effects import EffectsChoice
-from app.schemas.vehicle import VehicleChoice
+from app.schemas.vehicles.vehicle import VehicleChoice
 from energy.chain.chain import LinkModel, StopRule
 
 

@@ -13,7 +13,7 @@ from app.schemas.drive import DriveRequest
 from app.schemas.graph import TerrainNote
 from app.schemas.learned_effects import EffectsChoice
 from app.schemas.route import EnergyPartsKwh, EnergyPartsWh
-from app.schemas.vehicle import VehicleChoice
+from app.schemas.vehicles.vehicle import VehicleChoice
 from energy.chain.chain import LinkModel, StopRule
 
 MAX_LINKS = 50_000

@@ -11,9 +11,9 @@ from pydantic import TypeAdapter, ValidationError
 from app.conversions.service_vehicle import table_from_service
 from app.conversions.vehicle import detail_of_sent, sent_with_tables, vehicle_detail, vehicle_from_sent, vehicle_summary
 from app.errors.validation import validation_detail
-from app.schemas.service_vehicle import ServiceVehicle
-from app.schemas.vehicle import MAX_ID_CHARS, VEHICLE_ID_PATTERN, SentVehicle, VehicleBody
-from app.schemas.vehicle_answer import VehicleList
+from app.schemas.vehicles.answer import VehicleList
+from app.schemas.vehicles.services import ServiceVehicle
+from app.schemas.vehicles.vehicle import MAX_ID_CHARS, VEHICLE_ID_PATTERN, SentVehicle, VehicleBody
 from app.store.errors import DatabaseUnavailableError, VehicleDamagedError, VehicleIsBundledError
 from app.store.vehicles import VehicleDocument
 from energy.errors import VehicleError, VehicleNotFoundError
@@ -21,8 +21,8 @@ from energy.errors import VehicleError, VehicleNotFoundError
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from app.schemas.service_vehicle import NewVehicle
-    from app.schemas.vehicle_answer import AnyVehicleDetail, VehicleSummary
+    from app.schemas.vehicles.answer import AnyVehicleDetail, VehicleSummary
+    from app.schemas.vehicles.services import NewVehicle
     from app.store.vehicles import VehicleStore
     from energy.vehicle.files import AnyVehicle
 

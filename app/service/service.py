@@ -22,7 +22,7 @@ from app.schemas.matrix import MatrixRequest, MatrixResponse
 from app.schemas.range import RangeFeatureCollection, RangeRequest
 from app.schemas.route import RouteRequest, RouteResponse
 from app.schemas.simulation import SimulateRequest, SimulateResponse
-from app.schemas.vehicle_check import VehicleChecks
+from app.schemas.vehicles.check import VehicleChecks
 from app.service.driving import drive, profiles, warm_up
 from app.service.fleet import Fleet
 from app.service.learned import LearnedEffectsShelf, warnings_of
@@ -43,10 +43,10 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.conversions.course import Course
-    from app.schemas.service_vehicle import NewVehicle
     from app.schemas.simulation import SimulationModel
-    from app.schemas.vehicle import VehicleChoice
-    from app.schemas.vehicle_answer import AnyVehicleDetail, VehicleList
+    from app.schemas.vehicles.answer import AnyVehicleDetail, VehicleList
+    from app.schemas.vehicles.services import NewVehicle
+    from app.schemas.vehicles.vehicle import VehicleChoice
     from app.settings import Settings
     from energy.chain.profile import SpeedProfile
     from energy.vehicle.files import AnyVehicle

@@ -18,7 +18,7 @@ from app.cli.commands.output import JsonOption, print_json, service_for, show
 from app.errors.raised import CommandError
 
 if TYPE_CHECKING:
-    from app.schemas.service_vehicle import NewVehicle
+    from app.schemas.vehicles.services import NewVehicle
 
 vehicles = typer.Typer(no_args_is_help=True, help="The vehicles that requests can name: bundled, and in the database.")
 
@@ -90,7 +90,7 @@ def _vehicle_in(path: Path) -> tuple[str, NewVehicle]:
     from pydantic import TypeAdapter
 
     from app.conversions.vehicle import vehicle_detail
-    from app.schemas.service_vehicle import NewVehicleBody
+    from app.schemas.vehicles.services import NewVehicleBody
     from energy.errors import EnergyError
     from energy.vehicle.files import load_vehicle
 

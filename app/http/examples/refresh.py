@@ -17,7 +17,7 @@ from app.schemas.matrix import MatrixRequest
 from app.schemas.range import RangeRequest
 from app.schemas.route import RouteRequest
 from app.schemas.simulation import SimulateRequest
-from app.schemas.vehicle import InlineTableVehicle
+from app.schemas.vehicles.vehicle import InlineTableVehicle
 from app.service.service import Service
 from app.settings import Settings
 

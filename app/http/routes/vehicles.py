@@ -10,9 +10,9 @@ from app.http.examples.answers import VEHICLE_BODIES, VEHICLE_DETAIL, VEHICLE_LI
 from app.http.examples.problems import problems
 from app.http.routes.access import JSON, RunningService, answer
 from app.schemas.problem import ErrorCode
-from app.schemas.service_vehicle import NewVehicleBody
-from app.schemas.vehicle import MAX_ID_CHARS, VEHICLE_ID_PATTERN
-from app.schemas.vehicle_answer import AnyVehicleDetail, VehicleList
+from app.schemas.vehicles.answer import AnyVehicleDetail, VehicleList
+from app.schemas.vehicles.services import NewVehicleBody
+from app.schemas.vehicles.vehicle import MAX_ID_CHARS, VEHICLE_ID_PATTERN
 
 router = APIRouter(tags=["vehicles"])
 

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from app.schemas.base import Answered, Fraction
 from app.schemas.effects import EffectsSent
-from app.schemas.vehicle import Acceleration, Consumption, Kinetic, RoadLoadMetric
+from app.schemas.vehicles.vehicle import Acceleration, Consumption, Kinetic, RoadLoadMetric
 from energy.vehicle.vehicle import Powertrain
 
 

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag
 from pydantic_core import PydanticCustomError
 
 from app.schemas.base import Number, Sent
-from app.schemas.vehicle import (
+from app.schemas.vehicles.vehicle import (
     PHYSICAL_BRANCH,
     TABLE_BRANCH,
     InlineTableVehicle,

@@ -1,0 +1,1 @@
+"""Vehicles as requests give them, and as answers show them."""
