@@ -58,13 +58,13 @@ def test_a_draw_between_two_altitudes_is_located_and_sized():
     assert len(found.trips) >= 10
 
 
-def test_of_boxes_with_the_same_windows_the_first_is_told_whatever_the_last_bit():
+def test_of_boxes_with_the_same_windows_the_first_is_taken_whatever_the_last_bit():
     trips = [trip(k, lambda z: 1500.0 * ((z > 560.0) & (z < 680.0))) for k in range(TRIPS)]
     once = scanned(trips)
     z, losses = once.added.z, once.added.losses
     twice = replace(
         once,
-        boxes=(*once.boxes, *(replace(box, unit="copy") for box in once.boxes)),
+        boxes=(*once.boxes, *(replace(box, high=np.inf) for box in once.boxes)),
         columns=[np.hstack((column, column)) for column in once.columns],
         hours=np.tile(once.hours, 2),
         added=replace(
@@ -76,8 +76,10 @@ def test_of_boxes_with_the_same_windows_the_first_is_told_whatever_the_last_bit(
     )
     best = strongest(twice, trips, 3.0)
     assert best is not None
-    told = [best, *leading(twice, trips, 4)]
-    assert [one.box for one in told] == [one.box for one in (strongest(once, trips, 3.0), *leading(once, trips, 4))]
+    found = [best, *leading(twice, trips, 4)]
+    assert [structure.box for structure in found] == [
+        structure.box for structure in (strongest(once, trips, 3.0), *leading(once, trips, 4))
+    ]
 
 
 @pytest.mark.parametrize("seed", range(4))
