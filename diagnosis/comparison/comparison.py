@@ -153,7 +153,7 @@ class SeriesComparison:
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class TripComparison:
     """All simulated series against one measured series; types and series in the order of their first trip."""
 
     measured: str
@@ -161,7 +161,7 @@ class Comparison:
     series: tuple[SeriesComparison, ...]
 
 
-def compare(records: Sequence[TripRecord], measured: str = "measured") -> Comparison:
+def compare(records: Sequence[TripRecord], measured: str = "measured") -> TripComparison:
     """Every other series held beside the measured one, trip by trip.
 
     Raises ComparisonError where the measured series is missing or alone, where a series shares no trip with it,
@@ -179,7 +179,7 @@ def compare(records: Sequence[TripRecord], measured: str = "measured") -> Compar
     if not by_series:
         raise ComparisonError("series", f"{measured!r} alone", "at least one simulated series beside it")
     route_types = tuple(dict.fromkeys(record.route_type for record in reference.values()))
-    return Comparison(
+    return TripComparison(
         measured=measured,
         route_types=route_types,
         series=tuple(_compare_series(name, trips, reference, route_types) for name, trips in by_series.items()),

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from diagnosis.comparison.comparison import Comparison, Distribution, SeriesComparison
+    from diagnosis.comparison.comparison import Distribution, SeriesComparison, TripComparison
 
 DPI: Final = 120
 BIN_PERCENT: Final = 5.0
@@ -62,7 +62,7 @@ def error_histogram_png(series: SeriesComparison, width_px: int = 960, height_px
     return _png(figure)
 
 
-def error_boxes_png(comparison: Comparison) -> bytes:
+def error_boxes_png(comparison: TripComparison) -> bytes:
     """Box plot of energy errors, a row a series (figure 6); series without a relative error are left out.
 
     Raises ValueError where that leaves none.
@@ -99,7 +99,7 @@ def type_boxes_png(series: SeriesComparison) -> bytes:
     )
 
 
-def energy_boxes_png(comparison: Comparison) -> bytes:
+def energy_boxes_png(comparison: TripComparison) -> bytes:
     """Box plot of energies: the measured trips, then a row a series over the trips it shares with them (figure 7).
 
     Where series lack different trips, each series is preceded by the measured trips that it has.

@@ -21,11 +21,11 @@ if TYPE_CHECKING:
 
     from diagnosis.comparison.comparison import (
         Averages,
-        Comparison,
         Distribution,
         MeanError,
         PairedTest,
         SeriesComparison,
+        TripComparison,
         TripPair,
         TypeComparison,
     )
@@ -37,7 +37,7 @@ TRIPS_FILE: Final = "trips.csv"
 _PICTURE: Final = re.compile(r"(error-histogram|error-by-type)-[A-Za-z0-9_-]+\.png|(error|energy)-boxes\.png")
 
 
-def write_comparison(folder: Path, comparison: Comparison, records: Sequence[TripRecord]) -> tuple[Path, ...]:
+def write_comparison(folder: Path, comparison: TripComparison, records: Sequence[TripRecord]) -> tuple[Path, ...]:
     """Write comparison.json, tables.md, trips.csv and the pictures into a folder; returns their paths.
 
     Everything is made in a folder beside it first. comparison.json comes last and an older one goes first, so a folder
@@ -82,7 +82,7 @@ def _check_folder(folder: Path) -> None:
             raise ComparisonError("the folder for results", f"one that has {path}", allowed)
 
 
-def comparison_figures(comparison: Comparison) -> dict[str, object]:
+def comparison_figures(comparison: TripComparison) -> dict[str, object]:
     """All figures of a comparison in the units of a trip table, as JSON takes them; errors in percent."""
     return {
         "measured": comparison.measured,
@@ -197,7 +197,7 @@ def _range(low: float | None, high: float | None, factor: float) -> list[float] 
     return None if low is None or high is None else [low * factor, high * factor]
 
 
-def _pictures(comparison: Comparison) -> dict[str, bytes]:
+def _pictures(comparison: TripComparison) -> dict[str, bytes]:
     """File names and contents; series without a relative error have no picture of errors."""
     pictures = {"energy-boxes.png": energy_boxes_png(comparison)}
     drawn = [series for series in comparison.series if series.energy_error is not None]

@@ -11,12 +11,12 @@ if TYPE_CHECKING:
 
     from diagnosis.comparison.comparison import (
         Averages,
-        Comparison,
         Distribution,
         MeanError,
         PairedTest,
         QuantityErrors,
         SeriesComparison,
+        TripComparison,
     )
 
 NONE: Final = "–"
@@ -57,7 +57,7 @@ _ERRORS: Final[tuple[tuple[str, Callable[[QuantityErrors], MeanError]], ...]] = 
 )
 
 
-def markdown_page(comparison: Comparison, pictures: Sequence[str] = ()) -> str:
+def markdown_page(comparison: TripComparison, pictures: Sequence[str] = ()) -> str:
     """All tables of a comparison, with the pictures of the same folder below them."""
     lines = ["# Simulated against measured trips", ""]
     for series in comparison.series:

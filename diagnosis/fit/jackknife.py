@@ -43,9 +43,9 @@ def first_least(values: NDArray[np.float64]) -> NDArray[np.int64]:
 
 def ranked(values: NDArray[np.float64]) -> list[int]:
     """Indices of values, float64 (n,), from the least up, those that first_least takes for the same in their order."""
-    left, order = list(range(values.size)), []
-    while left:
-        order.append(left.pop(int(first_least(values[left]))))
+    open_, order = list(range(values.size)), []
+    while open_:
+        order.append(open_.pop(int(first_least(values[open_]))))
     return order
 
 

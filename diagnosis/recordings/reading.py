@@ -11,7 +11,7 @@ from diagnosis.recordings.files import file_content, recording_files, recording_
 from diagnosis.recordings.formats.named_columns import FORMAT_NAMES, I3_NEEDS, read_abrp, read_i3, read_plain
 from diagnosis.recordings.formats.obd import LONG, OBD_NAMES, is_parameter, is_wide, read_long, read_wide
 from diagnosis.recordings.formats.parquet import PARQUET_MAGIC, parquet_table
-from diagnosis.recordings.formats.tables import Table, csv_table, json_table
+from diagnosis.recordings.formats.tables import LogTable, csv_table, json_table
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError, shown
 from diagnosis.recordings.recording import Recording
 from diagnosis.recordings.soundness.checks import checked
@@ -74,7 +74,7 @@ class Format:
 
     name: str
     needs: tuple[str, ...]
-    read: Callable[[Table, Sequence[str]], Recording]
+    read: Callable[[LogTable, Sequence[str]], Recording]
     fits: Callable[[Sequence[str]], bool] | None = None
 
     def recognises(self, names: Sequence[str]) -> bool:
@@ -82,7 +82,7 @@ class Format:
         return set(self.needs) <= set(names) if self.fits is None else self.fits(names)
 
 
-def _table(path: Path, hidden: Sequence[str]) -> Table:
+def _table(path: Path, hidden: Sequence[str]) -> LogTable:
     content = file_content(path)
     name = recording_id(path)
     if content.startswith(PARQUET_MAGIC):

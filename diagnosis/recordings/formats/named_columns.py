@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from diagnosis.recordings.formats.clocks import LEAST_STEP_S, recording_of_series, series_of
-from diagnosis.recordings.formats.tables import Column, Table
+from diagnosis.recordings.formats.tables import Column, LogTable
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError
 from diagnosis.recordings.recording import REQUIRED, Recording
 from diagnosis.recordings.soundness.charging import without_charging
@@ -24,14 +24,14 @@ MOST_W: Final = 1_000_000.0
 RADIAN_PER_DEGREE: Final = math.pi / 180.0
 
 
-def read_i3(table: Table) -> Recording:
+def read_i3(table: LogTable) -> Recording:
     """The TUM files as published (DOI 10.21227/6jr9-5235): current is negative while discharging."""
     for name in I3_NEEDS:
         table.cells(name)
     return _recording(table, I3_COLUMNS)
 
 
-def read_plain(table: Table) -> Recording:
+def read_plain(table: LogTable) -> Recording:
     """joulepath's own columns; power itself, or voltage and current."""
     names = set(table.names)
     if "power_w" not in names and not {"voltage_v", "current_a"} <= names:
@@ -39,7 +39,7 @@ def read_plain(table: Table) -> Recording:
     return _recording(table, PLAIN_COLUMNS)
 
 
-def read_abrp(table: Table) -> Recording:
+def read_abrp(table: LogTable) -> Recording:
     """Names of the Iternio telemetry API (tlm/send): power [kW] and current [A] positive while discharging.
 
     A value may be missing in any row, as the API has it: each column is brought to the clock of the speed. What is
@@ -61,7 +61,7 @@ def read_abrp(table: Table) -> Recording:
     return without_charging(recording, marked, "marked is_charging", table.path)
 
 
-def _recording(table: Table, columns: Sequence[Column]) -> Recording:
+def _recording(table: LogTable, columns: Sequence[Column]) -> Recording:
     """A recording of the columns that a table has; power is taken from voltage and current where it has no own."""
     time_s, written = table.times(columns[0])
     channels: dict[str, NDArray[np.float64]] = {"time_s": time_s}
@@ -86,7 +86,7 @@ def _recording(table: Table, columns: Sequence[Column]) -> Recording:
     return Recording(id=table.id, **channels, notes=tuple(notes), gaps=())
 
 
-def _unused(table: Table, known: set[str]) -> list[Note]:
+def _unused(table: LogTable, known: set[str]) -> list[Note]:
     """Notes on the columns that a format has no channel for."""
     unused = [name for name in table.names if name and name not in known]
     notes = []

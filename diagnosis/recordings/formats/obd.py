@@ -14,7 +14,7 @@ import numpy as np
 
 from diagnosis.recordings.formats.clocks import Series, recording_of_series, series_of
 from diagnosis.recordings.formats.named_columns import MOST_KMH, MOST_W, RADIAN_PER_DEGREE
-from diagnosis.recordings.formats.tables import Column, Table, is_hidden, past_midnight
+from diagnosis.recordings.formats.tables import Column, LogTable, is_hidden, past_midnight
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError, shown
 from diagnosis.recordings.soundness.signs import power_sign
 from energy.units import KMH_PER_MPS, MPS_PER_MPH, ZERO_CELSIUS_K
@@ -136,7 +136,7 @@ def is_parameter(name: str) -> bool:
     return found is not None and _unit(unit) in UNITS[found[0].units]
 
 
-def read_long(table: Table, hidden: Sequence[str]) -> Recording:
+def read_long(table: LogTable, hidden: Sequence[str]) -> Recording:
     """The long form; hidden are also patterns of the parameters' names."""
     time_s = past_midnight(table.values(SECONDS, required=True))
     back = np.diff(time_s) < 0.0
@@ -156,7 +156,7 @@ def read_long(table: Table, hidden: Sequence[str]) -> Recording:
     return _recording(table, [*readings, *_positions(table, time_s)])
 
 
-def read_wide(table: Table) -> Recording:
+def read_wide(table: LogTable) -> Recording:
     """The wide form; times are times of day, date-times or seconds."""
     time_s, _ = table.times(TIME)
     rows = range(time_s.size)
@@ -168,7 +168,7 @@ def read_wide(table: Table) -> Recording:
     return _recording(table, readings)
 
 
-def _positions(table: Table, time_s: NDArray[np.float64]) -> Iterator[Readings]:
+def _positions(table: LogTable, time_s: NDArray[np.float64]) -> Iterator[Readings]:
     for name in POSITIONS:
         if name in table.names:
             yield Readings(name.lower(), "", time_s, list(table.cells(name)), range(time_s.size))
@@ -184,7 +184,7 @@ class Found:
     unit: str
 
 
-def _recording(table: Table, readings: Sequence[Readings]) -> Recording:
+def _recording(table: LogTable, readings: Sequence[Readings]) -> Recording:
     """The recording of all readings that a channel is known for; power's sign is found from the drive."""
     found: list[Found] = []
     ignored: list[str] = []
@@ -210,7 +210,7 @@ def _recording(table: Table, readings: Sequence[Readings]) -> Recording:
     return _discharge_positive(recording)
 
 
-def _found(table: Table, reading: Readings) -> Found | str:
+def _found(table: LogTable, reading: Readings) -> Found | str:
     """A parameter that is known, or why it is left aside, "" where nothing goes by its name."""
     known = _parameter(reading.name)
     if known is None:
@@ -270,14 +270,14 @@ def _parameter(name: str) -> tuple[LoggedParameter, int] | None:
     return None
 
 
-def _series(table: Table, reading: Readings, parameter: LoggedParameter) -> Series:
+def _series(table: LogTable, reading: Readings, parameter: LoggedParameter) -> Series:
     """Values of a parameter in SI units; empty ones are left out, and so are positions of exactly 0."""
     to_si, offset = UNITS[parameter.units][_unit(reading.unit)]
     low, high = ((limit - offset) / to_si for limit in (parameter.low, parameter.high))
     column = Column(reading.name, parameter.channel, round(low, 3), round(high, 3), to_si, offset)
     cells = reading.cells if isinstance(reading.cells, list) else list(reading.cells)
     texts = [cell if isinstance(cell, str) else f"{cell!r}" for cell in cells]
-    part = Table(table.path, table.id, (reading.name,), (texts,), [table.lines[row] for row in reading.rows])
+    part = LogTable(table.path, table.id, (reading.name,), (texts,), [table.lines[row] for row in reading.rows])
     values = part.values(column)
     if parameter.units == "position":
         values = np.where(values == 0.0, np.nan, values)

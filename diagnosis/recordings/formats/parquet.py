@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from diagnosis.recordings.files import MOST_BYTES
-from diagnosis.recordings.formats.tables import Cells, Table, check_rows, is_hidden
+from diagnosis.recordings.formats.tables import Cells, LogTable, check_rows, is_hidden
 from diagnosis.recordings.notes import RecordingError, shown
 
 if TYPE_CHECKING:
@@ -21,7 +21,7 @@ PER_SECOND: Final = {"s": 1.0, "ms": 1e3, "us": 1e6, "ns": 1e9}
 
 def parquet_table(
     path: str, trip_id: str, content: bytes, hidden: Sequence[str], is_read: Callable[[str], bool]
-) -> Table:
+) -> LogTable:
     """The table in a Parquet file: numbers as they are, times as seconds since 1970, texts as texts; rows from 1.
 
     Columns of any other type are left out; of those that is_read does not name the cells are not read. Raises
@@ -52,7 +52,7 @@ def parquet_table(
     if metadata.num_rows < 2:
         raise RecordingError(path, 1, "the table", f"{metadata.num_rows} rows", "at least 2 samples")
     found_columns = [(name, cells) for name, cells in kept if cells is not None]
-    return Table(
+    return LogTable(
         path,
         trip_id,
         tuple(name for name, _ in found_columns),

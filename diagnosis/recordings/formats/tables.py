@@ -48,7 +48,7 @@ class Column:
 
 
 @dataclass(frozen=True, slots=True)
-class Table:
+class LogTable:
     """A file's cells by column, hidden columns left out: texts, or float64 (n,) where the file holds numbers.
 
     Of columns that no format reads only the names are kept, their cells are empty.
@@ -178,7 +178,7 @@ def past_midnight(time_s: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.asarray(time_s + DAY_S * days, np.float64)
 
 
-def csv_table(path: str, trip_id: str, text: str, hidden: Sequence[str], is_read: Callable[[str], bool]) -> Table:
+def csv_table(path: str, trip_id: str, text: str, hidden: Sequence[str], is_read: Callable[[str], bool]) -> LogTable:
     """The table in a text of cells set off by semicolons, commas, tabs or bars; RecordingError where it is none.
 
     is_read: whether a column of this name is read by any format; the cells of others are not kept.
@@ -204,10 +204,10 @@ def csv_table(path: str, trip_id: str, text: str, hidden: Sequence[str], is_read
         raise RecordingError(path, reader.line_num or 1, "the table", f"{len(rows)} rows", "at least 2 samples")
     cells = dict(zip(kept, zip(*rows, strict=True), strict=True))
     columns = tuple(cells.get(k, ()) for k in seen)
-    return Table(path, trip_id, tuple(header[k] for k in seen), columns, lines)
+    return LogTable(path, trip_id, tuple(header[k] for k in seen), columns, lines)
 
 
-def json_table(path: str, trip_id: str, text: str, hidden: Sequence[str], is_read: Callable[[str], bool]) -> Table:
+def json_table(path: str, trip_id: str, text: str, hidden: Sequence[str], is_read: Callable[[str], bool]) -> LogTable:
     """The table in a text with one JSON object a line, or with the object in "tlm"; values within values are left out.
 
     A name that a line does not have is an empty cell. Raises RecordingError where a line is no object.
@@ -231,7 +231,7 @@ def json_table(path: str, trip_id: str, text: str, hidden: Sequence[str], is_rea
         raise RecordingError(path, lines[-1] if lines else 1, "the table", f"{len(lines)} rows", "at least 2 samples")
     for name, cells in columns.items():
         cells.extend([""] * ((len(lines) - len(cells)) * is_read(name)))
-    return Table(path, trip_id, tuple(columns), tuple(columns.values()), lines)
+    return LogTable(path, trip_id, tuple(columns), tuple(columns.values()), lines)
 
 
 def is_hidden(name: str, hidden: Sequence[str]) -> bool:
