@@ -11,12 +11,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from benchmarks.searches import Spread, spread
-from energy.chain.chain import RULE_CODE, StopRule, simulate_chain
-from energy.chain.kernels_chain import drive_chain
+from energy.chain.chain import RULE_CODE, StopRule, chain_links, simulate_chain
+from energy.chain.kernels_chain import ChainDrive, drive_chain, undriven
 from energy.chain.kernels_timestep import drive_steps
 from energy.chain.timestep import STEP_LIMIT, STEP_S, simulate_timestep
 from energy.force.effects import LinkSetting, drive_of
-from energy.force.kernels_parts import PART_COUNT
 from routing.errors import RoutingError
 from routing.places import LinkSpan, Point
 from routing.planner import Planner
@@ -123,23 +122,12 @@ def _kernels(vehicle: Vehicle, chain: Chain) -> tuple[Callable[[], object], Call
     """The compiled parts of both models, on arrays that are ready."""
     drive = drive_of(vehicle)
     setting = LinkSetting(chain.grade_frac, chain.speed_limit_mps, chain.altitude_m, chain.heading)
-    n = chain.length_m.size
-    asked = (
-        drive.physics,
-        drive.roads(setting, chain.stop_time_s),
-        chain.length_m,
-        chain.speed_limit_mps,
-        chain.stop_probability_frac,
-        chain.stop_class,
-        RULE_CODE[RULE],
-        0.0,
-        True,
-        -math.inf,
-    )
-    filled = (*(np.empty(n) for _ in range(5)), np.zeros((n, PART_COUNT)))
+    links = chain_links(chain, chain.speed_limit_mps, drive.roads(setting, chain.stop_time_s))
+    way = ChainDrive(RULE_CODE[RULE], 0.0, True, -math.inf)
+    driven = undriven(chain.length_m.size, with_parts=True)
     return (
-        lambda: drive_chain(*asked, *filled),
-        lambda: drive_steps(*asked, STEP_S, STEP_LIMIT, *filled, np.empty((0, 3))),
+        lambda: drive_chain(drive.physics, links, way, driven),
+        lambda: drive_steps(drive.physics, links, way, STEP_S, STEP_LIMIT, driven, np.empty((0, 3))),
     )
 
 

@@ -14,7 +14,6 @@ from energy.chain import kernels_chain
 from energy.conditions import STILL, Conditions
 from energy.errors import LinkError
 from energy.force.effects import LinkSetting, drive_of
-from energy.force.kernels_parts import PART_COUNT
 from energy.force.parts import EnergyParts, energy_parts
 from energy.units import JOULE_PER_WH
 from energy.vehicle.vehicle import CHECKED_SPEED_MPS
@@ -67,6 +66,17 @@ class Chain:
     stop_class: NDArray[np.int8]
     altitude_m: NDArray[np.float64] | None = None
     heading: NDArray[np.float64] | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class DriveSettings:
+    """How a chain is driven; arrive_stopped: the vehicle stops at the end of the last link."""
+
+    conditions: Conditions = STILL
+    link_model: LinkModel = LinkModel.INTEGRATED
+    stop_rule: StopRule = StopRule.EXPECTED
+    start_speed_mps: float = 0.0
+    arrive_stopped: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,30 +164,19 @@ def simulate_chain(
     ConditionsError where conditions need what the chain or vehicle does not have.
     """
     check_chain(chain, start_speed_mps)
-    n = chain.length_m.size
     drive = drive_of(vehicle, conditions, printed=link_model is LinkModel.PRINTED)
     driven_mps = drive.driven_mps(chain.speed_limit_mps)
     setting = LinkSetting(chain.grade_frac, driven_mps, chain.altitude_m, chain.heading)
-    energy, time, standstill, v_end, p_end = (np.empty(n) for _ in range(5))
-    terms = np.zeros((n, PART_COUNT))
+    links = chain_links(chain, driven_mps, drive.roads(setting, chain.stop_time_s))
+    full_j = filling_energy_j(soc_start_frac, vehicle.usable_capacity_wh)
+    driven = kernels_chain.undriven(chain.length_m.size, with_parts=True)
     kernels_chain.drive_chain(
         drive.physics,
-        drive.roads(setting, chain.stop_time_s),
-        chain.length_m,
-        driven_mps,
-        chain.stop_probability_frac,
-        chain.stop_class,
-        RULE_CODE[stop_rule],
-        start_speed_mps,
-        arrive_stopped,
-        filling_energy_j(soc_start_frac, vehicle.usable_capacity_wh),
-        energy,
-        time,
-        standstill,
-        v_end,
-        p_end,
-        terms,
+        links,
+        kernels_chain.ChainDrive(RULE_CODE[stop_rule], float(start_speed_mps), arrive_stopped, full_j),
+        driven,
     )
+    energy, time, standstill, v_end, p_end, terms = driven
     parts = drive.parts(setting, terms)
     stops = float(p_end[:-1].sum()) if arrive_stopped else float(p_end.sum())
     return ChainResult(
@@ -197,6 +196,11 @@ RULE_CODE: Final = {
     StopRule.NONE: kernels_chain.NO_STOPS,
     StopRule.CROSSINGS: kernels_chain.CROSSINGS,
 }
+
+
+def chain_links(chain: Chain, driven_mps: NDArray[np.float64], roads: NDArray[np.float64]) -> kernels_chain.ChainLinks:
+    """A chain as kernels read it, driven at these speeds over these roads."""
+    return kernels_chain.ChainLinks(roads, chain.length_m, driven_mps, chain.stop_probability_frac, chain.stop_class)
 
 
 def filling_energy_j(soc_frac: float | None, capacity_wh: float) -> float:

@@ -8,6 +8,7 @@ the peak to the end speed, (4) standing still. What a phase takes is in energy.f
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
@@ -218,20 +219,22 @@ def add_drive_parts(
             parts[k] += weight * terms[k]
 
 
+class LinkPassage(NamedTuple):
+    """How one link is passed: the arguments of link_energy after vehicle and road."""
+
+    length: float
+    v_start: float
+    p_start: float
+    v_max: float
+    v_next: float
+    p_stop: float
+    stop_time: float
+
+
 @njit(nogil=True, cache=True)
-def add_link_parts(
-    p: LinkPhysics,
-    r: Road,
-    length: float,
-    v_start: float,
-    p_start: float,
-    v_max: float,
-    v_next: float,
-    p_stop: float,
-    stop_time: float,
-    parts: NDArray[np.float64],
-) -> None:
+def add_link_parts(p: LinkPhysics, r: Road, passage: LinkPassage, parts: NDArray[np.float64]) -> None:
     """Parts of link_energy, added to parts (15,); they add up to its energy."""
+    length, v_start, p_start, v_max, v_next, p_stop, stop_time = passage
     target = v_next if v_next < v_max else v_max
     wait = p_stop * stop_time
     parts[AUXILIARY] += p.aux_idle_w * wait

@@ -17,7 +17,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.chain.kernels_chain import stop_at
+from energy.chain.kernels_chain import ChainDrive, ChainLinks, DrivenChain, stop_at
 from energy.chain.kernels_link import TOUCH_MPS
 from energy.force.kernels_force import cruise_terms, idle_energy, ramp_terms, total_j
 from energy.force.kernels_parts import AUXILIARY, BATTERY_RESISTANCE, CABIN, REGEN_LIMIT, ROLLING
@@ -142,37 +142,27 @@ def braking_factor(b: Braking, length: NDArray[np.float64], allowed: NDArray[np.
 @njit(nogil=True, cache=True)
 def drive_steps(
     p: LinkPhysics,
-    roads: NDArray[np.float64],
-    length: NDArray[np.float64],
-    v_max: NDArray[np.float64],
-    stop_probability: NDArray[np.float64],
-    stop_class: NDArray[np.int8],
-    rule: int,
-    v_start: float,
-    arrive_stopped: bool,
-    full_j: float,
+    links: ChainLinks,
+    drive: ChainDrive,
     step_s: float,
     step_limit: int,
-    energy: NDArray[np.float64],
-    time: NDArray[np.float64],
-    standstill: NDArray[np.float64],
-    v_end: NDArray[np.float64],
-    stopped: NDArray[np.float64],
-    parts: NDArray[np.float64],
+    driven: DrivenChain,
     track: NDArray[np.float64],
 ) -> int:
-    """Drive a chain in time steps and fill energy, time, standstill, v_end, stopped (n,) and parts (n, 15).
+    """Drive a chain in time steps and fill what each link takes, with its parts.
 
-    roads, full_j: as for energy.chain.kernels_chain.drive_chain. rule: one whose stops are certain. v_end: 0 where it
-    stops.
+    The rule of drive is one whose stops are certain; a link's speed at its end is 0 where it stops.
     track: (m, 3) way, time and speed at the start and after each step and wait, as many as fit; m = 0 for none.
     Returns the number of steps, or STEP_LIMIT_REACHED.
     """
+    length, v_max, roads, parts = links.length_m, links.driven_mps, links.roads, driven.parts_j
+    energy, v_end, stopped = driven.energy_j, driven.speed_end_mps, driven.stopped_frac
+    v_start, arrive_stopped, full_j = drive.start_mps, drive.arrive_stopped, drive.full_j
     n = length.size
     requests = np.zeros(8)
     stops = np.zeros(8)
     for k in range(n):
-        stopped[k] = stop_at(rule, stop_probability[k], stop_class[k], requests, stops)
+        stopped[k] = stop_at(drive.rule, links.stop_probability[k], links.stop_class[k], requests, stops)
     if arrive_stopped:
         stopped[n - 1] = 1.0
     for k in range(n):
@@ -241,7 +231,7 @@ def drive_steps(
                 rest = step_s
             rows = record(track, rows, way, clock, v)
         v_end[k] = v
-        standstill[k] = 0.0
+        driven.standstill_s[k] = 0.0
         if stopped[k] > 0.0:
             wait = 0.0 if arrive_stopped and k + 1 == n else roads[k, ROAD_WAIT]
             heat = cabin_energy_j(p, clock, clock + wait)
@@ -251,12 +241,12 @@ def drive_steps(
             taken = idle_energy(p, wait) + heat
             energy[k] += taken
             used = max(used + taken, full_j)
-            standstill[k] = wait
+            driven.standstill_s[k] = wait
             clock += wait
             rest = step_s
             if wait > 0.0:
                 rows = record(track, rows, way, clock, v)
-        time[k] = clock - begin_s
+        driven.duration_s[k] = clock - begin_s
     return count
 
 

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.chain.chain import RULE_CODE, LinkResult, StopRule, check_chain, filling_energy_j
+from energy.chain.chain import RULE_CODE, LinkResult, StopRule, chain_links, check_chain, filling_energy_j
+from energy.chain.kernels_chain import ChainDrive, DrivenChain, undriven
 from energy.chain.kernels_timestep import STEP_LIMIT_REACHED, drive_steps
 from energy.chain.profile import SpeedProfile, thinned
 from energy.conditions import STILL, Conditions
 from energy.errors import ConditionsError, LinkError
 from energy.force.effects import LinkSetting, drive_of
-from energy.force.kernels_parts import PART_COUNT
 from energy.force.parts import energy_parts
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 
@@ -92,48 +92,29 @@ def simulate_timestep(
     )
     if not float(slowest_s.sum()) <= step_limit * step_s:
         raise too_long
-    n = chain.length_m.size
-    energy, time, standstill, v_end, stopped = (np.empty(n) for _ in range(5))
+    links = chain_links(chain, driven_mps, roads)
+    full_j = filling_energy_j(soc_start_frac, vehicle.usable_capacity_wh)
+    way = ChainDrive(RULE_CODE[stop_rule], float(start_speed_mps), arrive_stopped, full_j)
 
-    def run(track_rows: int) -> tuple[int, np.ndarray, np.ndarray]:
-        terms = np.zeros((n, PART_COUNT))
+    def run(track_rows: int) -> tuple[int, DrivenChain, np.ndarray]:
+        driven = undriven(chain.length_m.size, with_parts=True)
         track = np.empty((track_rows, 3))
-        steps = drive_steps(
-            drive.physics,
-            roads,
-            chain.length_m,
-            driven_mps,
-            chain.stop_probability_frac,
-            chain.stop_class,
-            RULE_CODE[stop_rule],
-            start_speed_mps,
-            arrive_stopped,
-            filling_energy_j(soc_start_frac, vehicle.usable_capacity_wh),
-            step_s,
-            step_limit,
-            energy,
-            time,
-            standstill,
-            v_end,
-            stopped,
-            terms,
-            track,
-        )
-        return steps, terms, track
+        return drive_steps(drive.physics, links, way, step_s, step_limit, driven, track), driven, track
 
-    steps, terms, track = run(0)
+    steps, driven, track = run(0)
     if steps == STEP_LIMIT_REACHED:
         raise too_long
     if profile:
-        rows = 1 + steps + int(np.count_nonzero(standstill))
-        _, terms, track = run(rows)
+        rows = 1 + steps + int(np.count_nonzero(driven.standstill_s))
+        _, driven, track = run(rows)
+    energy, time, standstill, v_end, stopped, terms = driven
     parts = drive.parts(setting, terms)
-    links = tuple(
+    results = tuple(
         LinkResult(float(energy[k]), float(time[k]), float(standstill[k]), float(v_end[k]), float(stopped[k]), parts[k])
-        for k in range(n)
+        for k in range(energy.size)
     )
     return DriveResult(
-        links=links,
+        links=results,
         distance_m=float(chain.length_m.sum()),
         duration_s=float(time.sum()),
         standstill_s=float(standstill.sum()),

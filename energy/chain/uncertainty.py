@@ -15,9 +15,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from energy.chain.chain import RULE_CODE, LinkModel, StopRule, check_chain, filling_energy_j
-from energy.chain.kernels_chain import drive_energies
-from energy.conditions import STILL, Conditions
+from energy.chain.chain import RULE_CODE, DriveSettings, LinkModel, chain_links, check_chain, filling_energy_j
+from energy.chain.kernels_chain import ChainDrive, dissipated_j, drive_chain, undriven
 from energy.errors import ConditionsError, VehicleError
 from energy.force.effects import LinkSetting, drive_of
 from energy.units import JOULE_PER_WH
@@ -45,6 +44,19 @@ OUTER_QUANTILES: Final = (0.1, 0.9)
 FACTOR_RANGE: Final = (0.05, 20.0)
 MOST_AUX_W: Final = 100_000.0
 CHUNK: Final = 256  # samples at a time, which bounds memory
+AS_USUAL: Final = DriveSettings()
+
+
+@dataclass(frozen=True, slots=True)
+class Sampling:
+    """How many vehicles and residuals are drawn, by which seed, and how far the residual spreads."""
+
+    samples: int = SAMPLES
+    seed: int = SEED
+    residual_sd_frac: float = RESIDUAL_SD_FRAC
+
+
+STANDARD_SAMPLING: Final = Sampling()
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,17 +125,11 @@ def residual_fracs(count: int, seed: int = SEED, sd_frac: float = RESIDUAL_SD_FR
 def chain_distribution(
     vehicle: Vehicle | ConsumptionTableVehicle,
     chain: Chain,
+    drive: DriveSettings = AS_USUAL,
     *,
     soc_start_frac: float,
     reserve_soc_frac: float,
-    conditions: Conditions = STILL,
-    link_model: LinkModel = LinkModel.INTEGRATED,
-    stop_rule: StopRule = StopRule.EXPECTED,
-    start_speed_mps: float = 0.0,
-    arrive_stopped: bool = True,
-    samples: int = SAMPLES,
-    seed: int = SEED,
-    residual_sd_frac: float = RESIDUAL_SD_FRAC,
+    sampling: Sampling = STANDARD_SAMPLING,
     along: bool = False,
 ) -> EnergyDistribution:
     """Quantiles of the energy of driving a chain, and the probability of keeping above the reserve.
@@ -135,22 +141,12 @@ def chain_distribution(
     """
     _check("soc_start_frac", soc_start_frac, 0.0, 1.0)
     _check("reserve_soc_frac", reserve_soc_frac, 0.0, 1.0)
-    residual = residual_fracs(samples, seed, residual_sd_frac)
+    samples = sampling.samples
+    residual = residual_fracs(samples, sampling.seed, sampling.residual_sd_frac)
     total, dissipated, arrival, lowest = (np.empty(samples) for _ in range(4))
     charge = np.empty((chain.length_m.size, samples)) if along else None
     duration_s = 0.0
-    drives = _driven(
-        vehicle,
-        chain,
-        conditions,
-        link_model,
-        stop_rule,
-        samples,
-        seed,
-        start_speed_mps=start_speed_mps,
-        arrive_stopped=arrive_stopped,
-        soc_start_frac=soc_start_frac,
-    )
+    drives = _driven(vehicle, chain, drive, sampling, soc_start_frac)
     for at, energy, lost, capacity_j, chunk_s in drives:
         duration_s = chunk_s
         dissipated[at] = [row.sum() for row in lost]
@@ -171,9 +167,9 @@ def chain_distribution(
         above_reserve_frac=float(np.count_nonzero(lowest >= reserve_soc_frac)) / samples,
         duration_s=duration_s,
         samples=samples,
-        seed=seed,
+        seed=sampling.seed,
         parameter_sd_frac=_spread_frac(dissipated),
-        residual_sd_frac=residual_sd_frac,
+        residual_sd_frac=sampling.residual_sd_frac,
         soc_p10_frac=low,
         soc_p90_frac=high,
     )
@@ -182,23 +178,18 @@ def chain_distribution(
 def dissipation_sd_frac(
     vehicle: Vehicle | ConsumptionTableVehicle,
     chain: Chain,
-    *,
-    conditions: Conditions = STILL,
-    link_model: LinkModel = LinkModel.INTEGRATED,
-    stop_rule: StopRule = StopRule.EXPECTED,
-    samples: int = SAMPLES,
-    seed: int = SEED,
-    residual_sd_frac: float = RESIDUAL_SD_FRAC,
+    drive: DriveSettings = AS_USUAL,
+    sampling: Sampling = STANDARD_SAMPLING,
 ) -> float:
     """Standard deviation of the dissipated energy of a chain by parameters and residual together, over its mean [-].
 
     Of D·(1 + f) with D and f independent: the square root of s² + r² + s²·r².
     """
-    _check("residual_sd_frac", residual_sd_frac, 0.0, MOST_RESIDUAL_SD_FRAC)
-    dissipated = np.empty(samples)
-    for at, _, lost, _, _ in _driven(vehicle, chain, conditions, link_model, stop_rule, samples, seed):
+    _check("residual_sd_frac", sampling.residual_sd_frac, 0.0, MOST_RESIDUAL_SD_FRAC)
+    dissipated = np.empty(sampling.samples)
+    for at, _, lost, _, _ in _driven(vehicle, chain, drive, sampling):
         dissipated[at] = [row.sum() for row in lost]
-    s2, r2 = _spread_frac(dissipated) ** 2, residual_sd_frac**2
+    s2, r2 = _spread_frac(dissipated) ** 2, sampling.residual_sd_frac**2
     return float(np.sqrt(s2 + r2 + s2 * r2))
 
 
@@ -322,46 +313,33 @@ _Driven = tuple[slice, "NDArray[np.float64]", "NDArray[np.float64]", "NDArray[np
 def _driven(
     vehicle: Vehicle | ConsumptionTableVehicle,
     chain: Chain,
-    conditions: Conditions,
-    link_model: LinkModel,
-    stop_rule: StopRule,
-    samples: int,
-    seed: int,
-    *,
-    start_speed_mps: float = 0.0,
-    arrive_stopped: bool = True,
+    drive: DriveSettings,
+    sampling: Sampling,
     soc_start_frac: float | None = None,
 ) -> Iterator[_Driven]:
     """Energies of the chain with each sampled vehicle, without residual."""
-    check_chain(chain, start_speed_mps)
-    vehicles = sampled_vehicles(vehicle, samples, seed)
+    check_chain(chain, drive.start_speed_mps)
+    vehicles = sampled_vehicles(vehicle, sampling.samples, sampling.seed)
     same = vehicles[0] is vehicle
     n = chain.length_m.size
-    for begin in range(0, samples, CHUNK):
+    for begin in range(0, sampling.samples, CHUNK):
         chosen = vehicles[begin : begin + CHUNK]
         energy, lost = np.empty((len(chosen), n)), np.empty((len(chosen), n))
+        driven = undriven(n, with_parts=False)
         duration_s = 0.0
         for row, sampled in enumerate(chosen):
             if same and row > 0:
                 energy[row:], lost[row:] = energy[0], lost[0]
                 break
-            drive = drive_of(sampled, conditions, printed=link_model is LinkModel.PRINTED)
-            driven_mps = drive.driven_mps(chain.speed_limit_mps)
+            of = drive_of(sampled, drive.conditions, printed=drive.link_model is LinkModel.PRINTED)
+            driven_mps = of.driven_mps(chain.speed_limit_mps)
             setting = LinkSetting(chain.grade_frac, driven_mps, chain.altitude_m, chain.heading)
-            duration_s = drive_energies(
-                drive.physics,
-                drive.roads(setting, chain.stop_time_s),
-                chain.length_m,
-                driven_mps,
-                chain.stop_probability_frac,
-                chain.stop_class,
-                RULE_CODE[stop_rule],
-                start_speed_mps,
-                arrive_stopped,
-                filling_energy_j(soc_start_frac, sampled.usable_capacity_wh),
-                energy[row],
-                lost[row],
-            )
+            links = chain_links(chain, driven_mps, of.roads(setting, chain.stop_time_s))
+            full_j = filling_energy_j(soc_start_frac, sampled.usable_capacity_wh)
+            way = ChainDrive(RULE_CODE[drive.stop_rule], float(drive.start_speed_mps), drive.arrive_stopped, full_j)
+            driven = driven._replace(energy_j=energy[row])
+            duration_s = drive_chain(of.physics, links, way, driven)
+            dissipated_j(of.physics, links, way, driven, lost[row])
         capacity_j = np.array([sampled.usable_capacity_wh * JOULE_PER_WH for sampled in chosen])
         yield slice(begin, begin + len(chosen)), energy, lost, capacity_j, float(duration_s)
 

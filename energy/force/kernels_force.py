@@ -8,6 +8,7 @@ recuperation and losses that grow with the square of force or power take `ramp_t
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from numba import njit
 
@@ -290,29 +291,38 @@ def ramp_terms(p: LinkPhysics, r: Road, ds: float, v_a: float, v_b: float) -> tu
                 if k < count:
                     stop = r1 if k == 0 else r2
                 if stop > begin:
-                    terms = plus(terms, signed_terms(p, r, accel, per_v2, f0, load[1], load[2], begin, stop))
+                    terms = plus(terms, signed_terms(p, r, Ramp(accel, per_v2, f0, load[1], load[2]), begin, stop))
                 begin = stop
             begin = upto
         begin = end
     return terms, dt
 
 
+class Ramp(NamedTuple):
+    """A ramp under one law of force: acceleration [m/s²], way for each unit of v² and the force f0 + b·v + c·v²."""
+
+    accel: float
+    per_v2: float
+    f0: float
+    b: float
+    c: float
+
+
 @njit(nogil=True, cache=True)
-def signed_terms(
-    p: LinkPhysics, r: Road, accel: float, per_v2: float, f0: float, b: float, c: float, low: float, high: float
-) -> Terms:
+def signed_terms(p: LinkPhysics, r: Road, ramp: Ramp, low: float, high: float) -> Terms:
     """Terms of a piece of a ramp in which the force keeps its sign; cut where a limit on recuperation begins to act."""
-    work = stretch_work_j(f0, b, c, per_v2 * (high * high - low * low), low, high)
+    f0, b, c = ramp.f0, ramp.b, ramp.c
+    work = stretch_work_j(f0, b, c, ramp.per_v2 * (high * high - low * low), low, high)
     if work >= 0.0 or (math.isinf(p.regen_cap_w) and low >= p.regen_min_mps):
-        return piece_terms(p, r, accel, per_v2, f0, b, c, low, high, math.inf)
+        return piece_terms(p, r, ramp, low, high, math.inf)
     if high <= p.regen_min_mps:
-        return piece_terms(p, r, accel, per_v2, f0, b, c, low, high, 0.0)
+        return piece_terms(p, r, ramp, low, high, 0.0)
     terms = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
     if low < p.regen_min_mps:
-        terms = piece_terms(p, r, accel, per_v2, f0, b, c, low, p.regen_min_mps, 0.0)
+        terms = piece_terms(p, r, ramp, low, p.regen_min_mps, 0.0)
         low = p.regen_min_mps
     if math.isinf(p.regen_cap_w):
-        return plus(terms, piece_terms(p, r, accel, per_v2, f0, b, c, low, high, math.inf))
+        return plus(terms, piece_terms(p, r, ramp, low, high, math.inf))
     eta = p.recuperation_factor
     # power eta·v·(f0 + b·v + c·v²) is monotone between its turning points
     turns, t1, t2 = force_roots(f0, 2.0 * b, 3.0 * c, low, high)
@@ -330,12 +340,12 @@ def signed_terms(
                 middle = 0.5 * (v_low + v_high)
                 capped = eta * middle * (f0 + (b + c * middle) * middle) < -p.regen_cap_w
                 cap_w = p.regen_cap_w if capped else math.inf
-                terms = plus(terms, piece_terms(p, r, accel, per_v2, f0, b, c, v_low, v_high, cap_w))
+                terms = plus(terms, piece_terms(p, r, ramp, v_low, v_high, cap_w))
         else:
             middle = 0.5 * (begin + end)
             capped = eta * middle * (f0 + (b + c * middle) * middle) < -p.regen_cap_w
             cap_w = p.regen_cap_w if capped else math.inf
-            terms = plus(terms, piece_terms(p, r, accel, per_v2, f0, b, c, begin, end, cap_w))
+            terms = plus(terms, piece_terms(p, r, ramp, begin, end, cap_w))
         begin = end
     return terms
 
@@ -358,22 +368,12 @@ def cap_speed(cap_w: float, f0: float, b: float, c: float, low: float, high: flo
 
 
 @njit(nogil=True, cache=True)
-def piece_terms(
-    p: LinkPhysics,
-    r: Road,
-    accel: float,
-    per_v2: float,
-    f0: float,
-    b: float,
-    c: float,
-    low: float,
-    high: float,
-    cap_w: float,
-) -> Terms:
+def piece_terms(p: LinkPhysics, r: Road, ramp: Ramp, low: float, high: float, cap_w: float) -> Terms:
     """Terms of a piece of a ramp with one law of force and one of the battery: driving, recuperating or capped.
 
     cap_w: what recuperation charges with throughout the piece [W], inf where no limit acts.
     """
+    accel, per_v2, f0, b, c = ramp
     capped = cap_w < math.inf
     ds = per_v2 * (high - low) * (high + low)
     dt = 2.0 * ds / (low + high)

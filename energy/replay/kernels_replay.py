@@ -6,6 +6,8 @@ energy.force.kernels_force: the route model's law of force and battery, integrat
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -24,12 +26,20 @@ from energy.force.kernels_parts import (
 from energy.force.kernels_physics import LinkPhysics, accepted_j, book_warm_up, cabin_energy_j, road_in_time
 
 
+class ProfileSteps(NamedTuple):
+    """A driven profile as the kernel reads it: time_s, speed_mps float64 (n+1,), time rising; roads float64 (n, 8),
+    columns of energy.force.kernels_physics, one row a step.
+    """
+
+    time_s: NDArray[np.float64]
+    speed_mps: NDArray[np.float64]
+    roads: NDArray[np.float64]
+
+
 @njit(nogil=True, cache=True)
 def drive_profile(
     p: LinkPhysics,
-    roads: NDArray[np.float64],
-    time: NDArray[np.float64],
-    speed: NDArray[np.float64],
+    steps: ProfileSteps,
     first: int,
     beyond: int,
     full_j: float,
@@ -39,9 +49,9 @@ def drive_profile(
 ) -> float:
     """Fill energy (n,) and terms (n, 15) of the steps first ≤ k < beyond; battery energy used up to there [J].
 
-    time, speed: (n+1,) samples, time rising. roads: (n, 8), columns of energy.force.kernels_force, one row a step.
     full_j: battery energy that would fill the battery at departure, negative, −inf where the charge is not known.
     """
+    time, speed, roads = steps.time_s, steps.speed_mps, steps.roads
     for k in range(first, beyond):
         dt = time[k + 1] - time[k]
         v_a, v_b = speed[k], speed[k + 1]

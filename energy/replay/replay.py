@@ -14,7 +14,7 @@ from energy.force.effects import LinkSetting, drive_of
 from energy.force.kernels_parts import PART_COUNT
 from energy.force.kernels_physics import ROAD_COLUMNS
 from energy.force.parts import Part, energy_parts
-from energy.replay.kernels_replay import drive_profile
+from energy.replay.kernels_replay import ProfileSteps, drive_profile
 from energy.vehicle.vehicle import CHECKED_SPEED_MPS
 
 if TYPE_CHECKING:
@@ -137,6 +137,7 @@ def replay(
     altitude_m = profile.altitude_m
     driven_mps = step_m / np.diff(profile.time_s)
     energy, terms, roads = np.zeros(n), np.zeros((n, PART_COUNT)), np.zeros((n, ROAD_COLUMNS))
+    profile_steps = ProfileSteps(profile.time_s, profile.speed_mps, roads)
     parts = np.zeros((n, len(Part)))
     used = stored = 0.0
     full_j = filling_energy_j(soc_start_frac, vehicle.usable_capacity_wh)
@@ -150,9 +151,7 @@ def replay(
         )
         roads[steps] = drive.roads(setting, np.zeros(grade[steps].size))
         begin, end = steps.start, steps.stop
-        used = drive_profile(
-            drive.physics, roads, profile.time_s, profile.speed_mps, begin, end, full_j, used, energy, terms
-        )
+        used = drive_profile(drive.physics, profile_steps, begin, end, full_j, used, energy, terms)
         parts[steps] = drive.parts(setting, terms[steps])
         gain = 0.5 * (profile.speed_mps[end] ** 2 - profile.speed_mps[begin] ** 2)
         stored += drive.physics.weight_n * float((grade[steps] * step_m[steps]).sum()) + drive.physics.inertia_kg * gain

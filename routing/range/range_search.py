@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.chain.chain import LinkModel
+from energy.chain.chain import DriveSettings, LinkModel
 from energy.chain.uncertainty import FACTOR_RANGE, SEED, dissipation_sd_frac, pessimistic
 from energy.units import JOULE_PER_WH
 from routing.errors import QueryError
@@ -137,5 +137,5 @@ class RangeSearch:
         idx = rng.choice(graph.link_count, SAMPLE_LINKS, p=graph.length_m / graph.length_m.sum())
         chain = self._chains.of_links(idx, graph.length_m[idx], query.stop_settings)
         return dissipation_sd_frac(
-            query.vehicle, chain, conditions=query.conditions, link_model=query.link_model, stop_rule=query.stop_rule
+            query.vehicle, chain, DriveSettings(query.conditions, query.link_model, query.stop_rule)
         )

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from energy.battery import soc_along
-from energy.chain.chain import LinkResults, simulate_chain
+from energy.chain.chain import DriveSettings, LinkResults, simulate_chain
 from energy.chain.uncertainty import chain_distribution
 from energy.force.parts import PART_NAMES, EnergyParts
 from energy.units import JOULE_PER_WH
@@ -123,11 +123,9 @@ def _distribution(query: RouteQuery, chain: Chain) -> EnergyDistribution:
     return chain_distribution(
         query.vehicle,
         chain,
+        DriveSettings(query.conditions, query.link_model, query.stop_rule),
         soc_start_frac=query.soc_frac,
         reserve_soc_frac=query.reserve_soc_frac,
-        conditions=query.conditions,
-        link_model=query.link_model,
-        stop_rule=query.stop_rule,
         along=True,
     )
 

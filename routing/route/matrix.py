@@ -11,7 +11,6 @@ import numpy as np
 from energy.battery import soc_along
 from energy.chain import kernels_chain
 from energy.chain.chain import RULE_CODE, StopRule, filling_energy_j
-from energy.force import kernels_parts
 from energy.units import JOULE_PER_WH
 from routing.queries import MatrixQuery, RouteQuery
 from routing.route.best_path import Leg
@@ -266,26 +265,19 @@ class PathDrives:
         length_m = self._length_m[idx]
         length_m[-1] = path.goal.offset_m
         length_m[0] -= path.start.offset_m
-        energy_j, time_s, standstill_s, end_mps, end_stop_frac = np.empty((5, idx.size))
-        kernels_chain.drive_chain(
-            self._space.physics,
+        links = kernels_chain.ChainLinks(
             arrays.roads[idx],
             length_m,
             arrays.speed_limit_mps[idx],
             arrays.stop_probability_frac[idx],
             self._stop_class[idx],
-            RULE_CODE[rule],
-            0.0,
-            True,
-            filling_energy_j(query.soc_frac if charged else None, query.vehicle.usable_capacity_wh),
-            energy_j,
-            time_s,
-            standstill_s,
-            end_mps,
-            end_stop_frac,
-            np.zeros((idx.size, kernels_parts.PART_COUNT)),
         )
-        return energy_j, float(time_s.sum()), float(length_m.sum())
+        full_j = filling_energy_j(query.soc_frac if charged else None, query.vehicle.usable_capacity_wh)
+        driven = kernels_chain.undriven(idx.size, with_parts=False)
+        kernels_chain.drive_chain(
+            self._space.physics, links, kernels_chain.ChainDrive(RULE_CODE[rule], 0.0, True, full_j), driven
+        )
+        return driven.energy_j, float(driven.duration_s.sum()), float(length_m.sum())
 
 
 @dataclass(slots=True)

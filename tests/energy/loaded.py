@@ -58,7 +58,8 @@ def link_energy(p, length, grade, *rest):
 
 
 def add_link_parts(p, length, grade, *rest):
-    return kernels_link.add_link_parts(p.physics, p.road(grade), length, *rest)
+    *passage, parts = rest
+    return kernels_link.add_link_parts(p.physics, p.road(grade), kernels_link.LinkPassage(length, *passage), parts)
 
 
 def ramp_energy(p, ds, v_a, v_b, grade, flat):

@@ -7,11 +7,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from energy.chain.chain import StopRule, simulate_chain
+from energy.chain.chain import DriveSettings, StopRule, simulate_chain
 from energy.chain.kernels_chain import REST
 from energy.chain.profile import chain_profile
 from energy.chain.timestep import simulate_timestep
-from energy.chain.uncertainty import chain_distribution
+from energy.chain.uncertainty import Sampling, chain_distribution
 
 pytestmark = pytest.mark.nojit
 
@@ -89,10 +89,9 @@ def test_rest_holds_in_every_draw_of_the_uncertainty(kona, chain, rule):
     found = chain_distribution(
         certain,
         resting_after(chain, 4),
+        DriveSettings(stop_rule=rule),
         soc_start_frac=0.8,
         reserve_soc_frac=0.0,
-        stop_rule=rule,
-        samples=2,
-        residual_sd_frac=0.0,
+        sampling=Sampling(samples=2, residual_sd_frac=0.0),
     )
     assert found.energy_p50_j == simulate_chain(certain, resting_after(chain, 4), stop_rule=rule).energy_j

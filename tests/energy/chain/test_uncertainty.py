@@ -10,10 +10,11 @@ import numpy as np
 import pytest
 
 from energy.battery import soc_along
-from energy.chain.chain import LinkModel, StopRule, simulate_chain
+from energy.chain.chain import DriveSettings, LinkModel, StopRule, simulate_chain
 from energy.chain.uncertainty import (
     CHUNK,
     RESIDUAL_SD_FRAC,
+    Sampling,
     chain_distribution,
     dissipation_sd_frac,
     pessimistic,
@@ -77,7 +78,13 @@ def certain(vehicle):
 
 
 def distribution(vehicle, chain, **changes):
-    return chain_distribution(vehicle, chain, **({"soc_start_frac": 0.8, "reserve_soc_frac": 0.1} | changes))
+    """chain_distribution with some of its arguments, fields of its records among them, changed."""
+    of_drive, of_sampling = (
+        record(**{field.name: changes.pop(field.name) for field in dataclasses.fields(record) if field.name in changes})
+        for record in (DriveSettings, Sampling)
+    )
+    given = {"soc_start_frac": 0.8, "reserve_soc_frac": 0.1} | changes
+    return chain_distribution(vehicle, chain, of_drive, sampling=of_sampling, **given)
 
 
 def width_j(found):
@@ -397,7 +404,10 @@ def test_factor_out_of_range_is_refused(i3, factor):
 
 
 def test_deviation_of_dissipation_joins_parameters_and_residual(i3, hills):
-    both, parameters = dissipation_sd_frac(i3, hills), dissipation_sd_frac(i3, hills, residual_sd_frac=0.0)
+    both, parameters = (
+        dissipation_sd_frac(i3, hills),
+        dissipation_sd_frac(i3, hills, sampling=Sampling(residual_sd_frac=0.0)),
+    )
     expected = np.sqrt(parameters**2 + RESIDUAL_SD_FRAC**2 + (parameters * RESIDUAL_SD_FRAC) ** 2)
     assert both == pytest.approx(expected)
     assert parameters == distribution(i3, hills).parameter_sd_frac
