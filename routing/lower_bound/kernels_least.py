@@ -7,15 +7,17 @@ lower bound of what a search still has to pay.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.chain.kernels_link import TOUCH_MPS, drive_energy, link_energy, mean_over_intervals
+from energy.chain.kernels_link import TOUCH_MPS, drive_energy, mean_over_intervals
 from energy.compiled.kernels_borrow import borrowed
 from energy.force.kernels_force import idle_energy, road_load_n
-from energy.force.kernels_physics import ROAD_WAIT, LinkPhysics, Road, borrowed_physics, road_at
+from energy.force.kernels_physics import LinkPhysics, Road, borrowed_physics, road_at
+from routing.links.kernels_stretch import Stretch, stretch_energy, stretch_to_end
 from routing.links.kernels_tables import LENGTH, LIMIT, STOP
 
 # columns of the table of entries: lowest speed in which a link is entered once a drive has gathered way, and the least
@@ -24,26 +26,39 @@ SLOWEST, STOPPED_LEAST, STOPPED_MOST = range(3)
 NOISE_J = 1e-6
 
 
+class Reduction(NamedTuple):
+    """How costs are reduced: share of the potential, and the most that the road load falls with speed [N]."""
+
+    alpha: float
+    sag_n: float
+
+
+class EntryRange(NamedTuple):
+    """In which states a link may be entered: a row of the table of entries, slowest_mps not above the link's limit."""
+
+    slowest_mps: float
+    stopped_least_frac: float
+    stopped_most_frac: float
+
+
 @njit(nogil=True, cache=True)
 def reduced_drive(
-    p: LinkPhysics, r: Road, alpha: float, length: float, v_start: float, v_max: float, target: float
+    p: LinkPhysics, reduction: Reduction, r: Road, s: Stretch, entry_mps: float, target: float
 ) -> tuple[float, float]:
     """Energy above the potential, auxiliaries included, and time of one drive of a link from one speed to another."""
-    energy, duration, end = drive_energy(p, r, length, v_start, v_max, target)
-    kinetic = 0.5 * p.inertia_kg * (end - v_start) * (end + v_start)
-    return energy - alpha * (p.weight_n * r.grade * length + kinetic), duration
+    energy, duration, end = drive_energy(p, r, s.length_m, entry_mps, s.limit_mps, target)
+    kinetic = 0.5 * p.inertia_kg * (end - entry_mps) * (end + entry_mps)
+    return energy - reduction.alpha * (p.weight_n * r.grade * s.length_m + kinetic), duration
 
 
 @njit(nogil=True, cache=True)
 def steepest_fall(
     p: LinkPhysics,
+    reduction: Reduction,
     r: Road,
-    alpha: float,
-    sag_n: float,
-    length: float,
+    s: Stretch,
     low: float,
     high: float,
-    v_max: float,
     target: float,
     accel: float,
 ) -> float:
@@ -52,40 +67,35 @@ def steepest_fall(
     All entries of the stretch accelerate alike. Concave where they reach the limit before they have to brake, rising
     where they reach neither; in between the derivative has the bound that is taken here.
     """
+    alpha, v_max = reduction.alpha, s.limit_mps
     if target >= v_max:
         return 0.0
     decel = mean_over_intervals(p.speed_bound_mps, p.decel_sum, target, v_max)
     braking_m = (v_max * v_max - target * target) / (2.0 * decel)
-    if (v_max * v_max - low * low) / (2.0 * accel) + braking_m <= length:
+    if (v_max * v_max - low * low) / (2.0 * accel) + braking_m <= s.length_m:
         return 0.0
     hill_n = p.weight_n * r.grade
-    fastest_n = road_load_n(r, high) + sag_n
+    fastest_n = road_load_n(r, high) + reduction.sag_n
     pull_n = fastest_n + hill_n + p.inertia_kg * accel
     gaining = alpha * fastest_n
     gaining += (p.drive_factor - alpha) * pull_n if pull_n > 0.0 else (p.recuperation_factor - alpha) * pull_n
-    slowest_n = max(road_load_n(r, low) - sag_n, 0.0)
+    slowest_n = max(road_load_n(r, low) - reduction.sag_n, 0.0)
     pull_n = slowest_n + hill_n - p.inertia_kg * decel
     braking = alpha * slowest_n
     braking += (p.drive_factor - alpha) * pull_n if pull_n > 0.0 else (p.recuperation_factor - alpha) * pull_n
     fall = max(gaining - braking, 0.0) / (2.0 * (accel + decel))
-    if high * high - target * target > 2.0 * decel * length:  # too short to brake as others do
+    if high * high - target * target > 2.0 * decel * s.length_m:  # too short to brake as others do
         fall = max(fall, 0.5 * p.inertia_kg * (p.drive_factor - alpha))
     return fall
 
 
 @njit(nogil=True, cache=True)
 def least_drive_j(
-    p: LinkPhysics,
-    r: Road,
-    alpha: float,
-    sag_n: float,
-    length: float,
-    low: float,
-    v_max: float,
-    target: float,
+    p: LinkPhysics, reduction: Reduction, r: Road, s: Stretch, low: float, target: float
 ) -> tuple[float, float]:
     """Least energy above the potential and least time over all entries from low up to the limit."""
-    at_limit, least_s = reduced_drive(p, r, alpha, length, v_max, v_max, target)
+    v_max = s.limit_mps
+    at_limit, least_s = reduced_drive(p, reduction, r, s, v_max, target)
     aux_j = p.aux_move_w * least_s
     least = at_limit - aux_j
     if low >= v_max:
@@ -102,77 +112,57 @@ def least_drive_j(
             lower = low
         accel = mean_over_intervals(bound, p.accel_sum, lower, v_max)
         gaining_m = max(gaining_m, (v_max * v_max - lower * lower) / (2.0 * accel))
-        e, t = reduced_drive(p, r, alpha, length, lower, v_max, target)
-        fall = steepest_fall(p, r, alpha, sag_n, length, lower, upper, v_max, target, accel)
+        e, t = reduced_drive(p, reduction, r, s, lower, target)
+        fall = steepest_fall(p, reduction, r, s, lower, upper, target, accel)
         least = min(least, e - p.aux_move_w * t - fall * (upper * upper - lower * lower))
         if upper < v_max:
-            e, t = reduced_drive(p, r, alpha, length, max(lower, upper - 2.0 * TOUCH_MPS), v_max, target)
+            e, t = reduced_drive(p, reduction, r, s, max(lower, upper - 2.0 * TOUCH_MPS), target)
             least = min(least, e - p.aux_move_w * t)
         upper = lower
-    return least - p.drive_factor * sag_n * min(gaining_m, length) + aux_j, least_s
+    return least - p.drive_factor * reduction.sag_n * min(gaining_m, s.length_m) + aux_j, least_s
 
 
 @njit(nogil=True, cache=True)
 def least_of_link(
-    p: LinkPhysics,
-    r: Road,
-    alpha: float,
-    sag_n: float,
-    length: float,
-    v_max: float,
-    target: float,
-    p_stop: float,
-    wait_s: float,
-    low: float,
-    stopped_least: float,
-    stopped_most: float,
+    p: LinkPhysics, reduction: Reduction, r: Road, s: Stretch, entries: EntryRange
 ) -> tuple[float, float]:
     """Least energy above the potential [J] and time [s] of a link towards one successor, over all entries."""
     if p.table:
-        return least_of_table(p, r, alpha, length, v_max, target, p_stop, wait_s, low, stopped_least, stopped_most)
+        return least_of_table(p, reduction, r, s, entries)
+    p_stop, target = s.stop_frac, s.target_mps
     go_j, go_s = 0.0, 0.0
     rest_j, rest_s = 0.0, 0.0
     if p_stop < 1.0:
-        e, t = least_drive_j(p, r, alpha, sag_n, length, low, v_max, target)
+        e, t = least_drive_j(p, reduction, r, s, entries.slowest_mps, target)
         go_j, go_s = (1.0 - p_stop) * e, (1.0 - p_stop) * t
     if p_stop > 0.0:
-        e, t = least_drive_j(p, r, alpha, sag_n, length, low, v_max, 0.0)
+        e, t = least_drive_j(p, reduction, r, s, entries.slowest_mps, 0.0)
         go_j, go_s = go_j + p_stop * e, go_s + p_stop * t
-    if stopped_most > 0.0:
+    if entries.stopped_most_frac > 0.0:
         if p_stop < 1.0:
-            e, t = reduced_drive(p, r, alpha, length, 0.0, v_max, target)
+            e, t = reduced_drive(p, reduction, r, s, 0.0, target)
             rest_j, rest_s = (1.0 - p_stop) * e, (1.0 - p_stop) * t
         if p_stop > 0.0:
-            e, t = reduced_drive(p, r, alpha, length, 0.0, v_max, 0.0)
+            e, t = reduced_drive(p, reduction, r, s, 0.0, 0.0)
             rest_j, rest_s = rest_j + p_stop * e, rest_s + p_stop * t
-    share_j = stopped_least if rest_j >= go_j else stopped_most
-    share_s = stopped_least if rest_s >= go_s else stopped_most
-    idle_s = p_stop * wait_s
+    share_j = entries.stopped_least_frac if rest_j >= go_j else entries.stopped_most_frac
+    share_s = entries.stopped_least_frac if rest_s >= go_s else entries.stopped_most_frac
+    idle_s = p_stop * s.wait_s
     least_j = go_j + share_j * (rest_j - go_j) + idle_energy(p, idle_s)
     return least_j, go_s + share_s * (rest_s - go_s) + idle_s
 
 
 @njit(nogil=True, cache=True)
 def least_of_table(
-    p: LinkPhysics,
-    r: Road,
-    alpha: float,
-    length: float,
-    v_max: float,
-    target: float,
-    p_stop: float,
-    wait_s: float,
-    low: float,
-    stopped_least: float,
-    stopped_most: float,
+    p: LinkPhysics, reduction: Reduction, r: Road, s: Stretch, entries: EntryRange
 ) -> tuple[float, float]:
     """least_of_link of a consumption-table vehicle, linear in the square of the entry speed: least at an end."""
     least_j, least_s = math.inf, math.inf
-    for stopped in (stopped_least, stopped_most):
-        for v in (low, v_max):
-            e, t, end = link_energy(p, r, length, v, stopped, v_max, target, p_stop, wait_s)
-            kinetic = 0.5 * p.inertia_kg * ((1.0 - p_stop) * end * end - (1.0 - stopped) * v * v)
-            least_j = min(least_j, e - alpha * (p.weight_n * r.grade * length + kinetic))
+    for stopped in (entries.stopped_least_frac, entries.stopped_most_frac):
+        for v in (entries.slowest_mps, s.limit_mps):
+            e, t, end = stretch_energy(p, r, s, v, stopped)
+            kinetic = 0.5 * p.inertia_kg * ((1.0 - s.stop_frac) * end * end - (1.0 - stopped) * v * v)
+            least_j = min(least_j, e - reduction.alpha * (p.weight_n * r.grade * s.length_m + kinetic))
             least_s = min(least_s, t)
     return least_j, least_s
 
@@ -233,8 +223,7 @@ def fill_entries(
 @njit(nogil=True, cache=True)
 def least_towards_any(
     p: LinkPhysics,
-    alpha: float,
-    sag_n: float,
+    reduction: Reduction,
     row: NDArray[np.float64],
     roads: NDArray[np.float64],
     first: NDArray[np.int64],
@@ -245,7 +234,7 @@ def least_towards_any(
     """Least energy above the potential [J] and least time [s] of a link, towards any successor, over all entries."""
     r = road_at(roads, link)
     limit = row[link, LIMIT]
-    low = min(entry[link, SLOWEST], limit)
+    entries = EntryRange(min(entry[link, SLOWEST], limit), entry[link, STOPPED_LEAST], entry[link, STOPPED_MOST])
     least_j, least_s = math.inf, math.inf
     known = -1.0
     for k in range(first[link], first[link + 1]):
@@ -253,19 +242,6 @@ def least_towards_any(
         if target == known:
             continue
         known = target
-        e, t = least_of_link(
-            p,
-            r,
-            alpha,
-            sag_n,
-            row[link, LENGTH],
-            limit,
-            target,
-            row[link, STOP],
-            roads[link, ROAD_WAIT],
-            low,
-            entry[link, STOPPED_LEAST],
-            entry[link, STOPPED_MOST],
-        )
+        e, t = least_of_link(p, reduction, r, stretch_to_end(row, roads, link, 0.0, target), entries)
         least_j, least_s = min(least_j, e), min(least_s, t)
     return max(least_j - NOISE_J, 0.0), least_s

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from energy.compiled.kernels_borrow import borrowed
 from energy.force.kernels_physics import LinkPhysics, borrowed_physics
 from routing.kernels_heap import heap_drop, heap_push
-from routing.lower_bound.kernels_least import least_towards_any
+from routing.lower_bound.kernels_least import Reduction, least_towards_any
 
 # columns of the table of links by the node that they lead into
 INTO_J, INTO_S, INTO_M, INTO_TAIL = range(4)
@@ -36,11 +36,11 @@ class GoalBound(NamedTuple):
 
     used: false where the search is not directed. into_first: (N + 1,), into: (M, 4) links by head, their energy and
     time NaN until they are asked for; into_link: (M,) their numbers. tail: (M,) node of each link. entry: (M, 3) of
-    kernels_least. physics: without what only adds energy. alpha, sag_n, row, roads, successor_first, successor: as in
-    the search. place_m: (N, 3) of nodes in space, start_m: (3,) where the search back is led. least_a_metre: (3,) least
-    energy [J], time [s] and distance [m] of a metre of road; line_to_road: least metres of road for one of straight
-    line, at most 1. node: (N, 3). heap_key, heap_node: for all links and goals. in_heap: nodes that the search back has
-    in its heap; reach: how far it has come; epoch: its number.
+    kernels_least. physics: without what only adds energy. row, roads, successor_first, successor: as in the search.
+    place_m: (N, 3) of nodes in space, start_m: (3,) where the search back is led. least_a_metre: (3,) least energy [J],
+    time [s] and distance [m] of a metre of road; line_to_road: least metres of road for one of straight line, at most
+    1. node: (N, 3). heap_key, heap_node: for all links and goals. in_heap: nodes that the search back has in its heap;
+    reach: how far it has come; epoch: its number.
     """
 
     used: bool
@@ -50,8 +50,7 @@ class GoalBound(NamedTuple):
     tail: NDArray[np.int32]
     entry: NDArray[np.float64]
     physics: LinkPhysics
-    alpha: float
-    sag_n: float
+    reduction: Reduction
     row: NDArray[np.float64]
     roads: NDArray[np.float64]
     successor_first: NDArray[np.int64]
@@ -79,8 +78,7 @@ def borrowed_goal_bound(h: GoalBound) -> GoalBound:
         borrowed(h.tail),
         borrowed(h.entry),
         borrowed_physics(h.physics),
-        h.alpha,
-        h.sag_n,
+        h.reduction,
         borrowed(h.row),
         borrowed(h.roads),
         borrowed(h.successor_first),
@@ -118,15 +116,7 @@ def least_into(h: GoalBound, k: int) -> tuple[float, float]:
     They are no less than the straight line is counted with, so that what a search back settles is final.
     """
     least_j, least_s = least_towards_any(
-        h.physics,
-        h.alpha,
-        h.sag_n,
-        h.row,
-        h.roads,
-        h.successor_first,
-        h.successor,
-        h.entry,
-        h.into_link[k],
+        h.physics, h.reduction, h.row, h.roads, h.successor_first, h.successor, h.entry, h.into_link[k]
     )
     length_m = h.into[k, INTO_M]
     least_j, least_s = max(least_j, h.least_a_metre[0] * length_m), max(least_s, h.least_a_metre[1] * length_m)

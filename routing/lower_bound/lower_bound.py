@@ -13,6 +13,7 @@ from routing.dominance.bounds import least_load_n
 from routing.graph.earth import EARTH_RADIUS_M
 from routing.links.aligned import aligned
 from routing.lower_bound import kernels_least, kernels_lower_bound
+from routing.lower_bound.kernels_least import Reduction
 from routing.lower_bound.kernels_lower_bound import GoalBound
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ class LowerBound:
         self, graph: RoadGraph, arrays: LinkArrays, physics: LinkPhysics, slack: SlackRules, alpha: float
     ) -> None:
         self._graph, self._arrays, self._physics = graph, arrays, physics
-        self._sag_n, self._alpha = slack.sag_n, alpha
+        self._reduction = Reduction(alpha, slack.sag_n)
         self._costs: LeastCosts | None = None
         self._descent: NDArray[np.float64] | None = None
         self._lock = threading.Lock()
@@ -93,7 +94,7 @@ class LowerBound:
         longer = max(kernels_lower_bound.most_straight(place_m, graph.tail, graph.head, graph.length_m), 1.0)
         load_n = max(least_load_n(plain, arrays.roads, arrays.speed_limit_mps), 0.0)
         fastest_mps = float(arrays.speed_limit_mps.max())
-        a_metre = np.array((self._alpha * load_n, 1.0 / fastest_mps, 1.0))
+        a_metre = np.array((self._reduction.alpha * load_n, 1.0 / fastest_mps, 1.0))
         return LeastCosts(first, into, order, entry, plain, place_m, a_metre, (1.0 - NOISE_FRAC) / longer)
 
     def descent(self) -> NDArray[np.float64]:
@@ -102,7 +103,7 @@ class LowerBound:
         costs, h = self.costs(), self.towards(GoalBoundScratch(graph.node_count + graph.link_count), 0, ())
         with self._lock:
             if self._descent is None:
-                height_j = self._alpha * self._physics.weight_n * graph.node_height_m
+                height_j = self._reduction.alpha * self._physics.weight_n * graph.node_height_m
                 level_j = height_j.copy()
                 kernels_lower_bound.lower_levels(h, self._physics.cabin_w, level_j)
                 slowest_mps = costs.entry[:, kernels_least.SLOWEST]
@@ -120,8 +121,7 @@ class LowerBound:
             tail=tail,
             entry=costs.entry,
             physics=costs.physics,
-            alpha=self._alpha,
-            sag_n=self._sag_n,
+            reduction=self._reduction,
             row=arrays.row,
             roads=arrays.roads,
             successor_first=arrays.successor_first,
@@ -176,8 +176,7 @@ def _undirected(arrays: LinkArrays, physics: LinkPhysics) -> GoalBound:
         tail=nowhere,
         entry=none,
         physics=physics,
-        alpha=0.0,
-        sag_n=0.0,
+        reduction=Reduction(0.0, 0.0),
         row=arrays.row,
         roads=arrays.roads,
         successor_first=arrays.successor_first,

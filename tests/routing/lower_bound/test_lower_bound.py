@@ -18,7 +18,7 @@ from energy.conditions import STILL
 from energy.force.kernels_physics import ROAD_WAIT, road_at
 from energy.stops import StopSettings
 from energy.vehicle.files import load_vehicles
-from routing.lower_bound.kernels_least import SLOWEST, STOPPED_LEAST, STOPPED_MOST, least_towards_any
+from routing.lower_bound.kernels_least import SLOWEST, STOPPED_LEAST, STOPPED_MOST, Reduction, least_towards_any
 from routing.lower_bound.kernels_lower_bound import FARTHEST, INTO_J, INTO_M, INTO_S, INTO_TAIL, cost_to_goal
 from routing.lower_bound.lower_bound import GoalBoundScratch
 from routing.places import LinkPosition
@@ -52,7 +52,7 @@ def space_of(graph, car, rule, sky=STILL):
 def tables_of(space):
     """Entries (M, 3) and least costs (M, 2), by link."""
     g, costs = space.arrays, space.lower_bound.costs()
-    known = (costs.physics, potential_share(space.physics), space.slack.sag_n, g.row, g.roads)
+    known = (costs.physics, Reduction(potential_share(space.physics), space.slack.sag_n), g.row, g.roads)
     turns = (g.successor_first, g.successor, costs.entry)
     return costs.entry, np.array([least_towards_any(*known, *turns, link) for link in range(g.row.shape[0])])
 

@@ -1,0 +1,48 @@
+"""Compiled: a stretch of a link, how it is driven and how it ends, as one record."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+
+from energy.chain.kernels_link import link_energy
+from energy.force.kernels_physics import ROAD_WAIT, LinkPhysics, Road
+from routing.links.kernels_tables import LENGTH, LIMIT, STOP
+
+
+class Stretch(NamedTuple):
+    """A stretch of a link that is driven towards a go-speed at its end.
+
+    stop_frac: probability of stopping there, wait_s: for how long.
+    """
+
+    length_m: float
+    limit_mps: float
+    target_mps: float
+    stop_frac: float
+    wait_s: float
+
+
+@njit(nogil=True, cache=True, inline="always")
+def stretch_to_end(
+    row: NDArray[np.float64], roads: NDArray[np.float64], link: int, begin_m: float, target_mps: float
+) -> Stretch:
+    """A link from begin_m on, left as its stops say; row, roads: tables of links, borrowed."""
+    return Stretch(row[link, LENGTH] - begin_m, row[link, LIMIT], target_mps, row[link, STOP], roads[link, ROAD_WAIT])
+
+
+@njit(nogil=True, cache=True, inline="always")
+def stretch_to_rest(row: NDArray[np.float64], link: int, begin_m: float, end_m: float) -> Stretch:
+    """A link between two places, of which the drive ends at the second; row: table of links, borrowed."""
+    return Stretch(end_m - begin_m, row[link, LIMIT], row[link, LIMIT], 1.0, 0.0)
+
+
+@njit(nogil=True, cache=True, inline="always")
+def stretch_energy(
+    p: LinkPhysics, road: Road, s: Stretch, entry_mps: float, stopped_frac: float
+) -> tuple[float, float, float]:
+    """Energy without climate [J], time [s] and go-speed at the end [m/s] of a stretch, as link_energy has them."""
+    return link_energy(p, road, s.length_m, entry_mps, stopped_frac, s.limit_mps, s.target_mps, s.stop_frac, s.wait_s)
