@@ -16,6 +16,7 @@ from routing.links.kernels_tables import LIMIT, STOP
 from routing.pareto import kernels_labels as kernels
 from routing.pareto import kernels_states
 from routing.search.found import FoundPath
+from routing.search.space import potential_share
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from energy.force.kernels_physics import LinkPhysics
     from routing.links.kernels_tables import LinkArrays
     from routing.pareto.kernels_labels import Labels
-    from routing.pareto.kernels_states import StateGraph
+    from routing.pareto.kernels_states import Ends, StateGraph
     from routing.places import LinkPosition
     from routing.search.space import SearchSpace
 
@@ -87,23 +88,19 @@ def uncovered_ways(
     physics that are applicable. O(S log S + L log L) for S states and L labels.
     """
     began = time.perf_counter()
-    begins, ends = _positions(starts), _positions(goals)
-    sg = _states(space, begins, ends, _within(space.arrays, begins, ends, cover.most_s), states_a_link)
+    ends = kernels_states.Ends(_positions(starts), _positions(goals))
+    sg = _states(space, ends, _within(space.arrays, ends, cover.most_s), states_a_link)
     if sg is None:
         return None
-    least_s, least_j = (_least_to_goal(sg, weight) for weight in (sg.time_s, sg.energy_j))
+    to_goal = kernels.ToGoal(_least_to_goal(sg, sg.time_s), _least_to_goal(sg, sg.energy_j))
     gain_j = float(sg.number[kernels_states.GOAL, kernels_states.POTENTIAL] - sg.number[1, kernels_states.POTENTIAL])
     lb = _labels(cover, gain_j)
     full = kernels.explore(
         sg,
         space.physics,
-        least_s,
-        least_j,
-        cover.epsilon_frac,
-        cover.slack_j,
-        cover.most_s,
-        cover.most_j - gain_j,
-        begins.shape[0],
+        to_goal,
+        kernels.CoverRules(cover.epsilon_frac, cover.slack_j, cover.most_s, cover.most_j - gain_j),
+        len(starts),
         np.full(sg.link.size, math.inf),
         lb,
     )
@@ -130,7 +127,7 @@ def _positions(places: Sequence[LinkPosition]) -> NDArray[np.float64]:
     return np.array([(place.link_idx, place.offset_m) for place in places], np.float64)
 
 
-def _within(g: LinkArrays, begins: NDArray[np.float64], ends: NDArray[np.float64], most_s: float) -> NDArray[np.bool_]:
+def _within(g: LinkArrays, ends: Ends, most_s: float) -> NDArray[np.bool_]:
     """Links that some way enters which takes no more than most_s, at the limit all along, bool (M,)."""
     link_s = g.length_m / g.row[:, LIMIT] + g.row[:, STOP] * g.stop_time_s
     links = link_s.size
@@ -138,11 +135,11 @@ def _within(g: LinkArrays, begins: NDArray[np.float64], ends: NDArray[np.float64
         (np.repeat(link_s, np.diff(g.successor_first)), g.successor, g.successor_first), shape=(links, links)
     )
     since = np.full(links, math.inf)
-    for link, offset_m in begins.tolist():
+    for link, offset_m in ends.starts.tolist():
         driven_s = offset_m / float(g.row[int(link), LIMIT])  # counted by the search, but behind the start
         (way_s,) = dijkstra(ways, indices=[int(link)], limit=most_s + driven_s)
         since = np.minimum(since, np.maximum(way_s - driven_s, 0.0))
-    onward = least_to(ways, ends[:, 0].astype(np.int64), most_s)
+    onward = least_to(ways, ends.goals[:, 0].astype(np.int64), most_s)
     whole = since + onward
     allowed: NDArray[np.bool_] = np.isfinite(whole) & (whole <= most_s * (1.0 + 1e-9))
     return allowed
@@ -150,15 +147,14 @@ def _within(g: LinkArrays, begins: NDArray[np.float64], ends: NDArray[np.float64
 
 def _states(
     space: SearchSpace,
-    begins: NDArray[np.float64],
-    ends: NDArray[np.float64],
+    ends: Ends,
     allowed: NDArray[np.bool_],
     states_a_link: int,
 ) -> StateGraph | None:
     """All states and drives on the links allowed, cut to size; None where there are too many."""
     g, physics = space.arrays, space.physics
     room = min((states_a_link + SHARED_A_LINK) * int(allowed.sum()), MOST_STATES) + 64
-    arcs = 4 * room + ends.shape[0] + int(np.diff(g.successor_first).max(initial=0))
+    arcs = 4 * room + ends.goals.shape[0] + int(np.diff(g.successor_first).max(initial=0))
     sg = kernels_states.StateGraph(
         link=np.empty(room, np.int32),
         number=np.empty((room, 4)),
@@ -169,11 +165,9 @@ def _states(
         time_s=np.empty(arcs),
         counter=np.zeros(4, np.int64),
     )
-    alpha = 0.5 * (physics.drive_factor + physics.recuperation_factor)
     latest = np.full(allowed.size, -1, np.int32)
-    full = kernels_states.expand(
-        g, physics, alpha, space.half_inertia_kg, begins, ends, allowed, states_a_link, latest, sg
-    )
+    rules = kernels_states.StateRules(potential_share(physics), space.half_inertia_kg, states_a_link)
+    full = kernels_states.expand(g, physics, rules, ends, allowed, latest, sg)
     if full or sg.counter[kernels_states.NEGATIVE] > 0:
         return None
     states, used = int(sg.counter[kernels_states.STATES]), int(sg.counter[kernels_states.ARCS])

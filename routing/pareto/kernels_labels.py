@@ -14,9 +14,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.force.kernels_physics import LinkPhysics, cabin_energy_j
+from energy.compiled.kernels_borrow import borrowed
+from energy.force.kernels_physics import LinkPhysics, borrowed_physics, cabin_energy_j
 from routing.kernels_heap import drop, push
-from routing.pareto.kernels_states import DONE, FULL, GOAL, StateGraph
+from routing.pareto.kernels_states import DONE, FULL, GOAL, StateGraph, borrowed_state_graph
 
 # counters of Labels
 MADE, SETTLED, POINTS, SOLUTIONS = range(4)
@@ -42,17 +43,52 @@ class Labels(NamedTuple):
     counter: NDArray[np.int64]
 
 
+@njit(nogil=True, cache=True, inline="always")
+def borrowed_labels(lb: Labels) -> Labels:
+    """The same labels with borrowed arrays."""
+    return Labels(
+        borrowed(lb.state),
+        borrowed(lb.parent),
+        borrowed(lb.time_s),
+        borrowed(lb.energy_j),
+        borrowed(lb.key_s),
+        borrowed(lb.key_j),
+        borrowed(lb.item),
+        borrowed(lb.point_s),
+        borrowed(lb.point_j),
+        borrowed(lb.solution),
+        borrowed(lb.counter),
+    )
+
+
+class CoverRules(NamedTuple):
+    """When a way needs no route of its own, as in all_ways.Cover; most_j: less the gain in potential."""
+
+    epsilon_frac: float
+    slack_j: float
+    most_s: float
+    most_j: float
+
+
+class ToGoal(NamedTuple):
+    """Least time [s] and reduced energy [J] from each state to the goal, (S,) each; inf where no way leads there."""
+
+    time_s: NDArray[np.float64]
+    energy_j: NDArray[np.float64]
+
+
 @njit(nogil=True, cache=True)
-def covered(point_s: NDArray[np.float64], point_j: NDArray[np.float64], count: int, time: float, energy: float) -> bool:
-    """Whether a point takes at most this time and energy."""
-    low, high = 0, count
+def is_covered(lb: Labels, rules: CoverRules, way_s: float, way_j: float) -> bool:
+    """Whether a point takes at most 1 + epsilon_frac times a way's time, and slack_j more energy."""
+    time, energy = (1.0 + rules.epsilon_frac) * way_s, way_j + rules.slack_j
+    low, high = 0, lb.counter[POINTS]
     while low < high:
         middle = (low + high) >> 1
-        if point_s[middle] <= time:
+        if lb.point_s[middle] <= time:
             low = middle + 1
         else:
             high = middle
-    return low > 0 and point_j[low - 1] <= energy
+    return low > 0 and lb.point_j[low - 1] <= energy
 
 
 @njit(nogil=True, cache=True)
@@ -71,24 +107,21 @@ def add_point(lb: Labels, time: float, energy: float) -> None:
 def explore(
     sg: StateGraph,
     p: LinkPhysics,
-    least_s: NDArray[np.float64],
-    least_j: NDArray[np.float64],
-    epsilon_frac: float,
-    slack_j: float,
-    most_s: float,
-    most_j: float,
+    to_goal: ToGoal,
+    rules: CoverRules,
     starts: int,
     state_j: NDArray[np.float64],
     lb: Labels,
 ) -> int:
     """Settle labels in the order of time, then energy, until each way is covered by a point or by a label that arrived.
 
-    Energies of labels and points are less the gain in potential, those of points with climate. least_s, least_j: (S,)
-    what is left to the goal at least. A way is covered by a point that takes at most 1 + epsilon_frac times its time
-    and slack_j more energy; ways longer than most_s or beyond most_j need not be. state_j: (S,) of inf. Returns FULL
-    where labels or points have no room. The energy of a state's labels falls from one that is settled to the next, so
-    that one number tells whether a label is dominated (Hernández et al. 2023, doi:10.1016/j.artint.2022.103807).
+    Energies of labels and points are less the gain in potential, those of points with climate. Ways longer than most_s
+    or beyond most_j need not be covered. state_j: (S,) of inf. Returns FULL where labels or points have no room. The
+    energy of a state's labels falls from one that is settled to the next, so that one number tells whether a label is
+    dominated (Hernández et al. 2023, doi:10.1016/j.artint.2022.103807).
     """
+    p, sg, lb = borrowed_physics(p), borrowed_state_graph(sg), borrowed_labels(lb)
+    least_s, least_j, state_j = borrowed(to_goal.time_s), borrowed(to_goal.energy_j), borrowed(state_j)
     size = 0
     for k in range(1, 1 + starts):
         lb.state[size], lb.parent[size], lb.time_s[size], lb.energy_j[size] = k, -1, 0.0, 0.0
@@ -104,7 +137,7 @@ def explore(
         if lb.energy_j[label] >= state_j[state]:
             continue
         whole_j = energy + cabin_energy_j(p, 0.0, time)
-        if covered(lb.point_s, lb.point_j, lb.counter[POINTS], (1.0 + epsilon_frac) * time, whole_j + slack_j):
+        if is_covered(lb, rules, time, whole_j):
             continue
         state_j[state] = lb.energy_j[label]
         lb.counter[SETTLED] += 1
@@ -122,12 +155,10 @@ def explore(
             to = sg.head[arc]
             so_far_s, so_far_j = lb.time_s[label] + sg.time_s[arc], lb.energy_j[label] + sg.energy_j[arc]
             whole_s = so_far_s + least_s[to]
-            if so_far_j >= state_j[to] or not whole_s <= most_s:
+            if so_far_j >= state_j[to] or not whole_s <= rules.most_s:
                 continue
             whole_j = so_far_j + least_j[to] + cabin_energy_j(p, 0.0, whole_s)
-            if whole_j > most_j or covered(
-                lb.point_s, lb.point_j, lb.counter[POINTS], (1.0 + epsilon_frac) * whole_s, whole_j + slack_j
-            ):
+            if whole_j > rules.most_j or is_covered(lb, rules, whole_s, whole_j):
                 continue
             made = lb.counter[MADE]
             lb.counter[MADE] = made + 1

@@ -9,9 +9,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.chain.kernels_link import link_energy
-from energy.force.kernels_physics import ROAD_WAIT, LinkPhysics, Road, road_at
-from routing.links.kernels_tables import LinkArrays
+from energy.compiled.kernels_borrow import borrowed
+from energy.force.kernels_physics import ROAD_GRADE, LinkPhysics, Road, borrowed_physics, road_at
+from routing.links.kernels_stretch import Stretch, stretch_energy, stretch_to_end, stretch_to_rest
+from routing.links.kernels_tables import HEIGHT, LIMIT, STOP, BorrowedLinks, LinkArrays, borrowed_links
 
 GOAL = 0  # the state of having arrived
 LEVEL_MPS = 1.0  # least speeds of shared states are multiples of it
@@ -41,6 +42,39 @@ class StateGraph(NamedTuple):
     energy_j: NDArray[np.float64]
     time_s: NDArray[np.float64]
     counter: NDArray[np.int64]
+
+
+class StateRules(NamedTuple):
+    """Of the graph of states: share of the potential, half the inertia [kg], and the most states of a link.
+
+    Beyond these entries share states.
+    """
+
+    alpha: float
+    half_inertia_kg: float
+    most: int
+
+
+class Ends(NamedTuple):
+    """Where ways begin and end: link and offset [m] of each place, (n, 2) each."""
+
+    starts: NDArray[np.float64]
+    goals: NDArray[np.float64]
+
+
+@njit(nogil=True, cache=True, inline="always")
+def borrowed_state_graph(sg: StateGraph) -> StateGraph:
+    """The same graph with borrowed arrays."""
+    return StateGraph(
+        borrowed(sg.link),
+        borrowed(sg.number),
+        borrowed(sg.earlier),
+        borrowed(sg.first),
+        borrowed(sg.head),
+        borrowed(sg.energy_j),
+        borrowed(sg.time_s),
+        borrowed(sg.counter),
+    )
 
 
 @njit(nogil=True, cache=True)
@@ -90,15 +124,19 @@ def add_arc(sg: StateGraph, head: int, reduced_j: float, time: float) -> None:
         sg.counter[NEGATIVE] += 1
 
 
-@njit(nogil=True, cache=True)
-def place_state(
-    g: LinkArrays, p: LinkPhysics, alpha: float, sg: StateGraph, state: int, link: int, offset: float
-) -> None:
+@njit(nogil=True, cache=True, inline="always")
+def potential_j(p: LinkPhysics, g: BorrowedLinks, alpha: float, link: int, offset: float) -> float:
+    """The potential of being at rest on a link."""
+    height: float = g.row[link, HEIGHT] + g.roads[link, ROAD_GRADE] * offset
+    return alpha * p.weight_n * height
+
+
+@njit(nogil=True, cache=True, inline="always")
+def place_state(sg: StateGraph, state: int, link: int, offset: float, potential_j: float) -> None:
     """Write the state of being at rest on a link."""
     sg.link[state], sg.earlier[state] = link, -1
     sg.number[state, ENTRY_MPS], sg.number[state, STOPPED], sg.number[state, OFFSET] = 0.0, 0.0, offset
-    height = g.tail_height_m[link] + g.grade_frac[link] * offset
-    sg.number[state, POTENTIAL] = alpha * p.weight_n * height
+    sg.number[state, POTENTIAL] = potential_j
 
 
 @njit(nogil=True, cache=True)
@@ -111,41 +149,31 @@ def least_load_n(r: Road, low: float, high: float) -> float:
 
 @njit(nogil=True, cache=True)
 def shared_drive(
-    g: LinkArrays,
-    p: LinkPhysics,
-    alpha: float,
-    half_inertia_kg: float,
-    link: int,
-    length: float,
-    least_mps: float,
-    stopped: float,
-    target: float,
-    p_stop: float,
-    wait: float,
+    p: LinkPhysics, rules: StateRules, road: Road, s: Stretch, least_mps: float, stopped: float
 ) -> tuple[float, float, float]:
     """Least reduced energy [J] and time [s] of a link over all entries at least_mps or more, and its end's entry speed.
 
     The last is as in StateGraph.number: that of the next link, certain where even the slowest drive reaches target. No
     drive is faster than the limit, and none takes less than its gain in potential and alpha times the road load.
     """
-    v_max, road = g.speed_limit_mps[link], road_at(g.roads, link)
-    time = length / v_max
+    v_max, target, p_stop, wait = s.limit_mps, s.target_mps, s.stop_frac, s.wait_s
+    time = s.length_m / v_max
     reduced = 0.0
     end2 = target * target
     if not p.table:
         slowest = min(least_mps, target) if p_stop == 0.0 else 0.0
-        reduced = alpha * least_load_n(road, slowest, v_max) * length + p.aux_move_w * time
+        reduced = rules.alpha * least_load_n(road, slowest, v_max) * s.length_m + p.aux_move_w * time
         accel = math.inf
         for k in range(p.accel_sum.size - 1):
             if p.speed_bound_mps[k] < v_max and (p.speed_bound_mps[k + 1] > least_mps or k == p.accel_sum.size - 2):
                 accel = min(accel, p.accel_sum[k + 1] - p.accel_sum[k])
-        end2 = min(end2, least_mps * least_mps + 2.0 * accel * length)
+        end2 = min(end2, least_mps * least_mps + 2.0 * accel * s.length_m)
     time *= 1.0 - stopped
     time += p_stop * wait
     if stopped > 0.0:
-        e, t, end = link_energy(p, road, length, 0.0, 0.0, v_max, target, p_stop, wait)
-        gain = half_inertia_kg * (1.0 - p_stop) * end * end + p.weight_n * road.grade * length
-        reduced += stopped * (max(e - alpha * gain, 0.0) - reduced)
+        e, t, end = stretch_energy(p, road, s, 0.0, 0.0)
+        gain = rules.half_inertia_kg * (1.0 - p_stop) * end * end + p.weight_n * road.grade * s.length_m
+        reduced += stopped * (max(e - rules.alpha * gain, 0.0) - reduced)
         time += stopped * (t - p_stop * wait)
         end2 += stopped * (end * end - end2)
     if end2 >= target * target:
@@ -157,65 +185,64 @@ def shared_drive(
 def expand(
     g: LinkArrays,
     p: LinkPhysics,
-    alpha: float,
-    half_inertia_kg: float,
-    starts: NDArray[np.float64],
-    goals: NDArray[np.float64],
+    rules: StateRules,
+    ends: Ends,
     allowed: NDArray[np.bool_],
-    most: int,
     latest: NDArray[np.int32],
     sg: StateGraph,
 ) -> int:
     """Every state that a drive from rest at a start can be in, on allowed links, and every drive between two of them.
 
-    starts, goals: (n, 2) link and offset [m]. most: states of a link beyond which others are shared. latest: (M,) of
-    -1. State 0 is the goal at rest, the next ones are the starts. Returns FULL where states or arcs have no room.
+    latest: (M,) of -1. State 0 is the goal at rest, the next ones are the starts. Returns FULL where states or arcs
+    have no room.
     """
-    place_state(g, p, alpha, sg, GOAL, int(goals[0, 0]), goals[0, 1])
+    p, links, sg = borrowed_physics(p), borrowed_links(g), borrowed_state_graph(sg)
+    starts, goals, allowed, latest = borrowed(ends.starts), borrowed(ends.goals), borrowed(allowed), borrowed(latest)
+    alpha = rules.alpha
+    place, offset = int(goals[0, 0]), goals[0, 1]
+    place_state(sg, GOAL, place, offset, potential_j(p, links, alpha, place, offset))
     for k in range(starts.shape[0]):
-        place_state(g, p, alpha, sg, 1 + k, int(starts[k, 0]), starts[k, 1])
+        place, offset = int(starts[k, 0]), starts[k, 1]
+        place_state(sg, 1 + k, place, offset, potential_j(p, links, alpha, place, offset))
     sg.counter[:] = 0
     sg.counter[STATES] = 1 + starts.shape[0]
     sg.first[0] = sg.first[1] = 0
     state = 1
     while state < sg.counter[STATES]:
         link = sg.link[state]
-        turns = g.successor_first[link + 1] - g.successor_first[link]
+        turns = links.successor_first[link + 1] - links.successor_first[link]
         if sg.counter[STATES] + turns + 1 > sg.link.size or sg.counter[ARCS] + turns + goals.shape[0] > sg.head.size:
             return FULL
         v, stopped, offset = sg.number[state, ENTRY_MPS], sg.number[state, STOPPED], sg.number[state, OFFSET]
         before_j = sg.number[state, POTENTIAL]
-        v_max, road = g.speed_limit_mps[link], road_at(g.roads, link)
+        road = road_at(links.roads, link)
         for k in range(goals.shape[0]):
             if goals[k, 0] == link and goals[k, 1] > offset:
-                ds = goals[k, 1] - offset
+                stretch = stretch_to_rest(links.row, link, offset, goals[k, 1])
                 if v < 0.0:
-                    e, t, _ = shared_drive(g, p, alpha, half_inertia_kg, link, ds, -1.0 - v, stopped, v_max, 1.0, 0.0)
+                    e, t, _ = shared_drive(p, rules, road, stretch, -1.0 - v, stopped)
                 else:
-                    e, t, _ = link_energy(p, road, ds, v, stopped, v_max, v_max, 1.0, 0.0)
-                    height = g.tail_height_m[link] + g.grade_frac[link] * goals[k, 1]
-                    e += before_j - alpha * p.weight_n * height
+                    e, t, _ = stretch_energy(p, road, stretch, v, stopped)
+                    e += before_j - potential_j(p, links, alpha, link, goals[k, 1])
                 add_arc(sg, GOAL, e, t)
-        p_stop, wait = g.stop_probability_frac[link], g.roads[link, ROAD_WAIT]
+        p_stop = links.row[link, STOP]
         known = -1.0
         e, t, end = 0.0, 0.0, 0.0
-        for k in range(g.successor_first[link], g.successor_first[link + 1]):
-            successor = g.successor[k]
+        for k in range(links.successor_first[link], links.successor_first[link + 1]):
+            successor = links.successor[k]
             if not allowed[successor]:
                 continue
-            target = min(v_max, g.speed_limit_mps[successor])
+            target = min(links.row[link, LIMIT], links.row[successor, LIMIT])
             if target != known:
                 known = target
-                ds = g.length_m[link] - offset
+                stretch = stretch_to_end(links.row, links.roads, link, offset, target)
                 if v < 0.0:
-                    e, t, end = shared_drive(
-                        g, p, alpha, half_inertia_kg, link, ds, -1.0 - v, stopped, target, p_stop, wait
-                    )
+                    e, t, end = shared_drive(p, rules, road, stretch, -1.0 - v, stopped)
                 else:
-                    e, t, end = link_energy(p, road, ds, v, stopped, v_max, target, p_stop, wait)
-            kinetic = half_inertia_kg * (1.0 - p_stop) * max(end, 0.0) ** 2
-            after_j = alpha * (p.weight_n * g.tail_height_m[successor] + kinetic)
-            to = state_at(sg, latest, successor, end, p_stop, most, after_j)
+                    e, t, end = stretch_energy(p, road, stretch, v, stopped)
+            kinetic = rules.half_inertia_kg * (1.0 - p_stop) * max(end, 0.0) ** 2
+            after_j = alpha * (p.weight_n * links.row[successor, HEIGHT] + kinetic)
+            to = state_at(sg, latest, successor, end, p_stop, rules.most, after_j)
             add_arc(sg, to, e if v < 0.0 else e + before_j - after_j, t)
         state += 1
         sg.first[state] = sg.counter[ARCS]
