@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from energy.chain.kernels_link import link_energy
 from energy.force.kernels_physics import ROAD_WAIT, LinkPhysics, Road
-from routing.links.kernels_tables import LENGTH, LIMIT, STOP
+from routing.links.kernels_tables import CRUISE_J, CRUISE_S, LENGTH, LIMIT, REST_J, REST_S, STOP
 
 
 class Stretch(NamedTuple):
@@ -38,6 +38,19 @@ def stretch_to_end(
 def stretch_to_rest(row: NDArray[np.float64], link: int, begin_m: float, end_m: float) -> Stretch:
     """A link between two places, of which the drive ends at the second; row: table of links, borrowed."""
     return Stretch(end_m - begin_m, row[link, LIMIT], row[link, LIMIT], 1.0, 0.0)
+
+
+@njit(nogil=True, cache=True, inline="always")
+def limit_drive(row: NDArray[np.float64], link: int, stopped_frac: float) -> tuple[float, float]:
+    """Energy without climate [J] and time [s] of a whole link from its limit to its limit, or stopped_frac from rest.
+
+    The table of links, row, must know the drive from rest unless stopped_frac is 0.
+    """
+    energy, time = row[link, CRUISE_J], row[link, CRUISE_S]
+    if stopped_frac > 0.0:
+        energy += stopped_frac * (row[link, REST_J] - energy)
+        time += stopped_frac * (row[link, REST_S] - time)
+    return energy, time
 
 
 @njit(nogil=True, cache=True, inline="always")

@@ -13,6 +13,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from energy.chain.kernels_link import plan_link
+from energy.compiled.kernels_borrow import borrowed
 from energy.force.kernels_physics import LinkPhysics
 from routing.links.kernels_tables import LinkArrays
 
@@ -37,6 +38,22 @@ class Entries(NamedTuple):
     before_first: NDArray[np.int64]
     before: NDArray[np.int32]
     before_turn: NDArray[np.int32]
+
+
+@njit(nogil=True, cache=True, inline="always")
+def borrowed_entries(e: Entries) -> Entries:
+    """The same entries with borrowed arrays."""
+    return Entries(
+        borrowed(e.first),
+        borrowed(e.link),
+        borrowed(e.speed_mps),
+        borrowed(e.stopped_frac),
+        borrowed(e.turn_first),
+        borrowed(e.turn),
+        borrowed(e.before_first),
+        borrowed(e.before),
+        borrowed(e.before_turn),
+    )
 
 
 class EntryList(NamedTuple):

@@ -14,11 +14,12 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.chain.kernels_link import link_energy
-from energy.force.kernels_physics import ROAD_WAIT, LinkPhysics, cabin_energy_j, road_at, road_in_time
+from energy.compiled.kernels_borrow import borrowed
+from energy.force.kernels_physics import LinkPhysics, borrowed_physics, cabin_energy_j, road_at, road_in_time
 from routing.kernels_heap import heap_drop, heap_push
-from routing.links.kernels_tables import CRUISE_J, CRUISE_S, REST_J, REST_S, LinkArrays
-from routing.range.kernels_entries import Entries
+from routing.links.kernels_stretch import Stretch, limit_drive, stretch_energy, stretch_to_end, stretch_to_rest
+from routing.links.kernels_tables import HEIGHT, LIMIT, REST_J, REST_S, BorrowedLinks, LinkArrays, borrowed_links
+from routing.range.kernels_entries import Entries, borrowed_entries
 
 MERGED_MPS = 1e-3  # two drives that differ by less have met: for a car at 50 km/h that is 0.01 Wh
 
@@ -87,10 +88,53 @@ class ReverseRules(NamedTuple):
 
 
 class Goal(NamedTuple):
-    """Places on links that are one and the same goal, (G,) each."""
+    """Places on links that are the same goal, (G,) each."""
 
     link: NDArray[np.int64]
     offset_m: NDArray[np.float64]
+
+
+class ReverseArrays(NamedTuple):
+    """All that a search back reads, and the labels that it writes."""
+
+    links: LinkArrays
+    physics: LinkPhysics
+    rules: ReverseRules
+    entries: Entries
+    labels: Homeward
+    goal: Goal
+
+
+class BorrowedReverse(NamedTuple):
+    """The same, borrowed."""
+
+    links: BorrowedLinks
+    physics: LinkPhysics
+    rules: ReverseRules
+    entries: Entries
+    labels: Homeward
+    goal: Goal
+
+
+@njit(nogil=True, cache=True, inline="always")
+def borrowed_reverse(a: ReverseArrays) -> BorrowedReverse:
+    """The same with borrowed arrays."""
+    h = a.labels
+    return BorrowedReverse(
+        borrowed_links(a.links),
+        borrowed_physics(a.physics),
+        a.rules,
+        borrowed_entries(a.entries),
+        Homeward(
+            borrowed(h.number),
+            borrowed(h.following),
+            borrowed(h.settled),
+            borrowed(h.heap_key),
+            borrowed(h.heap_label),
+            borrowed(h.counter),
+        ),
+        Goal(borrowed(a.goal.link), borrowed(a.goal.offset_m)),
+    )
 
 
 @njit(nogil=True, cache=True)
@@ -115,83 +159,64 @@ def starting_climate_j(p: LinkPhysics, duration_s: float) -> float:
 
 
 @njit(nogil=True, cache=True)
-def chained(p: LinkPhysics, one: Passage, two: Passage) -> Passage:
+def chained(p: LinkPhysics, first: Passage, second: Passage) -> Passage:
     """The passage of a stretch and the one after it.
 
     A battery that is full between the two takes nothing ahead for a cold start, which then counts in full.
     """
-    start = two.cold_j + starting_climate_j(p, two.duration_s)
-    need = max(one.need_j, two.need_j + one.cost_j) if two.need_j + start <= one.most_j else math.inf
-    most = min(two.most_j, one.most_j - two.cost_j - start)
-    cold = one.cold_j
-    if two.cold_j > 0.0:
-        cold += math.exp(-one.duration_s / p.tyre_time_s) * two.cold_j
-    return Passage(need, one.cost_j + two.cost_j, most, one.duration_s + two.duration_s, cold)
+    start = second.cold_j + starting_climate_j(p, second.duration_s)
+    need = max(first.need_j, second.need_j + first.cost_j) if second.need_j + start <= first.most_j else math.inf
+    most = min(second.most_j, first.most_j - second.cost_j - start)
+    cold = first.cold_j
+    if second.cold_j > 0.0:
+        cold += math.exp(-first.duration_s / p.tyre_time_s) * second.cold_j
+    return Passage(need, first.cost_j + second.cost_j, most, first.duration_s + second.duration_s, cold)
 
 
 @njit(nogil=True, cache=True)
-def drive(
-    g: LinkArrays,
-    p: LinkPhysics,
-    r: ReverseRules,
-    link: int,
-    begin_m: float,
-    end_m: float,
-    v: float,
-    stopped: float,
-    target: float,
-    p_stop: float,
-    wait: float,
-) -> tuple[Passage, float]:
-    """The passage of a link from begin_m to end_m, and the go-speed at its end.
+def drive(b: BorrowedReverse, link: int, s: Stretch, v: float, stopped: float) -> tuple[Passage, float]:
+    """The passage of a stretch of a link, and the go-speed at its end.
 
     Cold tyres count by the chord of their effect, which is convex in the resistance: never too little.
     """
-    v_max = g.speed_limit_mps[link]
-    ds = end_m - begin_m
-    road = road_at(g.roads, link)
-    e, t, end = link_energy(p, road, ds, v, stopped, v_max, target, p_stop, wait)
+    p, roads = b.physics, b.links.roads
+    road = road_at(roads, link)
+    e, t, end = stretch_energy(p, road, s, v, stopped)
     cold = 0.0
     if p.tyre_time_s > 0.0:
-        at_once = road_in_time(p, g.roads, link, 0.0, 0.0)
-        warming = road_in_time(p, g.roads, link, 0.0, ds / v_max)
+        at_once = road_in_time(p, roads, link, 0.0, 0.0)
+        warming = road_in_time(p, roads, link, 0.0, s.length_m / s.limit_mps)
         raised = at_once.rolling_n - road.rolling_n
         if raised > 0.0:
-            whole, _, _ = link_energy(p, at_once, ds, v, stopped, v_max, target, p_stop, wait)
+            whole, _, _ = stretch_energy(p, at_once, s, v, stopped)
             cold = max(whole - e, 0.0) * (warming.rolling_n - road.rolling_n) / raised
-    return leg(r, e + p.cabin_w * t, t, cold), end
+    return leg(b.rules, e + p.cabin_w * t, t, cold), end
 
 
 @njit(nogil=True, cache=True)
 def drive_on(
-    g: LinkArrays, p: LinkPhysics, r: ReverseRules, link: int, begin_m: float, v: float, stopped: float, target: float
+    b: BorrowedReverse, link: int, begin_m: float, v: float, stopped: float, target: float
 ) -> tuple[Passage, float]:
     """The passage of a link from begin_m to its end, where target is the wanted go-speed, and the go-speed there."""
-    here = g.row[link]
-    v_max = g.speed_limit_mps[link]
-    if target == v_max and begin_m == 0.0 and p.tyre_time_s == 0.0 and (v == v_max or v == 0.0):
-        if v == 0.0:
-            if here[REST_S] >= 0.0:
-                return leg(r, here[REST_J] + p.cabin_w * here[REST_S], here[REST_S], 0.0), v_max
-        elif stopped == 0.0:
-            return leg(r, here[CRUISE_J] + p.cabin_w * here[CRUISE_S], here[CRUISE_S], 0.0), v_max
-        elif here[REST_S] >= 0.0:
-            e = here[CRUISE_J] + stopped * (here[REST_J] - here[CRUISE_J])
-            t = here[CRUISE_S] + stopped * (here[REST_S] - here[CRUISE_S])
-            return leg(r, e + p.cabin_w * t, t, 0.0), v_max
-    p_stop, wait = g.stop_probability_frac[link], g.roads[link, ROAD_WAIT]
-    return drive(g, p, r, link, begin_m, g.length_m[link], v, stopped, target, p_stop, wait)
+    p, row = b.physics, b.links.row
+    v_max = row[link, LIMIT]
+    if target == v_max and begin_m == 0.0 and p.tyre_time_s == 0.0:
+        from_rest = row[link, REST_S] >= 0.0
+        if v == 0.0 and from_rest:
+            return leg(b.rules, row[link, REST_J] + p.cabin_w * row[link, REST_S], row[link, REST_S], 0.0), v_max
+        if v == v_max and (stopped == 0.0 or from_rest):
+            e, t = limit_drive(row, link, stopped)
+            return leg(b.rules, e + p.cabin_w * t, t, 0.0), v_max
+    return drive(b, link, stretch_to_end(row, b.links.roads, link, begin_m, target), v, stopped)
 
 
 @njit(nogil=True, cache=True)
-def drive_in(
-    g: LinkArrays, p: LinkPhysics, r: ReverseRules, goal: Goal, link: int, begin_m: float, v: float, stopped: float
-) -> tuple[bool, Passage]:
+def drive_in(b: BorrowedReverse, link: int, begin_m: float, v: float, stopped: float) -> tuple[bool, Passage]:
     """Whether the goal lies ahead on a link, and the passage to it."""
+    goal = b.goal
     for k in range(goal.link.size):
         if goal.link[k] == link and goal.offset_m[k] > begin_m:
-            limit = g.speed_limit_mps[link]
-            there, _ = drive(g, p, r, link, begin_m, goal.offset_m[k], v, stopped, limit, 1.0, 0.0)
+            there, _ = drive(b, link, stretch_to_rest(b.links.row, link, begin_m, goal.offset_m[k]), v, stopped)
             return True, there
     return False, Passage(math.inf, math.inf, -math.inf, 0.0, 0.0)
 
@@ -204,27 +229,26 @@ def passage_at(number: NDArray[np.float64], label: int, column: int) -> Passage:
 
 
 @njit(nogil=True, cache=True)
-def way_on(
-    g: LinkArrays, p: LinkPhysics, r: ReverseRules, e: Entries, h: Homeward, goal: Goal, label: int, v: float
-) -> Passage:
+def way_on(b: BorrowedReverse, label: int, v: float) -> Passage:
     """The passage from a label's link to the goal, entered at speed v: driven on until the speeds have met."""
-    one = passage_at(h.number, label, NEED)
+    p, e, h = b.physics, b.entries, b.labels
+    way = passage_at(h.number, label, NEED)
     begun = False
     while abs(v - e.speed_mps[label]) > MERGED_MPS and e.stopped_frac[label] < 1.0:
         link, stopped, following = int64_of(e.link[label]), e.stopped_frac[label], int64_of(h.following[label])
         if following == ARRIVED:
-            _, last = drive_in(g, p, r, goal, link, 0.0, v, stopped)
-            return chained(p, one, last) if begun else last
-        target = min(g.speed_limit_mps[link], g.speed_limit_mps[e.link[following]])
-        this, v = drive_on(g, p, r, link, 0.0, v, stopped, target)
-        one = chained(p, one, this) if begun else this
+            _, last = drive_in(b, link, 0.0, v, stopped)
+            return chained(p, way, last) if begun else last
+        target = min(b.links.row[link, LIMIT], b.links.row[e.link[following], LIMIT])
+        this, v = drive_on(b, link, 0.0, v, stopped, target)
+        way = chained(p, way, this) if begun else this
         begun = True
         if abs(v - h.number[label, END]) <= MERGED_MPS:
-            return chained(p, one, passage_at(h.number, label, REST_NEED))
+            return chained(p, way, passage_at(h.number, label, REST_NEED))
         label = following
     if not begun:
-        return one
-    return chained(p, one, passage_at(h.number, label, NEED))
+        return way
+    return chained(p, way, passage_at(h.number, label, NEED))
 
 
 @njit(nogil=True, cache=True)
@@ -239,24 +263,14 @@ def worth(r: ReverseRules, way: Passage) -> float:
 
 
 @njit(nogil=True, cache=True)
-def offer(
-    g: LinkArrays,
-    p: LinkPhysics,
-    r: ReverseRules,
-    e: Entries,
-    h: Homeward,
-    label: int,
-    following: int,
-    end: float,
-    way: Passage,
-    rest: Passage,
-) -> None:
+def offer(b: BorrowedReverse, label: int, following: int, end: float, way: Passage, rest: Passage) -> None:
     """Give a label a way to the goal if it is the best one so far, and put it into the heap."""
+    p, r, e, h = b.physics, b.rules, b.entries, b.labels
     value = worth(r, way)
     if not value < h.number[label, BEST]:
         return
     link, v = e.link[label], e.speed_mps[label]
-    height, v_max = g.tail_height_m[link], g.speed_limit_mps[link]
+    height, v_max = b.links.row[link, HEIGHT], b.links.row[link, LIMIT]
     faster_j = p.drive_factor * r.half_inertia_kg * (v_max * v_max - v * v)
     if value - r.gain_n * (r.highest_m - height) - faster_j > r.bound_j:
         return  # not even from the highest place, for one of those that share the label and enter faster
@@ -272,34 +286,35 @@ def offer(
 
 
 @njit(nogil=True, cache=True)
-def own_leg(
-    g: LinkArrays, p: LinkPhysics, r: ReverseRules, e: Entries, h: Homeward, label: int, successor: int
-) -> tuple[Passage, float]:
+def own_leg(b: BorrowedReverse, label: int, successor: int) -> tuple[Passage, float]:
     """The passage of a label's link towards a successor, from the label if it was last driven towards such a limit."""
+    e = b.entries
     link = int64_of(e.link[label])
-    target = min(g.speed_limit_mps[link], g.speed_limit_mps[successor])
-    n = h.number[label]
+    target = min(b.links.row[link, LIMIT], b.links.row[successor, LIMIT])
+    n = b.labels.number[label]
     if n[LEG_TARGET] == target:
-        return leg(r, n[LEG_COST], n[LEG_DURATION], n[LEG_COLD]), n[LEG_END]
-    this, end = drive_on(g, p, r, link, 0.0, e.speed_mps[label], e.stopped_frac[label], target)
+        return leg(b.rules, n[LEG_COST], n[LEG_DURATION], n[LEG_COLD]), n[LEG_END]
+    this, end = drive_on(b, link, 0.0, e.speed_mps[label], e.stopped_frac[label], target)
     n[LEG_TARGET], n[LEG_COST], n[LEG_DURATION] = target, this.cost_j, this.duration_s
     n[LEG_COLD], n[LEG_END] = this.cold_j, end
     return this, end
 
 
 @njit(nogil=True, cache=True)
-def search_back(g: LinkArrays, p: LinkPhysics, r: ReverseRules, e: Entries, h: Homeward, goal: Goal) -> int:
+def search_back(arrays: ReverseArrays) -> int:
     """Settle labels from the goal backwards in the order of their reduced cost; TOO_MANY beyond the label limit.
 
     Precondition: reduced costs are not negative. A settled label is never changed, so that each label's passage is
     that of driving along its chain of next labels, whatever the order. O(L log L) for L labels pushed. Ties: the first
     stays.
     """
+    b = borrowed_reverse(arrays)
+    e, h, goal = b.entries, b.labels, b.goal
     nothing = Passage(0.0, 0.0, math.inf, 0.0, 0.0)
     for k in range(goal.link.size):
         for label in range(e.first[goal.link[k]], e.first[goal.link[k] + 1]):
-            _, way = drive_in(g, p, r, goal, goal.link[k], 0.0, e.speed_mps[label], e.stopped_frac[label])
-            offer(g, p, r, e, h, label, int64_of(ARRIVED), 0.0, way, nothing)
+            _, way = drive_in(b, goal.link[k], 0.0, e.speed_mps[label], e.stopped_frac[label])
+            offer(b, label, int64_of(ARRIVED), 0.0, way, nothing)
     while h.counter[PUSHED] > 0:
         label = int64_of(h.heap_label[0])
         heap_drop(h.heap_key, h.heap_label, h.counter[PUSHED])
@@ -308,7 +323,7 @@ def search_back(g: LinkArrays, p: LinkPhysics, r: ReverseRules, e: Entries, h: H
             continue
         h.settled[label] = True
         h.counter[SETTLED] += 1
-        if h.counter[SETTLED] > r.label_limit:
+        if h.counter[SETTLED] > b.rules.label_limit:
             return TOO_MANY
         link = e.link[label]
         for at in range(e.before_first[link], e.before_first[link + 1]):
@@ -316,7 +331,7 @@ def search_back(g: LinkArrays, p: LinkPhysics, r: ReverseRules, e: Entries, h: H
             for other in range(e.first[before], e.first[before + 1]):
                 if h.settled[other] or e.turn[e.turn_first[other] + e.before_turn[at]] != label:
                     continue
-                this, end = own_leg(g, p, r, e, h, other, link)
-                rest = way_on(g, p, r, e, h, goal, label, end)
-                offer(g, p, r, e, h, other, label, end, chained(p, this, rest), rest)
+                this, end = own_leg(b, other, link)
+                rest = way_on(b, label, end)
+                offer(b, other, label, end, chained(b.physics, this, rest), rest)
     return DONE

@@ -13,17 +13,16 @@ from routing.errors import SearchLimitError
 from routing.range import kernels_departure, kernels_entries, kernels_way_back
 from routing.range.area import RoadEnergies
 from routing.range.kernels_entries import Entries, EntryList
-from routing.range.kernels_way_back import Goal, Homeward, ReverseRules
+from routing.range.kernels_way_back import Goal, Homeward, ReverseArrays, ReverseRules
 from routing.search.found import Reach, SearchCounts
+from routing.search.space import potential_share
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
-    from energy.force.kernels_physics import LinkPhysics
     from routing.graph.road_graph import RoadGraph
-    from routing.links.kernels_tables import LinkArrays
     from routing.places import LinkPosition
     from routing.search.space import SearchSpace
 
@@ -130,8 +129,8 @@ class WayBack:
         begin = np.full(self._graph.link_count, np.inf)
         node_left, head_left = self._node_most(found.left_j), self._head_left(found.left_j)
         for rules, labels in found.searched:
-            state = self._state(rules, labels)
-            kernels_departure.first_places(*state, head_left, charges.soc_j, charges.reserve_j, found.left_j, begin)
+            arrays = self._arrays(rules, labels)
+            kernels_departure.first_places(arrays, head_left, charges.soc_j, charges.reserve_j, found.left_j, begin)
         reached = np.isfinite(begin)
         return (
             RoadEnergies(
@@ -162,7 +161,7 @@ class WayBack:
         turn_m = np.where(whole, graph.length_m, -1.0)
         for rules, labels in found.searched:
             kernels_departure.last_places(
-                *self._state(rules, labels),
+                self._arrays(rules, labels),
                 graph.reverse_idx,
                 charge[graph.tail],
                 end_charge,
@@ -203,15 +202,16 @@ class WayBack:
                 wanting = np.where(doubt, node_charge_j, -np.inf)[self._graph.tail]
             rules = self._rules(charges, held_left, most)
             labels = self._search(rules)
-            left, would, cold = (np.empty(charge.size) for _ in range(3))
+            left_j, hoped_j, cold_j = np.empty((3, charge.size))
             choice = np.empty(charge.size, np.int32)
-            state = self._state(rules, labels)
-            kernels_departure.depart_everywhere(*state, wanting, left, would, cold, choice)
+            departures = kernels_departure.Departures(left_j, hoped_j, cold_j, choice)
+            arrays = self._arrays(rules, labels)
+            kernels_departure.depart_everywhere(arrays, wanting, departures)
             for wanted in charges.left_j if held_left is None else (held_left,):
-                kernels_departure.drive_doubtful(*state, wanting, wanted, left, would, cold, choice)
+                kernels_departure.drive_doubtful(arrays, wanting, wanted, departures)
             if held_left is None:
-                hoped = self._node_most(would)
-            best = np.maximum(best, left)
+                hoped = self._node_most(departures.hoped_j)
+            best = np.maximum(best, departures.left_j)
             searched.append((rules, labels))
         return _Left(best, searched)
 
@@ -225,7 +225,7 @@ class WayBack:
             held=held,
             left_j=charges.reserve_j if held_left_j is None else held_left_j,
             bound_j=most_j if held else most_j - charges.reserve_j,
-            alpha=0.5 * (p.drive_factor + p.recuperation_factor),
+            alpha=potential_share(p),
             gain_n=p.climb_down_j_per_m if p.table else p.recuperation_factor * p.weight_n,
             highest_m=float(self._graph.node_height_m.max()),
             half_inertia_kg=self._space.half_inertia_kg,
@@ -246,7 +246,7 @@ class WayBack:
         labels.number[:, kernels_way_back.BEST] = np.inf
         labels.number[:, kernels_way_back.LEG_TARGET] = -1.0
         began = time.perf_counter()
-        status = kernels_way_back.search_back(*self._state(rules, labels))
+        status = kernels_way_back.search_back(self._arrays(rules, labels))
         made = int(labels.counter[kernels_way_back.SETTLED])
         if status == kernels_way_back.TOO_MANY:
             raise SearchLimitError(made, self._label_limit)
@@ -256,11 +256,10 @@ class WayBack:
         )
         return labels
 
-    def _state(
-        self, rules: ReverseRules, labels: Homeward
-    ) -> tuple[LinkArrays, LinkPhysics, ReverseRules, Entries, Homeward, Goal]:
+    def _arrays(self, rules: ReverseRules, labels: Homeward) -> ReverseArrays:
         """What every kernel of one search reads."""
-        return self._space.arrays, self._space.physics, rules, self._entries, labels, self._goal
+        space = self._space
+        return ReverseArrays(space.arrays, space.physics, rules, self._entries, labels, self._goal)
 
     def _node_most(self, link_value: NDArray[np.float64]) -> NDArray[np.float64]:
         """The largest value of the links that leave each node, float64 (N,)."""
