@@ -23,7 +23,7 @@ from routing.range.kernels_grid import (
     put_roads,
     widen_extent,
 )
-from routing.range.kernels_outline import CUTS, Marks, Rings, Walk, crossings, put_rings
+from routing.range.kernels_outline import CUTS, Band, Marks, Rings, Walk, crossings, put_rings
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -271,8 +271,8 @@ class _Frame:
         (x, y), (way, at, low, high) = np.empty((2, room), np.int32), np.empty((4, room), np.uint8)
         walk = Walk(x, y, way, at, low, high)
         rings = Rings(np.empty((room, 2), np.int32), np.empty(room, np.int32), np.empty(room, np.int32))
-        off_road = _off_road_cells(self.grid.cell_m)
-        count = put_rings(sheet.key, band, off_road, SLACK, sheet.change, marks, rings_before, walk, rings)
+        outlined = Band(sheet.key, band, _off_road_cells(self.grid.cell_m), SLACK)
+        count = put_rings(outlined, sheet.change, marks, rings_before, walk, rings)
         grid = self.grid
         step_e7 = grid.step_lon_e7 // CUTS, grid.step_lat_e7 // CUTS
         shell, first = rings.shell[:count], rings.first[: count + 1].astype(np.int64)

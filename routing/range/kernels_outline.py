@@ -28,6 +28,27 @@ class Marks(NamedTuple):
     limit: NDArray[np.uint8]
 
 
+class Band(NamedTuple):
+    """A band of a grid, and how rings are drawn around it.
+
+    key: int32 (rows, columns) as nearest_roads leaves it, no band at its rim. level: the band's number. off_road: how
+    far off a road it reaches [cells]. slack: how far a ring may be moved along an edge [1/CUTS].
+    """
+
+    key: NDArray[np.int32]
+    level: int
+    off_road: float
+    slack: int
+
+
+class Edge(NamedTuple):
+    """An edge of the grid: from the node at row and column into a way, an index of ROW_STEP."""
+
+    row: int
+    column: int
+    way: int
+
+
 class Walk(NamedTuple):
     """The crossings of a ring with edges of the grid, (P,) each, in order, the band on the left.
 
@@ -87,33 +108,23 @@ def crossing_at(inner: int, outer: int, off_road: float) -> int:
 
 
 @njit(nogil=True, cache=True)
-def walk_round(
-    key: NDArray[np.int32],
-    band: int,
-    off_road: float,
-    slack: int,
-    marks: Marks,
-    ring: int,
-    row: int,
-    column: int,
-    way: int,
-    walk: Walk,
-) -> int:
-    """Follow the ring that leaves a band from one grid node into a way; the number of its crossings.
+def walk_round(band: Band, first: Edge, ring: int, marks: Marks, walk: Walk) -> int:
+    """Follow the ring of a number that leaves a band through an edge; the number of its crossings.
 
-    Nodes of the band that touch across a corner only are not joined. slack: how far the ring may be moved [1/CUTS].
+    Nodes of the band that touch across a corner only are not joined.
     """
-    first_row, first_column, first_way = row, column, way
+    key, level, slack = band.key, band.level, band.slack
+    row, column, way = first.row, first.column, first.way
     count = 0
     while True:
-        cut = crossing_at(key[row, column], key[row + ROW_STEP[way], column + COLUMN_STEP[way]], off_road)
-        low, high = max(cut - slack, 1), min(cut + slack, CUTS - 1)
+        crossing = crossing_at(key[row, column], key[row + ROW_STEP[way], column + COLUMN_STEP[way]], band.off_road)
+        low, high = max(crossing - slack, 1), min(crossing + slack, CUTS - 1)
         limit = marks.limit[row, column, way]
         if limit > 0:
             high = min(high, limit)
             low = min(low, high)
         walk.x[count], walk.y[count], walk.way[count] = CUTS * column, CUTS * row, way
-        walk.at[count], walk.low[count], walk.high[count] = min(max(cut, low), high), low, high
+        walk.at[count], walk.low[count], walk.high[count] = min(max(crossing, low), high), low, high
         if way == 2:
             marks.ring[row, column, 0] = ring
         elif way == 0:
@@ -121,14 +132,14 @@ def walk_round(
         count += 1
         ahead = (way + 1) & 3
         next_row, next_column = row + ROW_STEP[ahead], column + COLUMN_STEP[ahead]
-        if (key[next_row, next_column] & LEVEL_MASK) < band:
+        if (key[next_row, next_column] & LEVEL_MASK) < level:
             way = ahead
         else:
             row, column = next_row, next_column
             over_row, over_column = row + ROW_STEP[way], column + COLUMN_STEP[way]
-            if (key[over_row, over_column] & LEVEL_MASK) >= band:
+            if (key[over_row, over_column] & LEVEL_MASK) >= level:
                 row, column, way = over_row, over_column, (way + 3) & 3
-        if row == first_row and column == first_column and way == first_way:
+        if row == first.row and column == first.column and way == first.way:
             return count
 
 
@@ -211,25 +222,16 @@ def put_ring(walk: Walk, count: int, marks: Marks, point: NDArray[np.int32], poi
 
 
 @njit(nogil=True, cache=True)
-def put_rings(
-    key: NDArray[np.int32],
-    band: int,
-    off_road: float,
-    slack: int,
-    change: NDArray[np.int32],
-    marks: Marks,
-    ring: int,
-    walk: Walk,
-    rings: Rings,
-) -> int:
+def put_rings(band: Band, change: NDArray[np.int32], marks: Marks, ring: int, walk: Walk, rings: Rings) -> int:
     """Draw the rings around the nodes of a grid that are in a band, shells counter-clockwise and holes clockwise.
 
-    key: as nearest_roads leaves it, no band at its rim. change: as crossings fills it. marks: those of all bands of an
-    answer, drawn after all that hold this one: it stays within them. ring: number of rings drawn before. A ring crosses
-    each edge that leads out of the band once and no other edge, wherever its points are within slack [1/CUTS] of
-    crossing_at: so rings are simple, and don't meet. The number of this band's rings.
+    change: as crossings fills it. marks: those of all bands of an answer, drawn after all that hold this one: it stays
+    within them. ring: number of rings drawn before. A ring crosses each edge that leads out of the band once and no
+    other edge, wherever its points are within the band's slack of crossing_at: so rings are simple, and don't meet. The
+    number of this band's rings.
     """
-    key, change = borrowed(key), borrowed(change)
+    key, change, level = borrowed(band.key), borrowed(change), band.level
+    band = Band(key, level, band.off_road, band.slack)
     marks = Marks(borrowed(marks.ring), borrowed(marks.limit))
     walk = Walk(
         borrowed(walk.x),
@@ -246,7 +248,7 @@ def put_rings(
     shell = 0
     for place in change:
         row, column = place // columns, place % columns
-        west, east = (key[row, column - 1] & LEVEL_MASK) >= band, (key[row, column] & LEVEL_MASK) >= band
+        west, east = (key[row, column - 1] & LEVEL_MASK) >= level, (key[row, column] & LEVEL_MASK) >= level
         if west == east:
             continue
         if east:
@@ -256,12 +258,12 @@ def put_rings(
                 shell = rings.shell[known - ring - 1]
                 continue
             shell = count
-            length = walk_round(key, band, off_road, slack, marks, ring + count + 1, row, column, 2, walk)
+            length = walk_round(band, Edge(row, column, 2), ring + count + 1, marks, walk)
         else:
             # and of a hole, the edge west of its southernmost row
             if marks.ring[row, column - 1, 1] > ring:
                 continue
-            length = walk_round(key, band, off_road, slack, marks, ring + count + 1, row, column - 1, 0, walk)
+            length = walk_round(band, Edge(row, column - 1, 0), ring + count + 1, marks, walk)
         points = put_ring(walk, length, marks, rings.point, points)
         rings.shell[count] = shell
         count += 1
