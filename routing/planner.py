@@ -24,7 +24,7 @@ from routing.route.checks import check_charge, check_pareto, check_weights
 from routing.route.matrix import MatrixSearch
 from routing.route.route import RouteAnswer, SearchStats
 from routing.route.via import WayFinder
-from routing.search.found import Limits
+from routing.search.found import Limits, PathOptions
 from routing.search.search import find_path
 from routing.weights import ECO
 
@@ -61,7 +61,7 @@ class Planner:
         west, south, east, north = self.graph.meta.bbox
         middle = LinkPosition(0, 0.5 * float(self.graph.length_m[0]))
         space = self._search.space(vehicle, LinkModel.INTEGRATED, StopRule.EXPECTED, StopSettings())
-        find_path(space, self._search.pool, ECO, Limits(), [middle], [middle], label_limit=1000)
+        find_path(space, self._search.pool, ECO, Limits(), [middle], [middle], PathOptions(label_limit=1000))
         self._ranges.warm_up(space, middle)
         warm_up_labels(space, middle)
         self.simulate((LinkSpan(0, 0.0, float(self.graph.length_m[0])),), vehicle)

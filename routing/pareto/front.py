@@ -17,7 +17,7 @@ from routing.route.best_path import method_name
 from routing.route.limits import charge_limits
 from routing.route.route import ParetoClaim, ParetoProof, SearchStats
 from routing.route.via import CHARGE_SLACK_FRAC, WayFinder, same_place
-from routing.search.found import Limits
+from routing.search.found import Limits, PathOptions
 from routing.search.search import find_path
 from routing.weights import ECO, FASTEST, Weights
 
@@ -192,16 +192,8 @@ class ParetoSearch:
         here = self._places[0]
         for k, there in enumerate(self._places[1:]):
             if not same_place(here, there):
-                path, counts = find_path(
-                    self._space,
-                    self._search.pool,
-                    weights,
-                    Limits(),
-                    here,
-                    there,
-                    label_limit=self._search.label_limit,
-                    begin_s=clock_s,
-                )
+                options = PathOptions(label_limit=self._search.label_limit, begin_s=clock_s)
+                path, counts = find_path(self._space, self._search.pool, weights, Limits(), here, there, options)
                 if path is None:
                     raise NoPathError("no permitted way leads from start to goal")
                 stretches = self._search.spans(path)

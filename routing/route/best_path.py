@@ -18,7 +18,7 @@ from routing.errors import NoPathError, SearchLimitError
 from routing.places import LinkPosition, LinkSpan
 from routing.route.limits import charge_limits, is_best_within
 from routing.route.warnings import search_warnings
-from routing.search.found import FoundPath, Limits, SearchCounts
+from routing.search.found import FoundPath, Limits, PathOptions, SearchCounts
 from routing.search.search import find_path
 from routing.search.space import SearchSpace, search_space
 from routing.search.workspaces import WorkspacePool
@@ -128,17 +128,8 @@ class RouteSearch:
 
         def find(w: Weights, held: Limits, *, pareto: bool = False) -> tuple[FoundPath | None, SearchCounts]:
             most = min(self.label_limit, self.pareto_limit // leg.legs) if pareto else self.label_limit
-            return find_path(
-                space,
-                self.pool,
-                w,
-                held,
-                leg.starts,
-                leg.goals,
-                pareto=pareto,
-                label_limit=most,
-                begin_s=leg.clock_s,
-            )
+            options = PathOptions(pareto=pareto, label_limit=most, begin_s=leg.clock_s)
+            return find_path(space, self.pool, w, held, leg.starts, leg.goals, options)
 
         path: FoundPath | None = None
         free_cost = unpaid_j = 0.0

@@ -16,7 +16,7 @@ from routing.queries import MatrixQuery, RouteQuery
 from routing.route.best_path import Leg
 from routing.route.limits import charge_limits, is_best_within
 from routing.route.via import CHARGE_SLACK_FRAC, same_place
-from routing.search.found import Limits
+from routing.search.found import Limits, PathOptions
 from routing.search.search import find_path, find_paths
 from routing.weights import ECO, Weights
 
@@ -189,7 +189,8 @@ class MatrixSearch:
             paths, counts = find_paths(self._space, pool, weights, limits, source, goals, label_limit=most)
             row.count(counts)
         else:
-            single = [find_path(self._space, pool, weights, limits, source, goal, label_limit=most) for goal in goals]
+            options = PathOptions(label_limit=most)
+            single = [find_path(self._space, pool, weights, limits, source, goal, options) for goal in goals]
             paths = [path for path, _ in single]
             for _, counts in single:
                 row.count(counts)

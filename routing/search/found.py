@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -25,6 +25,25 @@ class Limits:
     def held(self) -> bool:
         """Whether any limit is held."""
         return self.least_energy_j != -math.inf or self.most_energy_j != math.inf
+
+
+@dataclass(frozen=True, slots=True)
+class PathOptions:
+    """How a path is searched.
+
+    pareto: pairs of cost and energy are kept, as they must be where limits are held and anything but energy is
+    weighted. label_limit: labels beyond which the search gives up. begin_s: time since departure at the start [s],
+    which cabin and tyres depend on. directed: towards the goals by the lower bound of docs/search-goal.md, which
+    changes the work and not the answer.
+    """
+
+    pareto: bool = False
+    label_limit: int = 50_000_000
+    begin_s: float = 0.0
+    directed: bool = True
+
+
+USUAL: Final = PathOptions()
 
 
 @dataclass(frozen=True, slots=True)

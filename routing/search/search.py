@@ -16,7 +16,7 @@ from routing.links.drives import LentDrives
 from routing.lower_bound.lower_bound import MOST_GOALS
 from routing.places import LinkPosition
 from routing.search import kernels_search, kernels_workspace
-from routing.search.found import FoundPath, Limits, Reach, SearchCounts
+from routing.search.found import USUAL, FoundPath, Limits, PathOptions, Reach, SearchCounts
 from routing.search.kernels_arrivals import arrivals
 from routing.search.kernels_workspace import Workspace
 from routing.search.space import potential_share
@@ -182,27 +182,21 @@ def find_path(
     limits: Limits,
     starts: Sequence[LinkPosition],
     goals: Sequence[LinkPosition],
-    *,
-    pareto: bool = False,
-    label_limit: int = 50_000_000,
-    begin_s: float = 0.0,
-    directed: bool = True,
+    options: PathOptions = USUAL,
 ) -> tuple[FoundPath | None, SearchCounts]:
     """The cheapest way from a start to a goal, or None; the vehicle starts from rest and stops at the goal.
 
-    pareto must be set where limits are held and anything but energy is weighted. begin_s: time since departure at the
-    start [s], which cabin and tyres depend on; the path's own time counts from there. directed: towards the goals
-    by the lower bound of docs/search-goal.md, which changes the work and not the answer.
+    The path's time counts from its start.
     """
-    rules = _rules(space, weights, limits, pareto, label_limit)
-    directed = directed and 0 < len(goals) <= MOST_GOALS and not rules.correcting
+    rules = _rules(space, weights, limits, options.pareto, options.label_limit)
+    directed = options.directed and 0 < len(goals) <= MOST_GOALS and not rules.correcting
     directed_to = pool.directed(space, starts, goals) if directed else nullcontext(space.lower_bound.undirected)
     with space.drives.lent() as lent, directed_to as bound:
 
         def search(by: SearchRules) -> tuple[FoundPath | None, SearchCounts]:
-            ws, epoch, goal, counts = _run(space, pool, by, starts, goals, lent, bound, begin_s)
+            ws, epoch, goal, counts = _run(space, pool, by, starts, goals, lent, bound, options.begin_s)
             try:
-                return (None if goal < 0 else _unpack(ws, goal, goals, begin_s)), counts
+                return (None if goal < 0 else _unpack(ws, goal, goals, options.begin_s)), counts
             finally:
                 pool.give_back(ws, epoch)
 

@@ -25,7 +25,7 @@ from routing.links.drives import LEAST_ROWS, Drives
 from routing.links.spans import ChainMaker
 from routing.places import LinkPosition
 from routing.route.best_path import TABLES_KEPT, RouteSearch
-from routing.search.found import Limits
+from routing.search.found import Limits, PathOptions
 from routing.search.search import find_path, reach
 from routing.search.space import SearchSpace, search_space
 from routing.search.workspaces import WorkspacePool
@@ -120,7 +120,7 @@ def test_way_found_with_a_table_filled_elsewhere_is_that_found_without(graph, ca
     pool = WorkspacePool(graph.link_count)
     pareto = limits.held and (weights.time > 0.0 or weights.distance > 0.0)
     known, driven = (
-        find_path(s, pool, weights, limits, [start], [goal], pareto=pareto, begin_s=40.0)[0]
+        find_path(s, pool, weights, limits, [start], [goal], PathOptions(pareto, begin_s=40.0))[0]
         for s in (space, without_table(space, graph))
     )
     assert (known is None) == (driven is None)

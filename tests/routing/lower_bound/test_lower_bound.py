@@ -22,7 +22,7 @@ from routing.lower_bound.kernels_least import SLOWEST, STOPPED_LEAST, STOPPED_MO
 from routing.lower_bound.kernels_lower_bound import FARTHEST, INTO_J, INTO_M, INTO_S, INTO_TAIL, cost_to_goal
 from routing.lower_bound.lower_bound import GoalBoundScratch
 from routing.places import LinkPosition
-from routing.search.found import Limits
+from routing.search.found import Limits, PathOptions
 from routing.search.search import find_path
 from routing.search.space import potential_share, search_space
 from routing.search.workspaces import WorkspacePool
@@ -105,7 +105,7 @@ def test_directed_search_answers_what_an_undirected_one_does(graph, car, weights
     pareto = limits.held and (weights.time > 0.0 or weights.distance > 0.0)
     pool = WorkspacePool(graph.link_count)
     (path, counts), (plain, _) = (
-        find_path(space, pool, weights, limits, [start], goals, pareto=pareto, begin_s=30.0, directed=directed)
+        find_path(space, pool, weights, limits, [start], goals, PathOptions(pareto, begin_s=30.0, directed=directed))
         for directed in (True, False)
     )
     assert counts.reduced_below_zero == 0
@@ -122,7 +122,9 @@ def test_bound_of_consumption_tables_holds_on_a_chain_of_links(car):
     space = space_of(graph, car, StopRule.EXPECTED)
     start, goal = LinkPosition(0, 0.0), LinkPosition(graph.link_count - 1, 5.0)
     (path, counts), (plain, _) = (
-        find_path(space, WorkspacePool(graph.link_count), ECO, Limits(), [start], [goal], directed=directed)
+        find_path(
+            space, WorkspacePool(graph.link_count), ECO, Limits(), [start], [goal], PathOptions(directed=directed)
+        )
         for directed in (True, False)
     )
     assert path is not None
@@ -184,7 +186,9 @@ def test_directed_searches_on_andorra_settle_less_than_half_of_the_labels(andorr
     settled = np.zeros(2)
     for start, goal in rng.choice(andorra.link_count, (40, 2), replace=False).tolist():
         ends = [LinkPosition(start, 0.0)], [LinkPosition(goal, 0.5 * float(andorra.length_m[goal]))]
-        answers = [find_path(space, pool, ECO, Limits(), *ends, directed=directed) for directed in (True, False)]
+        answers = [
+            find_path(space, pool, ECO, Limits(), *ends, PathOptions(directed=directed)) for directed in (True, False)
+        ]
         assert answers[0][0].cost == pytest.approx(answers[1][0].cost, rel=1e-9)
         settled += [counts.labels_settled for _, counts in answers]
         assert answers[0][1].reduced_below_zero == 0

@@ -24,7 +24,7 @@ from routing.errors import SearchLimitError
 from routing.graph.networkx_graph import to_networkx
 from routing.graph.road_graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
 from routing.places import LinkPosition
-from routing.search.found import Limits
+from routing.search.found import Limits, PathOptions
 from routing.search.reference import EnergySearch
 from routing.search.search import find_path, reach
 from routing.search.space import search_space
@@ -240,7 +240,9 @@ def compare(graph, car, weights, limits, rule, sky, data):
     stops = StopSettings()
     space = search_space(graph, car, LinkModel.INTEGRATED, rule, stops, sky)
     pareto = limits.held and (weights.time > 0.0 or weights.distance > 0.0)
-    path, counts = find_path(space, WorkspacePool(graph.link_count), weights, limits, [start], [goal], pareto=pareto)
+    path, counts = find_path(
+        space, WorkspacePool(graph.link_count), weights, limits, [start], [goal], PathOptions(pareto)
+    )
     found = math.inf if path is None else path.cost
 
     edges = {data["idx"]: (u, v, k) for u, v, k, data in to_networkx(graph).edges(keys=True, data=True)}
@@ -317,7 +319,7 @@ def test_lead_in_energy_that_a_full_battery_takes_does_not_outweigh_the_time_it_
 
     def found(weights, limits):
         path, _ = find_path(
-            space, WorkspacePool(graph.link_count), weights, limits, [start], [goal], pareto=limits.held
+            space, WorkspacePool(graph.link_count), weights, limits, [start], [goal], PathOptions(limits.held)
         )
         assert path is not None
         return path

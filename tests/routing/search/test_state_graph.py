@@ -26,7 +26,7 @@ from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
 from routing.places import LinkPosition, Point
 from routing.planner import Planner
 from routing.queries import RangeQuery
-from routing.search.found import Limits
+from routing.search.found import Limits, PathOptions
 from routing.search.search import find_path, reach
 from routing.search.space import potential_share, search_space
 from routing.search.workspaces import WorkspacePool
@@ -58,7 +58,7 @@ def compare_routes(graph, car, weights, limits, rule, sky, data):
     pool = WorkspacePool(graph.link_count)
     for goal_link in data.draw(st.lists(st.integers(0, graph.link_count - 1), min_size=2, max_size=2)):
         goal = LinkPosition(goal_link, float(graph.length_m[goal_link]) * data.draw(st.sampled_from((0.7, 1.0))))
-        path, counts = find_path(space, pool, weights, limits, [start], [goal], pareto=pareto)
+        path, counts = find_path(space, pool, weights, limits, [start], [goal], PathOptions(pareto))
         assert counts.reduced_below_zero == 0
         assert counts.unpaid_j == 0.0
         found, expected = math.inf if path is None else path.cost, states.cheapest(fronts, goal)
