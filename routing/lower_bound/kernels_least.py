@@ -17,7 +17,7 @@ from energy.chain.kernels_link import TOUCH_MPS, drive_energy, mean_over_interva
 from energy.compiled.kernels_borrow import borrowed
 from energy.force.kernels_force import idle_energy, road_load_n
 from energy.force.kernels_physics import LinkPhysics, Road, borrowed_physics, road_at
-from routing.links.kernels_stretch import Stretch, stretch_energy, stretch_to_end
+from routing.links.kernels_stretch import LinkStretch, stretch_energy, stretch_to_end
 from routing.links.kernels_tables import LENGTH, LIMIT, STOP
 
 # columns of the table of entries: lowest speed in which a link is entered once a drive has gathered way, and the least
@@ -43,7 +43,7 @@ class EntryRange(NamedTuple):
 
 @njit(nogil=True, cache=True)
 def reduced_drive(
-    p: LinkPhysics, reduction: Reduction, r: Road, s: Stretch, entry_mps: float, target: float
+    p: LinkPhysics, reduction: Reduction, r: Road, s: LinkStretch, entry_mps: float, target: float
 ) -> tuple[float, float]:
     """Energy above the potential, auxiliaries included, and time of one drive of a link from one speed to another."""
     energy, duration, end = drive_energy(p, r, s.length_m, entry_mps, s.limit_mps, target)
@@ -56,7 +56,7 @@ def steepest_fall(
     p: LinkPhysics,
     reduction: Reduction,
     r: Road,
-    s: Stretch,
+    s: LinkStretch,
     low: float,
     high: float,
     target: float,
@@ -91,7 +91,7 @@ def steepest_fall(
 
 @njit(nogil=True, cache=True)
 def least_drive_j(
-    p: LinkPhysics, reduction: Reduction, r: Road, s: Stretch, low: float, target: float
+    p: LinkPhysics, reduction: Reduction, r: Road, s: LinkStretch, low: float, target: float
 ) -> tuple[float, float]:
     """Least energy above the potential and least time over all entries from low up to the limit."""
     v_max = s.limit_mps
@@ -124,7 +124,7 @@ def least_drive_j(
 
 @njit(nogil=True, cache=True)
 def least_of_link(
-    p: LinkPhysics, reduction: Reduction, r: Road, s: Stretch, entries: EntryRange
+    p: LinkPhysics, reduction: Reduction, r: Road, s: LinkStretch, entries: EntryRange
 ) -> tuple[float, float]:
     """Least energy above the potential [J] and time [s] of a link towards one successor, over all entries."""
     if p.table:
@@ -154,7 +154,7 @@ def least_of_link(
 
 @njit(nogil=True, cache=True)
 def least_of_table(
-    p: LinkPhysics, reduction: Reduction, r: Road, s: Stretch, entries: EntryRange
+    p: LinkPhysics, reduction: Reduction, r: Road, s: LinkStretch, entries: EntryRange
 ) -> tuple[float, float]:
     """least_of_link of a consumption-table vehicle, linear in the square of the entry speed: least at an end."""
     least_j, least_s = math.inf, math.inf

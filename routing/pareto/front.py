@@ -19,6 +19,7 @@ from routing.route.route import ParetoClaim, ParetoProof, SearchStats
 from routing.route.via import CHARGE_SLACK_FRAC, WayFinder, same_place
 from routing.search.found import Limits, PathOptions
 from routing.search.search import find_path
+from routing.search.space import potential_share
 from routing.weights import ECO, FASTEST, Weights
 
 if TYPE_CHECKING:
@@ -161,8 +162,8 @@ class ParetoSearch:
             float(g.tail_height_m[place.link_idx] + g.grade_frac[place.link_idx] * place.offset_m)
             for place in (self._places[0][0], self._places[-1][0])
         )
-        alpha = 0.5 * (physics.drive_factor + physics.recuperation_factor)
-        return max(eco.trade.energy_j - alpha * physics.weight_n * (goal - start), LEAST_REFERENCE_J)
+        gain_j = potential_share(physics) * physics.weight_n * (goal - start)
+        return max(eco.trade.energy_j - gain_j, LEAST_REFERENCE_J)
 
     def _gap(self, reference_j: float) -> float:
         """The ε that is proven of all ways found."""

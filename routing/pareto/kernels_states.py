@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from energy.compiled.kernels_borrow import borrowed
 from energy.force.kernels_physics import ROAD_GRADE, LinkPhysics, Road, borrowed_physics, road_at
-from routing.links.kernels_stretch import Stretch, stretch_energy, stretch_to_end, stretch_to_rest
+from routing.links.kernels_stretch import LinkStretch, stretch_energy, stretch_to_end, stretch_to_rest
 from routing.links.kernels_tables import HEIGHT, LIMIT, STOP, BorrowedLinks, LinkArrays, borrowed_links
 
 GOAL = 0  # the state of having arrived
@@ -149,7 +149,7 @@ def least_load_n(r: Road, low: float, high: float) -> float:
 
 @njit(nogil=True, cache=True)
 def shared_drive(
-    p: LinkPhysics, rules: StateRules, road: Road, s: Stretch, least_mps: float, stopped: float
+    p: LinkPhysics, rules: StateRules, road: Road, s: LinkStretch, least_mps: float, stopped: float
 ) -> tuple[float, float, float]:
     """Least reduced energy [J] and time [s] of a link over all entries at least_mps or more, and its end's entry speed.
 

@@ -9,8 +9,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.force.kernels_physics import LinkPhysics, accepted_j, cabin_energy_j, road_in_time
-from routing.links.kernels_stretch import stretch_energy, stretch_to_end, stretch_to_rest
+from energy.force.kernels_physics import LinkPhysics, road_in_time
+from routing.links.kernels_stretch import stretch_energy, stretch_to_end, stretch_to_rest, used_after_j
 from routing.links.kernels_tables import LENGTH, LIMIT, STOP
 from routing.range.kernels_entries import nearest_entry
 from routing.range.kernels_way_back import (
@@ -91,6 +91,7 @@ def drive_home(b: BorrowedReverse, link: int, choice: int, charge_j: float) -> f
     """Charge left at the goal after driving there along the labels from rest at a link's tail [J], −inf if short."""
     p, r, goal, row, roads = b.physics, b.rules, b.goal, b.links.row, b.links.roads
     v = stopped = clock = 0.0
+    used_j = -charge_j  # from an empty battery on
     label = choice
     while True:
         if label == ARRIVED:
@@ -104,13 +105,11 @@ def drive_home(b: BorrowedReverse, link: int, choice: int, charge_j: float) -> f
             stretch = stretch_to_end(row, roads, link, 0.0, target)
         road = road_in_time(p, roads, link, clock, stretch.length_m / stretch.limit_mps)
         energy, t, v = stretch_energy(p, road, stretch, v, stopped)
-        energy += cabin_energy_j(p, clock, clock + t)
-        energy = accepted_j(p, -charge_j, energy, -r.full_j)
-        charge_j = min(charge_j - energy, r.full_j)
-        if charge_j < r.reserve_j:
+        used_j = used_after_j(p, used_j, energy, clock, t, -r.full_j)
+        if -used_j < r.reserve_j:
             return -math.inf
         if label == ARRIVED:
-            return charge_j
+            return 0.0 - used_j
         clock += t
         stopped = stretch.stop_frac
         link = b.entries.link[label]

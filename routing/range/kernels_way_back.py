@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from energy.compiled.kernels_borrow import borrowed
 from energy.force.kernels_physics import LinkPhysics, borrowed_physics, cabin_energy_j, road_at, road_in_time
 from routing.kernels_heap import heap_drop, heap_push
-from routing.links.kernels_stretch import Stretch, limit_drive, stretch_energy, stretch_to_end, stretch_to_rest
+from routing.links.kernels_stretch import LinkStretch, limit_drive, stretch_energy, stretch_to_end, stretch_to_rest
 from routing.links.kernels_tables import HEIGHT, LIMIT, REST_J, REST_S, BorrowedLinks, LinkArrays, borrowed_links
 from routing.range.kernels_entries import Entries, borrowed_entries
 
@@ -174,7 +174,7 @@ def chained(p: LinkPhysics, first: Passage, second: Passage) -> Passage:
 
 
 @njit(nogil=True, cache=True)
-def drive(b: BorrowedReverse, link: int, s: Stretch, v: float, stopped: float) -> tuple[Passage, float]:
+def drive(b: BorrowedReverse, link: int, s: LinkStretch, v: float, stopped: float) -> tuple[Passage, float]:
     """The passage of a stretch of a link, and the go-speed at its end.
 
     Cold tyres count by the chord of their effect, which is convex in the resistance: never too little.
