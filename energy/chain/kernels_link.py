@@ -2,7 +2,7 @@
 
 Units: m, s, m/s, kg, N, W, J; grade is sin θ. Equation numbers are the source's; cases are MODEL.md section 3.
 The phases of a link are (1) a ramp from the entry speed to the peak, (2) a cruise at the peak, (3) a ramp from
-the peak to the end speed, (4) standing still. What a phase takes is in energy.force.kernels_force.
+the peak to the end speed, (4) standing still. What a phase takes is in energy.force.kernels_phase.
 """
 
 from __future__ import annotations
@@ -14,9 +14,11 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.force.kernels_force import cruise_energy, cruise_terms, idle_energy, ramp_energy, ramp_terms
+from energy.force.kernels_force import idle_energy
 from energy.force.kernels_parts import AUXILIARY, BATTERY_RESISTANCE, CONSUMPTION_TABLE, GRADE, INERTIA
+from energy.force.kernels_phase import cruise_energy, ramp_energy
 from energy.force.kernels_physics import LinkPhysics, Road
+from energy.force.kernels_terms import cruise_terms, ramp_terms
 
 TOUCH_MPS = 1e-9  # a speed this near to an interval boundary touches only the interval on its own side
 

@@ -1,7 +1,7 @@
 """Compiled: the equation of motion over a whole chain of links in equal time steps (source, section IV).
 
 Units: m, s, m/s, kg, N, W, J. Within a step, acceleration is constant; a step that would cross a link's end is cut
-there. What a step takes is the phase of energy.force.kernels_force, so both models share one law of force and battery.
+there. What a step takes is the phase of energy.force.kernels_terms, so both models share one law of force and battery.
 
 Braking is expressed in distances: D(v) is the way that stopping from v takes with the table. A vehicle that keeps every
 later limit and stop has D(v) ≤ reach + the way that remains on its link, where reach is the least of D of the speed
@@ -19,9 +19,10 @@ from numpy.typing import NDArray
 
 from energy.chain.kernels_chain import ChainDrive, ChainLinks, DrivenChain, stop_at
 from energy.chain.kernels_link import TOUCH_MPS
-from energy.force.kernels_force import cruise_terms, idle_energy, ramp_terms, total_j
+from energy.force.kernels_force import idle_energy
 from energy.force.kernels_parts import AUXILIARY, BATTERY_RESISTANCE, CABIN, REGEN_LIMIT, ROLLING
 from energy.force.kernels_physics import ROAD_WAIT, LinkPhysics, accepted_j, book_warm_up, cabin_energy_j, road_in_time
+from energy.force.kernels_terms import cruise_terms, ramp_terms, total_j
 
 SLACK = 1e-6  # a step that ends this share of itself before the link's end ends there: no step of rounding errors
 STEP_LIMIT_REACHED = -1

@@ -12,7 +12,7 @@ from energy.chain import kernels_chain, kernels_link
 from energy.chain.chain import RULE_CODE, LinkModel, StopRule, check_chain
 from energy.conditions import STILL, Conditions
 from energy.force.effects import LinkSetting, drive_of
-from energy.force.kernels_force import ramp_energy
+from energy.force.kernels_phase import ramp_energy
 from energy.force.kernels_physics import ROAD_WAIT, road_at
 
 if TYPE_CHECKING:

@@ -1,7 +1,7 @@
 """Compiled: battery energy along a recorded speed and height, a step from each sample to the next.
 
 Units: m, s, m/s, kg, N, W, J. Within a step acceleration and grade are constant, so a step is a phase of
-energy.force.kernels_force: the route model's law of force and battery, integrated exactly.
+energy.force.kernels_terms: the route model's law of force and battery, integrated exactly.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.force.kernels_force import cruise_terms, idle_energy, ramp_terms, total_j
+from energy.force.kernels_force import idle_energy
 from energy.force.kernels_parts import (
     AUXILIARY,
     BATTERY_RESISTANCE,
@@ -24,6 +24,7 @@ from energy.force.kernels_parts import (
     ROLLING,
 )
 from energy.force.kernels_physics import LinkPhysics, accepted_j, book_warm_up, cabin_energy_j, road_in_time
+from energy.force.kernels_terms import cruise_terms, ramp_terms, total_j
 
 
 class ProfileSteps(NamedTuple):

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, replace
 
 from energy.chain import kernels_link
-from energy.force import kernels_force
+from energy.force import kernels_phase
 from energy.force.kernels_physics import LinkPhysics, Road
 
 
@@ -63,11 +63,11 @@ def add_link_parts(p, length, grade, *rest):
 
 
 def ramp_energy(p, ds, v_a, v_b, grade, flat):
-    return kernels_force.ramp_energy(p.physics, p.road(grade, flat), ds, v_a, v_b)
+    return kernels_phase.ramp_energy(p.physics, p.road(grade, flat), ds, v_a, v_b)
 
 
 def cruise_energy(p, ds, v, grade, flat):
-    return kernels_force.cruise_energy(p.physics, p.road(grade, flat), ds, v)
+    return kernels_phase.cruise_energy(p.physics, p.road(grade, flat), ds, v)
 
 
 def plan_link(p, *rest):

@@ -12,7 +12,7 @@ from app.schemas.conditions import ConditionsSent
 from app.schemas.effects import EffectsSent
 from energy.chain import chain, kernels_chain, kernels_link
 from energy.chain.chain import Chain
-from energy.force import effects, kernels_force, kernels_physics, parts
+from energy.force import effects, kernels_force, kernels_phase, kernels_physics, kernels_terms, parts
 from energy.force.parts import PART_NAMES
 from energy.stops import StopSettings
 from energy.vehicle.coefficients import EffectCoefficients
@@ -31,7 +31,8 @@ def test_docs_table_of_equations_has_each_of_them_once():
 
 
 def test_docs_name_functions_that_exist():
-    modules = (kernels_link, kernels_chain, kernels_force, kernels_physics, chain, effects, parts)
+    modules = (kernels_link, kernels_chain, kernels_force, kernels_phase, kernels_terms, kernels_physics)
+    modules += (chain, effects, parts)
     by_name = {module.__name__.rsplit(".", 1)[1]: module for module in modules}
     named = re.findall(rf"`({'|'.join(by_name)})\.(\w+)`", PAGE)
     assert len(named) > 40

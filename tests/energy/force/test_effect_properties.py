@@ -15,8 +15,10 @@ from energy.chain.chain import LinkModel, StopRule, simulate_chain
 from energy.conditions import CONDITION_RANGES, Conditions, RoadSurface
 from energy.errors import ConditionsError
 from energy.force.effects import LinkSetting, cabin_power_w, drive_of
-from energy.force.kernels_force import battery_power, ramp_energy, ramp_terms, road_load_n, total_j
+from energy.force.kernels_force import battery_power, road_load_n
+from energy.force.kernels_phase import ramp_energy
 from energy.force.kernels_physics import Road
+from energy.force.kernels_terms import ramp_terms, total_j
 from energy.force.parts import PART_NAMES
 from energy.vehicle.coefficients import COEFFICIENT_RANGES, EffectCoefficients
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
