@@ -14,7 +14,8 @@ from scipy.special import ndtr
 from scipy.stats import binomtest
 
 from diagnosis.comparison.comparison import NORMAL_QUANTILE
-from energy.chain.uncertainty import QUANTILES, RESIDUAL_SD_FRAC, SAMPLES, SEED, residual_fracs, sampled_vehicles
+from energy.chain.sampling import RESIDUAL_SD_FRAC, SAMPLES, SEED, residual_fracs, sampled_vehicles
+from energy.chain.uncertainty import QUANTILES
 from energy.conditions import STILL, Conditions
 from energy.replay.replay import SMOOTHING_M, graded, replay
 from energy.units import JOULE_PER_KWH
@@ -118,7 +119,7 @@ def predict(
     """Energy of each recorded drive at the battery's terminals, from its speed and elevation alone.
 
     Each is replayed with the same sampled vehicles and model residuals, E = E_sim + f·D as in energy.chain.uncertainty.
-    Raises ConditionsError and VehicleError as energy.chain.uncertainty.sampled_vehicles does, and as replay does.
+    Raises ConditionsError and VehicleError as energy.chain.sampling.sampled_vehicles does, and as replay does.
     """
     vehicle = at_terminals(vehicle)
     vehicles = sampled_vehicles(vehicle, samples, seed)

@@ -9,54 +9,37 @@ the same vehicles and residuals. docs/uncertainty.md holds the quantiles beside 
 
 from __future__ import annotations
 
-import zlib
-from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Final
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from energy.chain.chain import RULE_CODE, DriveSettings, LinkModel, chain_links, check_chain, filling_energy_j
 from energy.chain.kernels_chain import ChainDrive, dissipated_j, drive_chain, undriven
-from energy.errors import ConditionsError, VehicleError
+from energy.chain.sampling import (
+    MOST_RESIDUAL_SD_FRAC,
+    STANDARD_SAMPLING,
+    Sampling,
+    check_within,
+    residual_fracs,
+    sampled_vehicles,
+)
 from energy.force.effects import LinkSetting, drive_of
 from energy.units import JOULE_PER_WH
-from energy.vehicle.coefficients import COEFFICIENT_RANGES
-from energy.vehicle.consumption_table import MOST_J_PER_M, ConsumptionTableVehicle
-from energy.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterator
 
     from numpy.typing import NDArray
 
     from energy.chain.chain import Chain
+    from energy.vehicle.consumption_table import ConsumptionTableVehicle
+    from energy.vehicle.vehicle import Vehicle
 
-# Source, table VII: standard deviation of the energy error over its 23 trips, parameters set from real drives. Its
-# speeds, stops and climate were simulated, so it holds the error of the driving profile as well.
-RESIDUAL_SD_FRAC: Final = 0.104
-MOST_RESIDUAL_SD_FRAC: Final = 0.5
-SAMPLES: Final = 200
-MOST_SAMPLES: Final = 10_000
-SEED: Final = 20_220_923
-TRIES: Final = 64  # draws for one vehicle before its standard deviations are refused
 QUANTILES: Final = (0.1, 0.5, 0.9)
 OUTER_QUANTILES: Final = (0.1, 0.9)
-FACTOR_RANGE: Final = (0.05, 20.0)
-MOST_AUX_W: Final = 100_000.0
 CHUNK: Final = 256  # samples at a time, which bounds memory
 AS_USUAL: Final = DriveSettings()
-
-
-@dataclass(frozen=True, slots=True)
-class Sampling:
-    """How many vehicles and residuals are drawn, by which seed, and how far the residual spreads."""
-
-    samples: int = SAMPLES
-    seed: int = SEED
-    residual_sd_frac: float = RESIDUAL_SD_FRAC
-
-
-STANDARD_SAMPLING: Final = Sampling()
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,37 +74,6 @@ class EnergyDistribution:
     soc_p90_frac: NDArray[np.float64] | None = None
 
 
-def sampled_vehicles(
-    vehicle: Vehicle | ConsumptionTableVehicle, count: int, seed: int = SEED
-) -> tuple[Vehicle | ConsumptionTableVehicle, ...]:
-    """Vehicles whose parameters are drawn from independent normals by `vehicle.sd`, cut off at what a vehicle can be.
-
-    A draw that the vehicle or its effect coefficients refuse is drawn anew as a whole. An array moves as a whole, by
-    one draw. Each field has its own stream of random numbers, and the first vehicles of a larger count are those of a
-    smaller one. A vehicle without standard deviations gives itself, count times.
-
-    Raises VehicleError where a field is unknown, a standard deviation negative, or TRIES draws are refused in a row.
-    """
-    _check("samples", count, 1, MOST_SAMPLES)
-    for name, sd in vehicle.sd.items():
-        if not _has(vehicle, name):
-            raise VehicleError(f"sd.{name}", sd, "a field of the vehicle, or effects.<field>", vehicle.id)
-        if not 0.0 <= sd < np.inf:
-            raise VehicleError(f"sd.{name}", sd, "a finite number, at least 0", vehicle.id)
-    names = [name for name, sd in vehicle.sd.items() if sd > 0.0]
-    if not names:
-        return (vehicle,) * count
-    shifts = np.stack([vehicle.sd[name] * _normals(name, seed, (count, TRIES)) for name in names], axis=-1)
-    return tuple(_first_possible(vehicle, names, shifts[k]) for k in range(count))
-
-
-def residual_fracs(count: int, seed: int = SEED, sd_frac: float = RESIDUAL_SD_FRAC) -> NDArray[np.float64]:
-    """Factors f on the dissipated energy, float64 (count,), normal with sd_frac and never below −1 [-]."""
-    _check("samples", count, 1, MOST_SAMPLES)
-    _check("residual_sd_frac", sd_frac, 0.0, MOST_RESIDUAL_SD_FRAC)
-    return np.maximum(sd_frac * _normals("residual", seed, (count,)), -1.0)
-
-
 def chain_distribution(
     vehicle: Vehicle | ConsumptionTableVehicle,
     chain: Chain,
@@ -139,8 +91,8 @@ def chain_distribution(
     the bit. Raises as simulate_chain does, and ConditionsError for a state of charge, a count or a residual that is
     out of range; VehicleError as sampled_vehicles does.
     """
-    _check("soc_start_frac", soc_start_frac, 0.0, 1.0)
-    _check("reserve_soc_frac", reserve_soc_frac, 0.0, 1.0)
+    check_within("soc_start_frac", soc_start_frac, 0.0, 1.0)
+    check_within("reserve_soc_frac", reserve_soc_frac, 0.0, 1.0)
     samples = sampling.samples
     residual = residual_fracs(samples, sampling.seed, sampling.residual_sd_frac)
     total, dissipated, arrival, lowest = (np.empty(samples) for _ in range(4))
@@ -185,125 +137,12 @@ def dissipation_sd_frac(
 
     Of D·(1 + f) with D and f independent: the square root of s² + r² + s²·r².
     """
-    _check("residual_sd_frac", sampling.residual_sd_frac, 0.0, MOST_RESIDUAL_SD_FRAC)
+    check_within("residual_sd_frac", sampling.residual_sd_frac, 0.0, MOST_RESIDUAL_SD_FRAC)
     dissipated = np.empty(sampling.samples)
     for at, _, lost, _, _ in _driven(vehicle, chain, drive, sampling):
         dissipated[at] = [row.sum() for row in lost]
     s2, r2 = _spread_frac(dissipated) ** 2, sampling.residual_sd_frac**2
     return float(np.sqrt(s2 + r2 + s2 * r2))
-
-
-def pessimistic(vehicle: Vehicle | ConsumptionTableVehicle, factor: float) -> Vehicle | ConsumptionTableVehicle:
-    """The vehicle with all that it dissipates scaled by a factor, 0.05..20; below 1 an optimistic one.
-
-    Scaled are A, B and C, P_aux, the losses 1/η_dis − 1 and 1 − η_chg, climate, battery resistance and what wet or
-    snowy roads add; of a consumption table its values, P_aux, and how much more heights and speeds take than they give
-    back. Values stop at the ends of their ranges: recuperation at 0, a COP at 0.5. The energy of any link grows with
-    the factor, and 1 gives the vehicle itself. The dissipated energy follows the factor to within a few per cent of the
-    change: losses act on a road load that has changed as well, and a car of more resistance recuperates less and so
-    loses less in doing so. Powers that conditions name in watts stay.
-
-    Raises ConditionsError for a factor out of range.
-    """
-    _check("factor", factor, *FACTOR_RANGE)
-    if factor == 1.0:
-        return vehicle
-    aux_power_w = min(vehicle.aux_power_w * factor, MOST_AUX_W)
-    if isinstance(vehicle, ConsumptionTableVehicle):
-        up_j_per_m, down_j_per_m = _parted(vehicle.ascent_j_per_m, vehicle.descent_j_per_m, factor)
-        up_kg, down_kg = _parted(vehicle.kinetic_up_kg, vehicle.kinetic_down_kg, factor)
-        return replace(
-            vehicle,
-            consumption_j_per_m=np.minimum(vehicle.consumption_j_per_m * factor, MOST_J_PER_M),
-            ascent_j_per_m=up_j_per_m,
-            descent_j_per_m=down_j_per_m,
-            kinetic_up_kg=up_kg,
-            kinetic_down_kg=down_kg,
-            aux_power_w=aux_power_w,
-        )
-    effects = {name: getattr(vehicle.effects, name) * factor for name in _SCALED_EFFECTS}
-    effects |= {name: getattr(vehicle.effects, name) / factor for name in _DIVIDED_EFFECTS}
-    for name, value in effects.items():
-        low, high = COEFFICIENT_RANGES[name]
-        effects[name] = min(max(value, low), high)
-    return replace(
-        vehicle,
-        road_load_a_n=vehicle.road_load_a_n * factor,
-        road_load_b_n_per_mps=vehicle.road_load_b_n_per_mps * factor,
-        road_load_c_n_per_mps2=vehicle.road_load_c_n_per_mps2 * factor,
-        drive_eff=1.0 / (1.0 + factor * (1.0 / vehicle.drive_eff - 1.0)),
-        recuperation_eff=max(1.0 - factor * (1.0 - vehicle.recuperation_eff), 0.0),
-        aux_power_w=aux_power_w,
-        effects=replace(vehicle.effects, **effects),
-    )
-
-
-_SCALED_EFFECTS: Final = (
-    "wet_rolling_coef",
-    "wet_drag_n_per_mps",
-    "snow_rolling_coef",
-    "climate_fan_w",
-    "climate_limit_w",
-    "aux_climate_w",
-    "battery_resistance_ohm",
-    "drive_loss_w_per_n2",
-)
-_DIVIDED_EFFECTS: Final = ("heating_cop", "cooling_cop")
-
-
-def _parted(taken: float, given: float, factor: float) -> tuple[float, float]:
-    """What is taken and given back, their difference scaled about the middle, nothing below 0."""
-    middle, half = 0.5 * (taken + given), 0.5 * factor * (taken - given)
-    return middle + half, max(middle - half, 0.0)
-
-
-def _check(field: str, value: float, low: float, high: float) -> None:
-    if not low <= value <= high:
-        raise ConditionsError(field, value, f"{low:g}..{high:g}")
-
-
-def _has(vehicle: Vehicle | ConsumptionTableVehicle, name: str) -> bool:
-    if name.startswith("effects."):
-        field = name.removeprefix("effects.")
-        return (
-            isinstance(vehicle, Vehicle) and field in COEFFICIENT_RANGES and getattr(vehicle.effects, field) is not None
-        )
-    return isinstance(getattr(vehicle, name, None), int | float | np.ndarray)
-
-
-def _normals(name: str, seed: int, shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Standard normal numbers of one field's own stream, float64 of the shape."""
-    return np.random.default_rng((seed, zlib.crc32(name.encode()))).standard_normal(shape)
-
-
-def _first_possible(
-    vehicle: Vehicle | ConsumptionTableVehicle, names: list[str], shifts: NDArray[np.float64]
-) -> Vehicle | ConsumptionTableVehicle:
-    """The vehicle shifted by the first row of shifts (tries, names) that it does not refuse."""
-    refused = None
-    for row in shifts:
-        try:
-            return _shifted(vehicle, dict(zip(names, row.tolist(), strict=True)))
-        except (VehicleError, ConditionsError) as error:
-            refused = error
-    allowed = f"small enough that one of {TRIES} draws can be a vehicle; the last was refused: {refused}"
-    raise VehicleError("sd", dict(vehicle.sd), allowed, vehicle.id)
-
-
-def _shifted(
-    vehicle: Vehicle | ConsumptionTableVehicle, shifts: Mapping[str, float]
-) -> Vehicle | ConsumptionTableVehicle:
-    own: dict[str, Any] = {}
-    effects: dict[str, Any] = {}
-    for name, shift in shifts.items():
-        if isinstance(vehicle, Vehicle) and name.startswith("effects."):
-            field = name.removeprefix("effects.")
-            effects[field] = getattr(vehicle.effects, field) + shift
-        else:
-            own[name] = getattr(vehicle, name) + shift
-    if isinstance(vehicle, Vehicle) and effects:
-        own["effects"] = replace(vehicle.effects, **effects)
-    return replace(vehicle, **own)
 
 
 # samples at a time: which they are, energy and dissipated energy of each link (samples, n) [J], capacity [J], time [s]

@@ -22,7 +22,7 @@ from diagnosis.comparison.coverage import (
 )
 from diagnosis.recordings.reading import Recording
 from docs import uncertainty_table
-from energy.chain.uncertainty import sampled_vehicles
+from energy.chain.sampling import sampled_vehicles
 from energy.conditions import STILL, Conditions
 from energy.replay.replay import replay
 

@@ -10,8 +10,9 @@ import pytest
 from energy.chain.chain import DriveSettings, StopRule, simulate_chain
 from energy.chain.kernels_chain import REST
 from energy.chain.profile import chain_profile
+from energy.chain.sampling import Sampling
 from energy.chain.timestep import simulate_timestep
-from energy.chain.uncertainty import Sampling, chain_distribution
+from energy.chain.uncertainty import chain_distribution
 
 pytestmark = pytest.mark.nojit
 

@@ -11,21 +11,14 @@ import pytest
 
 from energy.battery import soc_along
 from energy.chain.chain import DriveSettings, LinkModel, StopRule, simulate_chain
-from energy.chain.uncertainty import (
-    CHUNK,
-    RESIDUAL_SD_FRAC,
-    Sampling,
-    chain_distribution,
-    dissipation_sd_frac,
-    pessimistic,
-    residual_fracs,
-    sampled_vehicles,
-)
+from energy.chain.sampling import RESIDUAL_SD_FRAC, Sampling, residual_fracs, sampled_vehicles
+from energy.chain.uncertainty import CHUNK, chain_distribution, dissipation_sd_frac
 from energy.conditions import STILL, Conditions, RoadSurface
 from energy.errors import ConditionsError, LinkError, VehicleError
 from energy.vehicle.coefficients import COEFFICIENT_RANGES
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from energy.vehicle.files import load_vehicle
+from energy.vehicle.pessimistic import pessimistic
 from energy.vehicle.vehicle import Vehicle
 
 VEHICLES = Path(__file__).resolve().parents[3] / "data" / "vehicles"
