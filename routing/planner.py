@@ -8,16 +8,6 @@ from typing import TYPE_CHECKING
 from energy.chain.chain import LinkModel, StopRule, simulate_chain
 from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
-import numpy as np
-
-from energy.chain.chain import DriveSettings, LinkModel, StopRule, simulate_chain
-from energy.chain.sampling import SEED
-from energy.chain.uncertainty import dissipation_sd_frac
-from energy.conditions import STILL, Conditions
-from energy.stops import StopSettings
-from energy.units import JOULE_PER_KWH, JOULE_PER_WH
-from energy.vehicle.pessimistic import FACTOR_RANGE, pessimistic
-from energy.vehicle.vehicle import Powertrain
 from routing.errors import QueryError
 from routing.graph.practice import practice_graph
 from routing.graph.snap import RoadIndex

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.chain.chain import DriveSettings, LinkModel
-from energy.chain.uncertainty import FACTOR_RANGE, SEED, dissipation_sd_frac, pessimistic
+from energy.chain.sampling import SEED
+from energy.chain.uncertainty import dissipation_sd_frac
 from energy.units import JOULE_PER_WH
+from energy.vehicle.pessimistic import FACTOR_RANGE, pessimistic
 from routing.errors import QueryError
 from routing.links.spans import ChainMaker
 from routing.places import LinkPosition, Point
