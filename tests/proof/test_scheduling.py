@@ -37,6 +37,7 @@ def test_what_a_call_raises_is_raised(spread: ProofWorkers) -> None:
         list(spread.each(floordiv, [(1, 1), (1, 0)]))
 
 
-def test_a_process_that_dies_is_named(spread: ProofWorkers) -> None:
+def test_a_process_that_dies_is_named_and_another_takes_its_place(spread: ProofWorkers) -> None:
     with pytest.raises(ProofError, match="a worker died"):
         list(spread.each(os._exit, [(1,)]))
+    assert list(spread.each(floordiv, [(6, 3)])) == [(0, 2)]
