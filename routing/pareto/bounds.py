@@ -108,18 +108,18 @@ def chosen(
 
     The first and the last stay. Others are left out one by one, first those that the proof needs least.
     """
-    left = list(range(len(front)))
+    kept = list(range(len(front)))
 
     def without(place: int) -> float:
-        return bounds.step_gap(front[left[place - 1]], front[left[place + 1]], reference_j, most_j)
+        return bounds.step_gap(front[kept[place - 1]], front[kept[place + 1]], reference_j, most_j)
 
-    gaps = [without(place) for place in range(1, len(left) - 1)]
+    gaps = [without(place) for place in range(1, len(kept) - 1)]
     while gaps:
         least = min(range(len(gaps)), key=gaps.__getitem__)
-        if gaps[least] > epsilon_frac and len(left) <= most:
+        if gaps[least] > epsilon_frac and len(kept) <= most:
             break
-        del left[least + 1], gaps[least]
+        del kept[least + 1], gaps[least]
         for place in (least, least + 1):
-            if 1 <= place < len(left) - 1:
+            if 1 <= place < len(kept) - 1:
                 gaps[place - 1] = without(place)
-    return left
+    return kept

@@ -15,7 +15,7 @@ from routing.range.kernels_grid import (
     NOWHERE,
     Energies,
     Grid,
-    Roads,
+    RoadLines,
     Seen,
     Unsure,
     count_nodes,
@@ -178,8 +178,8 @@ class AreaMaker:
         )
 
 
-def _roads(graph: RoadGraph) -> Roads:
-    return Roads(
+def _roads(graph: RoadGraph) -> RoadLines:
+    return RoadLines(
         graph.tail,
         graph.head,
         graph.length_m,
@@ -204,7 +204,7 @@ def _energies(reached: RoadEnergies) -> Energies:
 
 
 def _extent_e7(
-    roads: Roads, energies: dict[int, Energies], budgets: dict[int, NDArray[np.float64]], origin: Point
+    roads: RoadLines, energies: dict[int, Energies], budgets: dict[int, NDArray[np.float64]], origin: Point
 ) -> NDArray[np.int64]:
     """West, south, east, north of the origin and all links in reach of the largest budgets, int64 (4,) [1e-7 deg]."""
     home = np.rint(np.array((origin.lon_deg, origin.lat_deg)) * E7).astype(np.int64)

@@ -1,6 +1,6 @@
 """Compiled: the states in which the links of a graph are entered, which a search back from a goal runs on.
 
-How fast a drive is does not depend on what it takes, so that these states can be told before any search.
+How fast a drive is does not depend on what it takes, so that these states are known before any search.
 """
 
 from __future__ import annotations

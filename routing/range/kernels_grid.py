@@ -19,7 +19,7 @@ OFFSET_STEPS = 1 << 14  # of the square of a distance of one cell
 BLOCK = 64  # columns whose nearest roads are looked for together
 
 
-class Roads(NamedTuple):
+class RoadLines(NamedTuple):
     """Where the roads of a graph lie, as in RoadGraph."""
 
     tail: NDArray[np.int32]
@@ -71,9 +71,9 @@ class Unsure(NamedTuple):
 
 
 @njit(nogil=True, cache=True)
-def borrowed_roads(r: Roads) -> Roads:
+def borrowed_roads(r: RoadLines) -> RoadLines:
     """The same roads with borrowed arrays."""
-    return Roads(
+    return RoadLines(
         borrowed(r.tail),
         borrowed(r.head),
         borrowed(r.length_m),
@@ -99,7 +99,7 @@ def borrowed_energies(e: Energies) -> Energies:
 
 
 @njit(nogil=True, cache=True)
-def energy_line(r: Roads, e: Energies, link: int, length_m: float) -> tuple[float, float, float, float]:
+def energy_line(r: RoadLines, e: Energies, link: int, length_m: float) -> tuple[float, float, float, float]:
     """The stretch of a link for whose places the charge suffices [m], least energy at its start [J] and slope [J/m].
 
     The energy is taken as linear along the stretch. Where there is none its end is before its start.
@@ -123,7 +123,7 @@ def energy_line(r: Roads, e: Energies, link: int, length_m: float) -> tuple[floa
 
 @njit(nogil=True, cache=True)
 def widen_extent(
-    r: Roads, e: Energies, budget_j: float, e7_per_m: tuple[float, float], extent_e7: NDArray[np.int64]
+    r: RoadLines, e: Energies, budget_j: float, e7_per_m: tuple[float, float], extent_e7: NDArray[np.int64]
 ) -> None:
     """Let extent_e7 (west, south, east, north) hold every link on which some place takes no more than the budget.
 
@@ -179,7 +179,7 @@ def put_place(x: float, y: float, level: int, key: NDArray[np.int32]) -> None:
 
 @njit(nogil=True, cache=True)
 def put_along(
-    r: Roads,
+    r: RoadLines,
     e: Energies,
     budget_j: NDArray[np.float64],
     grid: Grid,
@@ -251,7 +251,7 @@ def put_along(
 def put_end(
     node: int,
     point: int,
-    r: Roads,
+    r: RoadLines,
     e: Energies,
     budget_j: NDArray[np.float64],
     grid: Grid,
@@ -275,7 +275,7 @@ def put_end(
 def put_roads(
     b: Boxes,
     holds: NDArray[np.int8],
-    r: Roads,
+    r: RoadLines,
     e: Energies,
     budget_j: NDArray[np.float64],
     grid: Grid,
@@ -325,7 +325,7 @@ def nearest_roads(key: NDArray[np.int32], most: int, off_road: float) -> None:
     Hesselink 2000.
     """
     rows, columns = key.shape
-    one = np.int32(1 << LEVEL_BITS)
+    next_cell = np.int32(1 << LEVEL_BITS)
     farthest = np.int32(most << LEVEL_BITS)
     far_square = np.int32(most * most << LEVEL_BITS)
     off_square = int(off_road * off_road)
@@ -333,7 +333,7 @@ def nearest_roads(key: NDArray[np.int32], most: int, off_road: float) -> None:
     for row in range(rows):
         line = key[row]
         for column in range(columns):
-            value = min(away[column] + one, farthest)
+            value = min(away[column] + next_cell, farthest)
             if line[column] != NOWHERE:
                 value = line[column] & LEVEL_MASK
             away[column] = value
@@ -342,7 +342,7 @@ def nearest_roads(key: NDArray[np.int32], most: int, off_road: float) -> None:
     for row in range(rows - 1, -1, -1):
         line = key[row]
         for column in range(columns):
-            value = min(np.int32(away[column] + one), line[column])
+            value = min(np.int32(away[column] + next_cell), line[column])
             away[column] = value
             steps = value >> LEVEL_BITS
             line[column] = (steps * steps) << LEVEL_BITS | (value & LEVEL_MASK)

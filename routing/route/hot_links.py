@@ -161,12 +161,12 @@ def maximal_runs(score: NDArray[np.float64]) -> list[tuple[int, int]]:
     contains it has that property. Runs are disjoint, their scores positive, and no two touch. O(n).
     Ruzzo, W. L., Tompa, M.: A linear time algorithm for finding all maximal scoring subsequences. ISMB 1999, 234-241.
     """
-    # For candidate k: its run, the sum of scores before it (left) and up to its end (right), and the last candidate
-    # before it whose left is smaller (below), which the search for such a candidate follows.
+    # For candidate k: its run, the sum of scores before it (start_sum) and up to its end (end_sum), and the last
+    # candidate before it whose start_sum is smaller (below), which the search for such a candidate follows.
     first: list[int] = []
     last: list[int] = []
-    left: list[float] = []
-    right: list[float] = []
+    start_sum: list[float] = []
+    end_sum: list[float] = []
     below: list[int] = []
     total = 0.0
     for position, value in enumerate(score.tolist()):
@@ -176,16 +176,16 @@ def maximal_runs(score: NDArray[np.float64]) -> list[tuple[int, int]]:
         begin, sum_before = position, before
         while True:
             k = len(first) - 1
-            while k >= 0 and left[k] >= sum_before:
+            while k >= 0 and start_sum[k] >= sum_before:
                 k = below[k]
-            if k < 0 or right[k] >= total:
+            if k < 0 or end_sum[k] >= total:
                 break
-            begin, sum_before = first[k], left[k]  # candidate k and all after it are one with the new run
-            del first[k:], last[k:], left[k:], right[k:], below[k:]
+            begin, sum_before = first[k], start_sum[k]  # candidate k and all after it are one with the new run
+            del first[k:], last[k:], start_sum[k:], end_sum[k:], below[k:]
         first.append(begin)
         last.append(position)
-        left.append(sum_before)
-        right.append(total)
+        start_sum.append(sum_before)
+        end_sum.append(total)
         below.append(k)
     return list(zip(first, last, strict=True))
 

@@ -128,10 +128,10 @@ def build_motorways(
         way = 2 * k
         ends = (joint[int(chains.tail[k])], joint[int(chains.head[k])])
         stops = sorted({s + d for s, _ in joins for d in (-RAMP_SAMPLES, RAMP_SAMPLES)})
-        cuts = _cuts(x.size, stops)
-        forward = _carriageway(builder, middle - side, h, cuts, ends, way)
+        node_samples = _node_samples(x.size, stops)
+        forward = _carriageway(builder, middle - side, h, node_samples, ends, way)
         back = _carriageway(
-            builder, (middle + side)[::-1], h[::-1], [x.size - 1 - c for c in cuts][::-1], ends[::-1], way + 1
+            builder, (middle + side)[::-1], h[::-1], [x.size - 1 - c for c in node_samples][::-1], ends[::-1], way + 1
         )
         for s, target in joins:
             before, after = s - RAMP_SAMPLES, s + RAMP_SAMPLES
@@ -166,32 +166,32 @@ def _interchanges(
     return sorted(found)
 
 
-def _cuts(count: int, stops: list[int]) -> list[int]:
+def _node_samples(count: int, stops: list[int]) -> list[int]:
     """Samples that become nodes: the ends, the stops, and others in between at an even distance."""
-    cuts = [0]
+    node_samples = [0]
     for stop in [*stops, count - 1]:
-        gap = stop - cuts[-1]
-        parts = max(1, round(gap / PIECE_SAMPLES))
-        cuts += [cuts[-1] + round(gap * p / parts) for p in range(1, parts)] + [stop]
-    return sorted(set(cuts))
+        samples = stop - node_samples[-1]
+        parts = max(1, round(samples / PIECE_SAMPLES))
+        node_samples += [node_samples[-1] + round(samples * p / parts) for p in range(1, parts)] + [stop]
+    return sorted(set(node_samples))
 
 
 def _carriageway(
     builder: _Builder,
     line: NDArray[np.float64],
     height: NDArray[np.float64],
-    cuts: list[int],
+    node_samples: list[int],
     ends: tuple[int, int],
     way: int,
 ) -> dict[int, int]:
-    """Add a carriageway; the node at each cut."""
-    inner = np.array(cuts[1:-1], np.int64)
+    """Add a carriageway; the node at each of node_samples."""
+    inner = np.array(node_samples[1:-1], np.int64)
     ids = [ends[0], *builder.add_nodes(line[inner, 0], line[inner, 1], height[inner]).tolist(), ends[1]]
-    for k in range(len(cuts) - 1):
-        shape = line[cuts[k] : cuts[k + 1] + 1]
-        kmh = 80 if cuts[k] == 0 or cuts[k + 1] == line.shape[0] - 1 else 130
+    for k in range(len(node_samples) - 1):
+        shape = line[node_samples[k] : node_samples[k + 1] + 1]
+        kmh = 80 if node_samples[k] == 0 or node_samples[k + 1] == line.shape[0] - 1 else 130
         builder.add(ids[k], ids[k + 1], FunctionalClass.MOTORWAY, kmh, way, shape, oneway=True)
-    return dict(zip(cuts, ids, strict=True))
+    return dict(zip(node_samples, ids, strict=True))
 
 
 def _ramp(line: NDArray[np.float64], leave: int, goal: NDArray[np.float64]) -> NDArray[np.float64]:

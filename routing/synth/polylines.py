@@ -85,8 +85,8 @@ def resampled(lines: Polylines, spacing_m: NDArray[np.float64] | float) -> tuple
     length = position[lines.first[1:] - 1]
     counts = np.maximum(1, np.round(length / spacing_m)).astype(np.int64) + 1
     first = offsets(counts)
-    gap = 1.0  # metres between lines on the common axis, so that interpolation never mixes two lines
-    start = np.concatenate(([0.0], np.cumsum(length + gap)))[:-1]
+    apart_m = 1.0  # between lines on the common axis, so that interpolation never mixes two lines
+    start = np.concatenate(([0.0], np.cumsum(length + apart_m)))[:-1]
     old_axis = position + np.repeat(start, np.diff(lines.first))
     fraction = (np.arange(int(first[-1])) - np.repeat(first[:-1], counts)) / np.repeat(counts - 1, counts)
     new_axis = np.repeat(start, counts) + fraction * np.repeat(length, counts)

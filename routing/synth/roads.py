@@ -194,10 +194,10 @@ def roads_from_chains(
     fine, index = resampled(meandered(fine, winding, rng), np.where(winds, 14.0, _SAMPLE_M))
     height, winding = at_index(height, index), at_index(winding, index)
 
-    cut = _cuts(fine, height, chains.tail == chains.head, pieces_wanted)
-    node = np.full(cut.size, -1)
-    node[cut] = first_new_node + np.arange(int(cut.sum()))
-    begins = cut.copy()
+    is_node = _is_node(fine, height, chains.tail == chains.head, pieces_wanted)
+    node = np.full(is_node.size, -1)
+    node[is_node] = first_new_node + np.arange(int(is_node.sum()))
+    begins = is_node.copy()
     begins[fine.first[:-1]] = True
     begin = np.flatnonzero(begins)
     line = fine.line_of_point()[begin]
@@ -223,10 +223,10 @@ def roads_from_chains(
         way=line,
         shape=without_straight_points(shape),
     )
-    return Nodes(fine.x_m[cut], fine.y_m[cut], height[cut]), pieces
+    return Nodes(fine.x_m[is_node], fine.y_m[is_node], height[is_node]), pieces
 
 
-def _cuts(
+def _is_node(
     lines: Polylines, height_m: NDArray[np.float64], closed: NDArray[np.bool_], pieces_wanted: int
 ) -> NDArray[np.bool_]:
     """Inner points at which lines are cut, bool (k,), into about pieces_wanted pieces: denser where grades change."""
@@ -246,9 +246,9 @@ def _cuts(
     count = np.minimum(count, np.maximum(1, (lines.length_m() / 60.0).astype(np.int64)))
     share = pace / np.repeat(np.maximum(whole, 1e-9), np.diff(lines.first)) * np.repeat(count, np.diff(lines.first))
     number = np.floor(share + 1e-9)
-    cut = np.zeros(number.size, bool)
-    cut[1:] = np.diff(number) > 0
-    return cut & ~lines.is_end()
+    is_node = np.zeros(number.size, bool)
+    is_node[1:] = np.diff(number) > 0
+    return is_node & ~lines.is_end()
 
 
 def _near_homes(places: Settlements, streets: Streets, shape: Polylines) -> NDArray[np.bool_]:

@@ -391,15 +391,15 @@ def test_simulation_of_an_unknown_link_is_refused(planner, link):
     assert (error.field, error.position, error.value, error.allowed) == ("id", 1, link, "0..7")
 
 
-@pytest.mark.parametrize("cut", [(0.0, 0.5), (0.5, 1.0)])
-def test_simulation_with_a_gap_between_links_is_refused(planner, cut):
+@pytest.mark.parametrize("stretch", [(0.0, 0.5), (0.5, 1.0)])
+def test_simulation_with_a_gap_between_links_is_refused(planner, stretch):
     first, second = whole(planner, (0, 1), (1, 2))
-    if cut == (0.0, 0.5):
+    if stretch == (0.0, 0.5):
         spans = [replace(first, to_m=0.5 * first.to_m), second]
     else:
         spans = [first, replace(second, from_m=0.5 * second.to_m)]
     error = refused(planner, spans)
-    assert (error.field, error.position) == (("to_m", 0) if cut == (0.0, 0.5) else ("from_m", 1))
+    assert (error.field, error.position) == (("to_m", 0) if stretch == (0.0, 0.5) else ("from_m", 1))
     assert "no gap" in error.allowed
 
 

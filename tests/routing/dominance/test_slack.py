@@ -87,9 +87,9 @@ def test_slow_way_that_leaves_the_tyres_warmer_is_not_given_up_for_one_that_lead
     car = vehicle(aux_power_w=300.0, effects=learned)
     lengths = np.linspace(500.0, 6000.0, 400)
     behind = [(slow, fast) for slow, fast in ((taken(car, m, "slow"), taken(car, m, "fast")) for m in lengths)]
-    leads = [k for k, (slow, fast) in enumerate(behind) if fast[0] + 100.0 < slow[0] and slow[1] + 100.0 < fast[1]]
-    assert leads, "some length leaves the slow way behind at first and ahead at the end"
-    slow_m = float(lengths[leads[len(leads) // 2]])
+    ahead = [k for k, (slow, fast) in enumerate(behind) if fast[0] + 100.0 < slow[0] and slow[1] + 100.0 < fast[1]]
+    assert ahead, "some length leaves the slow way behind at first and ahead at the end"
+    slow_m = float(lengths[ahead[len(ahead) // 2]])
     links[2] = (1, 2, slow_m, 6.0, 0)
     graph = graph_of(links, [0.0] * 5)
     space = space_of(graph, car)

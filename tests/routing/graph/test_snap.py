@@ -177,10 +177,10 @@ def test_part_of_a_line_across_its_corner_keeps_the_corner():
 
 
 def test_parts_of_a_line_join_without_a_gap():
-    cuts = np.linspace(0.0, 1.0, 12)
-    parts = [part_of_line(LINE, a, b) for a, b in itertools.pairwise(cuts)]
-    for one, other in itertools.pairwise(parts):
-        np.testing.assert_allclose(one[-1], other[0], atol=1e-12)
+    shares = np.linspace(0.0, 1.0, 12)
+    parts = [part_of_line(LINE, a, b) for a, b in itertools.pairwise(shares)]
+    for part, following in itertools.pairwise(parts):
+        np.testing.assert_allclose(part[-1], following[0], atol=1e-12)
     assert min(len(part) for part in parts) >= 2
     np.testing.assert_allclose(parts[0][0], LINE[0])
     np.testing.assert_allclose(parts[-1][-1], LINE[-1])

@@ -82,11 +82,11 @@ def reached(graph, space, limits=UNHELD, link=0):
     return reach(space, WorkspacePool(graph.link_count), limits, [start], graph.head, graph.node_count)
 
 
-def same(one, other):
-    np.testing.assert_allclose(one.node_energy_j, other.node_energy_j, rtol=1e-9, atol=1e-6)
-    np.testing.assert_allclose(one.link_reach_m, other.link_reach_m, rtol=1e-9, atol=1e-6)
-    assert one.counts.labels_made == other.counts.labels_made
-    assert one.counts.reduced_below_zero == other.counts.reduced_below_zero == 0
+def same(first, second):
+    np.testing.assert_allclose(first.node_energy_j, second.node_energy_j, rtol=1e-9, atol=1e-6)
+    np.testing.assert_allclose(first.link_reach_m, second.link_reach_m, rtol=1e-9, atol=1e-6)
+    assert first.counts.labels_made == second.counts.labels_made
+    assert first.counts.reduced_below_zero == second.counts.reduced_below_zero == 0
 
 
 @settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])

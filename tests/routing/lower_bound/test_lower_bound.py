@@ -162,12 +162,12 @@ def test_costs_to_the_goal_are_those_of_scipy_and_never_more_beyond_the_radius(a
         bound.reach[FARTHEST] = farthest
         got = np.array([asked(bound, weights, node) for node in range(andorra.node_count)])
         line_m = np.linalg.norm(bound.place_m - bound.start_m, axis=1)
-        left = line_m * bound.line_to_road * (bound.least_a_metre @ np.array(weights))
-        near = expected + left <= min(farthest, 1e9)
+        straight_cost = line_m * bound.line_to_road * (bound.least_a_metre @ np.array(weights))
+        near = expected + straight_cost <= min(farthest, 1e9)
         assert near.sum() > 0
         assert got[near] == pytest.approx(expected[near], rel=1e-9, abs=1e-12)
         assert (got <= expected * (1.0 + 1e-9)).all()
-        assert (got[~near] >= farthest - left[~near] - 1e-9).all()
+        assert (got[~near] >= farthest - straight_cost[~near] - 1e-9).all()
 
 
 def test_nothing_leads_to_the_goal_of_a_road_that_none_enters():

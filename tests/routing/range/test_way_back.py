@@ -97,12 +97,12 @@ def drawn(graph, car, rule, charge, capacity, sky, data):
 def test_reverse_bands_on_small_maps_are_those_of_forward_searches(graph, car, rule, charge, capacity, data):
     space, goal, asked, back, _, _ = drawn(graph, car, rule, charge, capacity, STILL, data)
     for node in range(graph.node_count):
-        left = most_left_j(graph, space, node, goal, *charge, capacity)
-        told = asked.soc_j - back.node_energy_j[node]
-        assert told <= left + TOLERANCE_J
+        most_j = most_left_j(graph, space, node, goal, *charge, capacity)
+        answered_j = asked.soc_j - back.node_energy_j[node]
+        assert answered_j <= most_j + TOLERANCE_J
         for band in asked.left_j:
-            if abs(left - band) > TOLERANCE_J:
-                assert (told >= band) == (left >= band)
+            if abs(most_j - band) > TOLERANCE_J:
+                assert (answered_j >= band) == (most_j >= band)
 
 
 def test_reverse_keeps_a_way_that_is_faster_than_the_label_it_shares():
@@ -114,10 +114,10 @@ def test_reverse_keeps_a_way_that_is_faster_than_the_label_it_shares():
     graph = graph_of(links, [5.0, 0.0, 54.0, 0.0, 0.0, 0.0])
     space = search_space(graph, vehicle(recuperation_eff=0.0), LinkModel.INTEGRATED, StopRule.NONE, StopSettings())
     goal = [LinkPosition(1, 8.4)]
-    left = most_left_j(graph, space, 0, goal, 0.3, 0.0, 1e5)
+    most_j = most_left_j(graph, space, 0, goal, 0.3, 0.0, 1e5)
     back, _ = ReverseSearch(graph, MANY_LABELS).way_back(space, goal).reverse(levels(0.3, 0.0, 1e5))
-    assert left > 0.0
-    assert 3e4 - back.node_energy_j[0] == pytest.approx(left, abs=TOLERANCE_J)
+    assert most_j > 0.0
+    assert 3e4 - back.node_energy_j[0] == pytest.approx(most_j, abs=TOLERANCE_J)
 
 
 @settings(max_examples=70, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -125,15 +125,15 @@ def test_reverse_keeps_a_way_that_is_faster_than_the_label_it_shares():
 def test_round_trip_bands_on_small_maps_are_those_of_driving_there_and_back(graph, car, rule, charge, capacity, data):
     space, goal, asked, _, out, both = drawn(graph, car, rule, charge, capacity, STILL, data)
     for node in range(graph.node_count):
-        told = asked.soc_j - both.node_energy_j[node]
+        answered_j = asked.soc_j - both.node_energy_j[node]
         arrival = charge[0] - out.node_energy_j[node] / capacity
         if not math.isfinite(arrival):
-            assert told == -math.inf
+            assert answered_j == -math.inf
             continue
-        left = most_left_j(graph, space, node, goal, arrival, charge[1], capacity)
+        most_j = most_left_j(graph, space, node, goal, arrival, charge[1], capacity)
         for band in asked.left_j:
-            if abs(left - band) > TOLERANCE_J:
-                assert (told >= band) == (left >= band)
+            if abs(most_j - band) > TOLERANCE_J:
+                assert (answered_j >= band) == (most_j >= band)
 
 
 @settings(max_examples=90, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -144,12 +144,12 @@ def test_reverse_in_any_weather_never_promises_more_than_a_forward_search_finds(
     car = replace(car, effects=strength)
     space, goal, asked, back, out, both = drawn(graph, car, rule, charge, capacity, sky, data)
     for node in range(graph.node_count):
-        left = most_left_j(graph, space, node, goal, *charge, capacity)
-        assert asked.soc_j - back.node_energy_j[node] <= left + TOLERANCE_J
+        most_j = most_left_j(graph, space, node, goal, *charge, capacity)
+        assert asked.soc_j - back.node_energy_j[node] <= most_j + TOLERANCE_J
         arrival = charge[0] - out.node_energy_j[node] / capacity
         if math.isfinite(both.node_energy_j[node]):
-            left = most_left_j(graph, space, node, goal, arrival, charge[1], capacity)
-            assert asked.soc_j - both.node_energy_j[node] <= left + TOLERANCE_J
+            most_j = most_left_j(graph, space, node, goal, arrival, charge[1], capacity)
+            assert asked.soc_j - both.node_energy_j[node] <= most_j + TOLERANCE_J
 
 
 @settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -240,10 +240,10 @@ def test_reverse_where_no_link_may_follow_the_last_one_is_that_of_all_others() -
     first = np.minimum(graph.successor_first, graph.successor_first[-2])
     blocked = replace(graph, successor_first=first, successor=graph.successor[: first[-1]])
     space = search_space(blocked, vehicle(), LinkModel.INTEGRATED, StopRule.NONE, StopSettings())
-    cut, _ = ReverseSearch(blocked, MANY_LABELS).way_back(space, place_on(blocked, 0, 1e-4)).reverse(asked)
+    without_turns, _ = ReverseSearch(blocked, MANY_LABELS).way_back(space, place_on(blocked, 0, 1e-4)).reverse(asked)
     assert (blocked.tail[-1], blocked.head[-1]) == (3, 2)
-    assert math.isinf(cut.node_energy_j[3])
-    assert cut.node_energy_j[:3].tolist() == whole.node_energy_j[:3].tolist()
+    assert math.isinf(without_turns.node_energy_j[3])
+    assert without_turns.node_energy_j[:3].tolist() == whole.node_energy_j[:3].tolist()
 
 
 def test_reverse_beyond_the_label_limit_raises_search_limit_error() -> None:

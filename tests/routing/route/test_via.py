@@ -230,9 +230,9 @@ def test_via_point_on_the_way_adds_the_stop_alone(planner, car):
 
 def test_order_of_via_points_is_that_asked(planner):
     start, goal = along(0, 1, 0.2), along(0, 1, 0.3)
-    one, other = along(2, 5, 0.5), along(2, 3, 0.5)
-    first, second = (route(planner, ask(start, goal, *via)) for via in ((one, other), (other, one)))
-    # one is met before the other
+    farther, nearer = along(2, 5, 0.5), along(2, 3, 0.5)
+    first, second = (route(planner, ask(start, goal, *via)) for via in ((farther, nearer), (nearer, farther)))
+    # which of the two is met first
     assert way(planner, first).index((2, 5)) < way(planner, first).index((2, 3))
     assert way(planner, second).index((3, 2)) < way(planner, second).index((2, 5))
 
@@ -259,7 +259,7 @@ def test_clock_is_carried_on_so_that_the_cabin_is_heated_up_once(planner):
     physics = drive_of(KONA, COLD).physics
     assert whole.parts.cabin_j == pytest.approx(cabin_energy_j(physics, 0.0, whole.duration_s), rel=1e-9)
     apart = [route(planner, ask(*ends, conditions=COLD)) for ends in ((start, via), (via, goal))]
-    assert sum(one.parts.cabin_j for one in apart) > 1.05 * whole.parts.cabin_j
+    assert sum(part.parts.cabin_j for part in apart) > 1.05 * whole.parts.cabin_j
     assert apart[0].energy_j == pytest.approx(whole.legs[0].energy_j, rel=1e-9)
 
 
@@ -273,10 +273,12 @@ def test_each_leg_is_searched_from_the_charge_and_clock_of_the_one_before(planne
     searched = WayFinder(planner._search, query, places).best(ECO)
     assert searched.spans == spans_of(found)
     charge = [soc, *(leg.soc_end_frac for leg in found.legs)]
-    for leg, one, (before, after) in zip(found.legs, searched.found, itertools.pairwise(charge), strict=True):
+    for leg, searched_leg, (before, after) in zip(found.legs, searched.found, itertools.pairwise(charge), strict=True):
         # what the search paid, a full battery included, is what the drive takes in the leg
-        assert one.path.energy_j == pytest.approx((before - after) * car.usable_capacity_wh * JOULE_PER_WH, abs=1.0)
-        assert one.path.time_s == pytest.approx(leg.duration_s, rel=1e-9)
+        assert searched_leg.path.energy_j == pytest.approx(
+            (before - after) * car.usable_capacity_wh * JOULE_PER_WH, abs=1.0
+        )
+        assert searched_leg.path.time_s == pytest.approx(leg.duration_s, rel=1e-9)
     assert (found.braked_away_j > 0.0) == (car is SMALL)
 
 
@@ -330,8 +332,8 @@ def test_no_way_of_all_costs_less_than_is_said(planner, car, conditions, soc, we
         return planner.simulate(spans, car, conditions=conditions, soc_start_frac=soc)
 
     costs = []
-    for one, other in itertools.product(*legs):
-        cost, lowest = cost_of(drive((*one[:-1], replace(one[-1], rest=True), *other)))
+    for first, second in itertools.product(*legs):
+        cost, lowest = cost_of(drive((*first[:-1], replace(first[-1], rest=True), *second)))
         if lowest >= 0.0:
             costs.append(cost)
     assert found.feasible == (len(costs) > 0)
@@ -509,8 +511,8 @@ def test_bound_of_a_cabin_that_warms_up_decays_with_the_time_before_the_via_poin
 
 def test_weights_of_other_size_answer_the_same_way(planner):
     query = ask(along(0, 1, 0.3), along(2, 3, 0.5), along(2, 5, 0.5))
-    one, many = planner.route(replace(query, weightings=(("one", ECO), ("many", Weights(7.0))))).routes
-    assert spans_of(one) == spans_of(many)
+    plain, sevenfold = planner.route(replace(query, weightings=(("one", ECO), ("many", Weights(7.0))))).routes
+    assert spans_of(plain) == spans_of(sevenfold)
 
 
 def test_effects_of_learned_tyres_are_carried_over_a_via_point(planner):
@@ -518,4 +520,4 @@ def test_effects_of_learned_tyres_are_carried_over_a_via_point(planner):
     start, via, goal = along(0, 1, 0.3), along(2, 5, 0.5), along(0, 3, 0.3)
     whole = route(planner, ask(start, goal, via, car=WARMING, conditions=COLD))
     apart = [route(planner, ask(*ends, car=WARMING, conditions=COLD)) for ends in ((start, via), (via, goal))]
-    assert 0.0 < whole.parts.tyre_warm_up_j < 0.9 * sum(one.parts.tyre_warm_up_j for one in apart)
+    assert 0.0 < whole.parts.tyre_warm_up_j < 0.9 * sum(part.parts.tyre_warm_up_j for part in apart)

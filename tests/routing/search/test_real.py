@@ -485,7 +485,7 @@ def test_uncertain_range_shrinks_with_the_probability_asked_for(andorra, planner
     plain = planner.range(query).bands
     bands = planner.range(replace(query, uncertainty=True)).bands
     assert [(b.soc_left_frac, b.probability_frac) for b in bands] == [
-        (left, chance) for left in (0.02, 0.06) for chance in (0.1, 0.5, 0.9)
+        (soc, chance) for soc in (0.02, 0.06) for chance in (0.1, 0.5, 0.9)
     ]
     for k, sure in ((0, plain[0]), (3, plain[1])):
         likely, middle, cautious = bands[k : k + 3]

@@ -44,13 +44,13 @@ def space_of(graph, car, sky):
 @given(maps(), st.one_of(vehicles, st.just(FALLING)), st.sampled_from([STILL, GALE, *WEATHER]), st.integers(0, 99))
 def test_least_load_and_its_fall_bound_the_load_at_every_speed(graph, car, sky, seed):
     space = space_of(graph, car, sky)
-    gap = slack_rules(drive_of(car, sky).physics, space.arrays.roads, space.arrays.speed_limit_mps)
+    rules = slack_rules(drive_of(car, sky).physics, space.arrays.roads, space.arrays.speed_limit_mps)
     for link in range(graph.link_count):
         speeds = np.sort(np.random.default_rng(seed).uniform(0.0, space.arrays.speed_limit_mps[link], 20))
         load = [road_load_n(Road(*space.arrays.roads[link, :5].tolist()), v) for v in speeds.tolist()]
         assert min(load) >= space.least_load_n - 1e-9
         falls = max(slow - fast for slow, fast in itertools.combinations(load, 2))
-        assert falls <= gap.sag_n + 1e-9
+        assert falls <= rules.sag_n + 1e-9
     assert space.conserving == (space.least_load_n >= -1e-9)
 
 

@@ -133,12 +133,12 @@ def test_synthesize_argument_out_of_range_names_it(arguments: dict[str, float], 
 
 
 def test_synthesize_progress_rises_to_one() -> None:
-    told: list[float] = []
+    shares: list[float] = []
     synthesize(
-        "small", seed=1, width_km=None, height_km=None, links_target=600, progress=lambda _, share: told.append(share)
+        "small", seed=1, width_km=None, height_km=None, links_target=600, progress=lambda _, share: shares.append(share)
     )
-    assert told == sorted(told)
-    assert told[-1] == 1.0
+    assert shares == sorted(shares)
+    assert shares[-1] == 1.0
 
 
 def test_landscape_rivers_drain_to_the_plain() -> None:
