@@ -44,7 +44,7 @@ AnyOrder = WorldOrder | FastsimOrder | CarrierOrder
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class PlannedWorld:
     """One world of a plan: what is ordered, and the seed that it is made from."""
 
     order: AnyOrder
@@ -71,16 +71,16 @@ def full_plan(carriers: Path | None = None, vehicle: Path | None = None) -> tupl
     return plan
 
 
-def places(plan: Sequence[AnyOrder], seed: int) -> tuple[Place, ...]:
+def places(plan: Sequence[AnyOrder], seed: int) -> tuple[PlannedWorld, ...]:
     """Each world with its seed: its place in the plan, or for a twin that of the world before it."""
-    found: list[Place] = []
+    found: list[PlannedWorld] = []
     for at, order in enumerate(plan):
         twin = isinstance(order, WorldOrder) and order.twin
-        found.append(Place(order, seed, found[-1].key if twin else (at,)))
+        found.append(PlannedWorld(order, seed, found[-1].key if twin else (at,)))
     return tuple(found)
 
 
-def made(place: Place) -> tuple[World, WorldLabel]:
+def made(place: PlannedWorld) -> tuple[World, WorldLabel]:
     """The world of a place and its label, the same whenever it is made; drives that can't carry it are drawn anew.
 
     Raises ModuleNotFoundError where fastsim is ordered and not installed, ShareError where no drives could carry what
@@ -108,4 +108,4 @@ def _carried(folder: Path) -> Carried:
     return carriers_of(folder)
 
 
-__all__ = ["AnyOrder", "CarrierOrder", "Place", "full_plan", "made", "places", "small_plan"]
+__all__ = ["AnyOrder", "CarrierOrder", "PlannedWorld", "full_plan", "made", "places", "small_plan"]

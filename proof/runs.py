@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 
     from proof.figures import Figure
     from proof.hidden_columns import HiddenProof
-    from proof.plans import AnyOrder, Place
+    from proof.plans import AnyOrder, PlannedWorld
     from proof.scheduling import ProofWorkers
     from proof.scores import Compared
     from proof.worlds.world import WorldLabel
@@ -116,12 +116,12 @@ def prove(order: ProofOrder, progress: Progress | None = None) -> Proof:
     )
 
 
-def plan_digest(planned: Sequence[Place]) -> str:
+def plan_digest(planned: Sequence[PlannedWorld]) -> str:
     """SHA-256 of all that makes the worlds of a plan."""
     return hashlib.sha256("".join(place.digest() for place in planned).encode()).hexdigest()
 
 
-def _sealed_before(folder: Path, planned: Sequence[Place]) -> Seal | None:
+def _sealed_before(folder: Path, planned: Sequence[PlannedWorld]) -> Seal | None:
     seal = read_seal(folder)
     if seal is not None and seal.plan != plan_digest(planned):
         raise ProofError(
@@ -131,7 +131,7 @@ def _sealed_before(folder: Path, planned: Sequence[Place]) -> Seal | None:
     return seal
 
 
-def _made_and_sealed(spread: ProofWorkers, planned: Sequence[Place], folder: Path, report: Progress) -> Seal:
+def _made_and_sealed(spread: ProofWorkers, planned: Sequence[PlannedWorld], folder: Path, report: Progress) -> Seal:
     there = made_before(folder)
     seeds = {there[place.digest()]: place for place in planned if place.digest() in there}
     missing = [place for place in planned if place.digest() not in there]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from proof.plans import Place
+    from proof.plans import PlannedWorld
 
 WORLDS: Final = "worlds"
 LABELS: Final = "labels"
@@ -27,7 +27,7 @@ SEEDS_FILE: Final = "seeds.json"
 SEALED_FILE: Final = "sealed.json"
 
 
-def make_into(place: Place, folder: Path) -> str | None:
+def make_into(place: PlannedWorld, folder: Path) -> str | None:
     """Make a world into folder/worlds and its label into folder/labels; returns the world's id.
 
     None where no drives could be drawn that carry what is ordered.
@@ -67,7 +67,7 @@ class Seal:
     unmade: int
 
 
-def seal_all(seeds: Mapping[str, Place], folder: Path, plan: str, unmade: int) -> Seal:
+def seal_all(seeds: Mapping[str, PlannedWorld], folder: Path, plan: str, unmade: int) -> Seal:
     """Seal the labels and seeds of worlds by id, and write the seal down."""
     labels = folder / LABELS
     for other in labels.glob(f"*/{LABEL_FILE}"):

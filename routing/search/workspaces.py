@@ -52,7 +52,7 @@ class WorkspacePool:
     def __init__(self, links: int) -> None:
         self._links = links
         self._free: list[tuple[Workspace, int]] = []
-        self._homing: list[GoalBoundScratch] = []
+        self._bound_scratch: list[GoalBoundScratch] = []
         self._lock = threading.Lock()
 
     def take(self) -> tuple[Workspace, int]:
@@ -74,12 +74,12 @@ class WorkspacePool:
     ) -> Iterator[GoalBound]:
         """What directs a search to its goals; for one search."""
         with self._lock:
-            scratch = self._homing.pop() if self._homing else None
+            scratch = self._bound_scratch.pop() if self._bound_scratch else None
         if scratch is None:
             scratch = GoalBoundScratch(self._links)
         try:
             yield space.lower_bound.towards(scratch, starts[0].link_idx, [goal.link_idx for goal in goals])
         finally:
             with self._lock:
-                if len(self._homing) < WORKSPACES_KEPT:
-                    self._homing.append(scratch)
+                if len(self._bound_scratch) < WORKSPACES_KEPT:
+                    self._bound_scratch.append(scratch)

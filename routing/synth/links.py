@@ -25,7 +25,7 @@ class Nodes:
 
 
 @dataclass(frozen=True, slots=True)
-class Pieces:
+class RoadPieces:
     """Road pieces, one row each; tail and head count in one common list of nodes.
 
     limit_kmh: int64; urban, oneway: bool; way: int64 road or street they belong to; shape: their polylines, whose
@@ -42,10 +42,12 @@ class Pieces:
     shape: Polylines
 
 
-def joined_pieces(parts: Sequence[Pieces]) -> Pieces:
+def joined_pieces(parts: Sequence[RoadPieces]) -> RoadPieces:
     """All pieces in one table."""
     columns = {
-        f.name: np.concatenate([getattr(part, f.name) for part in parts]) for f in fields(Pieces) if f.name != "shape"
+        f.name: np.concatenate([getattr(part, f.name) for part in parts])
+        for f in fields(RoadPieces)
+        if f.name != "shape"
     }
     counts = np.concatenate([np.diff(part.shape.first) for part in parts])
     shape = Polylines(
@@ -53,7 +55,7 @@ def joined_pieces(parts: Sequence[Pieces]) -> Pieces:
         np.concatenate([part.shape.x_m for part in parts]),
         np.concatenate([part.shape.y_m for part in parts]),
     )
-    return Pieces(**columns, shape=shape)
+    return RoadPieces(**columns, shape=shape)
 
 
 def joined_nodes(parts: Sequence[Nodes]) -> Nodes:

@@ -8,13 +8,13 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from energy.stops import FunctionalClass
-from routing.synth.links import Nodes, Pieces
+from routing.synth.links import Nodes, RoadPieces
 from routing.synth.polylines import Polylines, normals, offsets, resampled, smoothed
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from routing.synth.roads import Chains
+    from routing.synth.roads import RoadCourses
     from routing.synth.terrain import Landscape
 
 CARRIAGEWAY_M: Final = 12.0  # from the middle of the motorway to either carriageway
@@ -59,14 +59,14 @@ class _Builder:
         self.rows.append((tail, head, int(road_class), kmh, oneway, way))
         self.shapes.append(shape)
 
-    def result(self) -> tuple[Nodes, Pieces]:
+    def result(self) -> tuple[Nodes, RoadPieces]:
         table = np.array(self.rows, np.int64).reshape(-1, 6)
         points = np.concatenate([*self.shapes, np.empty((0, 2))])
         shape = Polylines(offsets(np.array([s.shape[0] for s in self.shapes], np.int64)), points[:, 0], points[:, 1])
         empty = np.empty(0)
         return (
             Nodes(*(np.concatenate([empty, *part]) for part in (self.node_x, self.node_y, self.node_h))),
-            Pieces(
+            RoadPieces(
                 tail=table[:, 0],
                 head=table[:, 1],
                 functional_class=table[:, 2].astype(np.int8),
@@ -80,8 +80,8 @@ class _Builder:
 
 
 def build_motorways(
-    land: Landscape, chains: Chains, nodes: Nodes, roads: Pieces
-) -> tuple[Nodes, Pieces, NDArray[np.int64]]:
+    land: Landscape, chains: RoadCourses, nodes: Nodes, roads: RoadPieces
+) -> tuple[Nodes, RoadPieces, NDArray[np.int64]]:
     """Nodes and pieces of motorways and of their link roads, and the nodes where carriageways meet.
 
     The carriageways of motorway k are the ways 2k and 2k + 1.

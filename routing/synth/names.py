@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from routing.synth.links import Pieces
+    from routing.synth.links import RoadPieces
     from routing.synth.settlements import Settlements
     from routing.synth.streets import Streets
     from routing.synth.terrain import Landscape
@@ -66,7 +66,7 @@ VALLEY_FROM_M: Final = 420.0
 
 
 def way_names(
-    places: Settlements, streets: Streets, parts: Sequence[Pieces], land: Landscape
+    places: Settlements, streets: Streets, parts: Sequence[RoadPieces], land: Landscape
 ) -> tuple[tuple[str, ...], NDArray[np.int32]]:
     """All names, and the name of every piece of streets, roads and motorways, int32 (pieces,), in that order."""
     street, road, motorway = parts

@@ -12,7 +12,7 @@ from routing.graph.road_graph import GraphMeta, LooseLinks, LooseNodes, RoadGrap
 from routing.synth.corridors import find_corridors
 from routing.synth.grades import GRADE_LIMIT, graded_heights_m
 from routing.synth.junctions import stop_levels
-from routing.synth.links import Nodes, Pieces, joined_nodes, joined_pieces
+from routing.synth.links import Nodes, RoadPieces, joined_nodes, joined_pieces
 from routing.synth.motorways import build_motorways
 from routing.synth.names import way_names
 from routing.synth.polylines import Polylines, offsets, ragged_indices
@@ -141,7 +141,7 @@ def _meta(name: str, seed: int, size: str, links_target: int, lat_deg: float, lo
 
 def _street_pieces(
     places: Settlements, streets: Streets, street_class: NDArray[np.int8], rng: np.random.Generator
-) -> Pieces:
+) -> RoadPieces:
     """Street links as pieces with a slight bend in the middle."""
     rank = places.rank[streets.place[streets.tail]]
     urban = rank <= Rank.VILLAGE
@@ -160,7 +160,7 @@ def _street_pieces(
     )
     degree = np.bincount(np.concatenate((streets.tail, streets.head)), minlength=streets.x_m.size)
     oneway &= (degree[streets.tail] >= 3) & (degree[streets.head] >= 3)
-    return Pieces(
+    return RoadPieces(
         tail=streets.tail,
         head=streets.head,
         functional_class=street_class,
@@ -177,7 +177,7 @@ def _assemble(
     names: tuple[str, ...],
     name_idx: NDArray[np.int32],
     nodes: Nodes,
-    pieces: Pieces,
+    pieces: RoadPieces,
     joints: NDArray[np.int64],
     frame: tuple[float, float, float, float],
     report: Callable[[str, float], None],

@@ -11,7 +11,7 @@ from scipy.spatial import cKDTree
 
 from energy.stops import FunctionalClass
 from routing.synth.corridors import EASY_GRADE
-from routing.synth.links import Nodes, Pieces
+from routing.synth.links import Nodes, RoadPieces
 from routing.synth.polylines import Polylines, at_index, offsets, ragged_indices, resampled, smoothed
 from routing.synth.serpentines import meandered, winding_needed
 from routing.synth.settlements import Rank
@@ -36,7 +36,7 @@ _EASY: Final = np.array([EASY_GRADE.get(c, 0.10) for c in FunctionalClass])
 
 
 @dataclass(frozen=True, slots=True)
-class Chains:
+class RoadCourses:
     """Roads between junctions. lines: their courses; tail, head: nodes; functional_class: int8, one a line.
 
     Before clipping, nodes count in node_x_m and node_y_m; after it, street nodes come first.
@@ -52,7 +52,7 @@ class Chains:
 
 def chains_from_corridors(
     corridors: Corridors, fixed_cell: NDArray[np.int64], fixed_xy_m: NDArray[np.float64]
-) -> Chains:
+) -> RoadCourses:
     """Corridor steps joined to lines between junctions, their corners rounded; fixed cells keep their given place."""
     cells, flat = np.unique(np.concatenate((corridors.cell_a, corridors.cell_b)), return_inverse=True)
     a, b = flat[: corridors.cell_a.size], flat[corridors.cell_a.size :]
@@ -83,7 +83,7 @@ def chains_from_corridors(
         end = lines.is_end()
         lines = Polylines(lines.first, smoothed(lines.x_m, end, passes), smoothed(lines.y_m, end, passes))
     lines, _ = resampled(lines, _SAMPLE_M)
-    return Chains(lines, sequence[first[:-1]], sequence[first[1:] - 1], classes, x, y)
+    return RoadCourses(lines, sequence[first[:-1]], sequence[first[1:] - 1], classes, x, y)
 
 
 def _walk_chains(
@@ -123,7 +123,7 @@ def _walk_chains(
     return np.array(sequence, np.int64), np.array(counts, np.int64), road_class[np.array(first_step, np.int64)]
 
 
-def clipped_at_towns(chains: Chains, streets: Streets) -> Chains:
+def clipped_at_towns(chains: RoadCourses, streets: Streets) -> RoadCourses:
     """The parts of chains outside towns; where one enters a town it ends at the nearest street node."""
     on_street = streets.functional_class != FunctionalClass.SERVICE
     real = np.unique(np.concatenate((streets.centre, streets.tail[on_street], streets.head[on_street])))
@@ -167,7 +167,7 @@ def clipped_at_towns(chains: Chains, streets: Streets) -> Chains:
     clipped, _ = resampled(clipped.take(np.flatnonzero(whole)), _SAMPLE_M)
     end = clipped.is_end()
     clipped = Polylines(clipped.first, smoothed(clipped.x_m, end, 4), smoothed(clipped.y_m, end, 4))
-    return Chains(
+    return RoadCourses(
         clipped, tail[whole], head[whole], chains.functional_class[line[whole]], chains.node_x_m, chains.node_y_m
     )
 
@@ -176,11 +176,11 @@ def roads_from_chains(
     land: Landscape,
     places: Settlements,
     streets: Streets,
-    chains: Chains,
+    chains: RoadCourses,
     first_new_node: int,
     pieces_wanted: int,
     rng: np.random.Generator,
-) -> tuple[Nodes, Pieces]:
+) -> tuple[Nodes, RoadPieces]:
     """Road pieces with serpentines where the ground is steep, and the nodes at which roads are cut into pieces.
 
     The new nodes count from first_new_node; there are more of them where the grade changes.
@@ -213,7 +213,7 @@ def roads_from_chains(
     road_class = chains.functional_class[line]
     limit = np.where(urban, URBAN_KMH[road_class], LIMIT_KMH[road_class])
     limit = np.minimum(limit, np.where(curvy > 1.7, 50, np.where(curvy > 1.2, 70, 130)))
-    pieces = Pieces(
+    pieces = RoadPieces(
         tail=tail,
         head=head,
         functional_class=road_class,
