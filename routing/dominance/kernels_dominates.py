@@ -12,7 +12,6 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from energy.compiled.kernels_borrow import borrowed
 from energy.force.kernels_physics import LinkPhysics
 from routing.dominance.kernels_rules import (
     DESCENT_J,
@@ -76,7 +75,7 @@ def rivalry_of(p: LinkPhysics, q: SlackRules, r: SearchRules, g: BorrowedLinks, 
         physics=p,
         slack=q,
         rules=r,
-        descent=borrowed(r.descent),
+        descent=r.descent,
         links=g,
         pair=d.pair,
         keeps=d.fills,

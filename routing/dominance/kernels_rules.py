@@ -57,6 +57,25 @@ class SearchRules(NamedTuple):
     descent: NDArray[np.float64]
 
 
+@njit(nogil=True, cache=True, inline="always")
+def borrowed_search_rules(r: SearchRules) -> SearchRules:
+    """The same rules with borrowed arrays."""
+    return SearchRules(
+        r.least_energy_j,
+        r.most_energy_j,
+        r.energy_weight,
+        r.time_weight,
+        r.distance_weight,
+        r.alpha,
+        r.half_inertia_kg,
+        r.limited,
+        r.pareto,
+        r.correcting,
+        r.label_limit,
+        borrowed(r.descent),
+    )
+
+
 class SlackRules(NamedTuple):
     """The vehicle and its conditions as dominance sees them: bounds that hold on every link.
 

@@ -61,7 +61,7 @@ class Slack(NamedTuple):
     gain_j: float
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, inline="always")
 def meeting_slack(
     q: SlackRules, half_inertia: float, v_a: float, v_b: float, v_max: float, warm_up_w: float
 ) -> tuple[float, float]:
@@ -104,7 +104,7 @@ def meeting_slack(
     return energy + q.power_w * lost, lost
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, inline="always")
 def reaches(q: SlackRules, v: float, v_max: float, length: float) -> bool:
     """Whether an entry at v reaches v_max within a length."""
     if v >= v_max:
@@ -113,9 +113,18 @@ def reaches(q: SlackRules, v: float, v_max: float, length: float) -> bool:
     return bool(v_max * v_max - v * v <= 2.0 * accel * length)
 
 
+@njit(nogil=True, cache=True, inline="always")
+def table_slack(p: LinkPhysics, v_max: float, a: Entry, b: Entry) -> float:
+    """What a vehicle that is given by its consumption spends more on reaching v_max from state A than from B [J]."""
+    energy = (1.0 - a.stopped_frac) * speed_change_j(p, a.speed_mps, v_max)
+    energy += a.stopped_frac * speed_change_j(p, 0.0, v_max)
+    energy -= (1.0 - b.stopped_frac) * speed_change_j(p, b.speed_mps, v_max)
+    return energy - b.stopped_frac * speed_change_j(p, 0.0, v_max)
+
+
 @njit(nogil=True, cache=True)
 def state_slack(
-    p: LinkPhysics, q: SlackRules, half_inertia: float, ahead: LinkAhead, a: Entry, b: Entry
+    q: SlackRules, half_inertia: float, ahead: LinkAhead, a: Entry, b: Entry
 ) -> tuple[float, float, bool, float]:
     """Most energy [J] and time [s] that state A can cost over state B on any way on; whether they meet in this link.
 
@@ -124,10 +133,6 @@ def state_slack(
     """
     length, v_max, k, bounds = ahead.length_m, ahead.limit_mps, ahead.top_class, q.bounds
     v_a, p_a, v_b, p_b = a.speed_mps, a.stopped_frac, b.speed_mps, b.stopped_frac
-    if q.table:
-        energy = (1.0 - p_a) * speed_change_j(p, v_a, v_max) + p_a * speed_change_j(p, 0.0, v_max)
-        energy -= (1.0 - p_b) * speed_change_j(p, v_b, v_max) + p_b * speed_change_j(p, 0.0, v_max)
-        return energy, 0.0, True, 0.0
     only_one = abs(p_a - p_b)
     none = 1.0 - max(p_a, p_b)
     slowest = min(v_a, v_b) if only_one == 0.0 else 0.0
@@ -141,17 +146,17 @@ def state_slack(
         energy = bounds[NO_REGEN_J, k] if slowest < bounds[NO_REGEN_MPS, k] else 0.0
         lost = 0.0
         warm_up_w = bounds[WARM_UP_W, k]
-        if none > 0.0 and v_a != v_b:
-            e, t = meeting_slack(q, half_inertia, v_a, v_b, v_max, warm_up_w)
-            energy += none * e
-            lost += none * t
-        if only_one > 0.0:
-            if p_a > p_b:
-                e, t = meeting_slack(q, half_inertia, 0.0, v_b, v_max, warm_up_w)
-            else:
-                e, t = meeting_slack(q, half_inertia, v_a, 0.0, v_max, warm_up_w)
-            energy += only_one * e
-            lost += only_one * t
+        for one_stops in range(2):  # none has stopped, or only one has
+            share, begin_a, begin_b = none, v_a, v_b
+            if one_stops == 1:
+                share = only_one
+                begin_a, begin_b = (0.0, v_b) if p_a > p_b else (v_a, 0.0)
+            elif v_a == v_b:
+                continue
+            if share > 0.0:
+                e, t = meeting_slack(q, half_inertia, begin_a, begin_b, v_max, warm_up_w)
+                energy += share * e
+                lost += share * t
         return energy, lost, True, 0.0
     deficit = none * max(0.0, v_b * v_b - v_a * v_a)
     excess = none * max(0.0, v_a * v_a - v_b * v_b)
@@ -192,7 +197,7 @@ def phase_slack(
     return e_a - e_b, t_a - t_b
 
 
-@njit(nogil=True, cache=True)
+@njit(nogil=True, cache=True, inline="always")
 def slack_of(
     p: LinkPhysics, q: SlackRules, half_inertia: float, g: BorrowedLinks, ahead: LinkAhead, a: Entry, b: Entry
 ) -> Slack:
@@ -202,7 +207,9 @@ def slack_of(
             return Slack(math.inf, 0.0, 0.0)
         energy, lost = phase_slack(p, g.roads, ahead, a, b)
         return Slack(energy + q.bounds[WARM_UP_W, ahead.top_class] * abs(lost), lost, -math.inf)
-    energy, lost, meets, gain = state_slack(p, q, half_inertia, ahead, a, b)
+    if q.table:
+        return Slack(table_slack(p, ahead.limit_mps, a, b), 0.0, -math.inf)
+    energy, lost, meets, gain = state_slack(q, half_inertia, ahead, a, b)
     return Slack(energy, lost, -math.inf if meets else gain)
 
 

@@ -15,9 +15,10 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
+from energy.compiled.kernels_borrow import borrowed
 from energy.force.kernels_physics import LinkPhysics, accepted_j, borrowed_physics, cabin_energy_j
 from routing.dominance.kernels_dominates import Label, Rivalry, dominates, rivalry_of
-from routing.dominance.kernels_rules import SearchRules, SlackRules, borrowed_slack_rules
+from routing.dominance.kernels_rules import SearchRules, SlackRules, borrowed_search_rules, borrowed_slack_rules
 from routing.dominance.kernels_slack import Entry
 from routing.kernels_heap import heap_drop, heap_push
 from routing.links.kernels_drives import DriveTable, borrowed_drives
@@ -166,10 +167,16 @@ def is_dominated(m: Rivalry, ws: Workspace, link: int, new: Label, parent: int) 
         number = ws.number
         entry = Entry(number[label, SPEED], number[label, STOPPED], number[label, TIME])
         older = Label(number[label, COST], number[label, ENERGY], entry, whole(ws.pointer[label, STATE]))
-        if dominates(m, link, older, new, crowd > CROWD):
-            dominated = True
+        gone = False
+        for turned in range(2):  # one place, so that what is inlined here is there once
+            a, b = (new, older) if turned == 1 else (older, new)
+            if dominates(m, link, a, b, crowd > CROWD):
+                gone = turned == 1
+                dominated = turned == 0
+                break
+        if dominated:
             break
-        if dominates(m, link, new, older, crowd > CROWD):
+        if gone:
             ws.pointer[label, NEXT] = DEAD
             if before < 0:
                 ws.bag[link, BAG_LABEL], ws.bag[link, BAG_STATE] = after, 0.0
@@ -223,7 +230,8 @@ def run(
     instructions took a third of the time.
     """
     p, q, links, drives = borrowed_physics(p), borrowed_slack_rules(q), borrowed_links(g), borrowed_drives(d)
-    ws, h = borrowed_workspace(ws), borrowed_goal_bound(h)
+    ws, h, r = borrowed_workspace(ws), borrowed_goal_bound(h), borrowed_search_rules(r)
+    goals = Goals(borrowed(goals.link), borrowed(goals.offset_m))
     m = rivalry_of(p, q, r, links, drives)
     counter, bag, pointer = ws.counter, ws.bag, ws.pointer
     room = drives.row.shape[0] if drives.fills and drives.grows else 0

@@ -62,7 +62,7 @@ def test_drive_costs_at_most_its_bound_more_than_one_in_another_state_at_another
     k = int(g.top_class[0])
     ahead = LinkAhead(0, length, limit, k)
     entry_a, entry_b = (Entry(speed, 0.0, 0.0) for speed in entries)
-    slack_j, _, meets, _ = state_slack(p, space.slack, space.half_inertia_kg, ahead, entry_a, entry_b)
+    slack_j, _, meets, _ = state_slack(space.slack, space.half_inertia_kg, ahead, entry_a, entry_b)
     assert meets
     debt_j = warm_up_debt_j(space.slack.bounds, k, *times) if share > 0.0 else 0.0
     assert used[0] - used[1] <= slack_j + debt_j + 1e-6

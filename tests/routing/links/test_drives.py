@@ -198,7 +198,7 @@ def test_quick_bound_asks_for_no_more_than_the_whole_one(speeds, stopped, length
     (v_a, v_b), k = (min(v, limit) for v in speeds), int(space.arrays.top_class[link])
     ahead = LinkAhead(link, length, limit, k)
     entry_a, entry_b = Entry(v_a, stopped[0], 0.0), Entry(v_b, stopped[1], 0.0)
-    whole_j, _, _, _ = state_slack(space.physics, space.slack, space.half_inertia_kg, ahead, entry_a, entry_b)
+    whole_j, _, _, _ = state_slack(space.slack, space.half_inertia_kg, ahead, entry_a, entry_b)
     kinetic_j = space.slack.drive_factor * space.half_inertia_kg
     accel = greatest_of_sums(space.slack.accel_sum)
     uneven_j = float(space.slack.bounds[UNEVEN_J, k])
