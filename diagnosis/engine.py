@@ -10,9 +10,10 @@ import numpy as np
 from diagnosis.answer.accounts import nameplate_j, score, scored, trip_account
 from diagnosis.answer.findings import findings, unexplained
 from diagnosis.answer.learned import NOTHING, applied, learned, replayed_j
+from diagnosis.answer.missing import missing_channels
 from diagnosis.answer.odd_trips import odd_trips
 from diagnosis.answer.parameter_errors import parameter_errors
-from diagnosis.answer.regimes import EDGES, regimes
+from diagnosis.answer.regimes import EDGES, regimes, where
 from diagnosis.answer.results import Diagnosis, QualityNote, TripAccount, TripTimeline, Verdict
 from diagnosis.causes.driven import driven, with_vehicle
 from diagnosis.errors import DiagnosisCancelled, DiagnosisError
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
     from diagnosis.answer.learned import Learned
+    from diagnosis.answer.missing import MissingChannel
     from diagnosis.answer.regimes import RegimeResidual
     from diagnosis.answer.results import Finding, FitScore, ParameterError, Unexplained
     from diagnosis.fit.model import Model
@@ -35,10 +37,21 @@ if TYPE_CHECKING:
     from diagnosis.recordings.reading import Recording
     from energy.vehicle.vehicle import Vehicle
 
-COARSEST_STEP_S: Final = 4.0
+COARSEST_STEP_S: Final = 35.0
+WINDOW_STEPS: Final = 3.0  # samples of a window at least
 OFF_FRAC: Final = 0.03  # of trips' energies, from which on a file's numbers are off
 OFF_GAIN: Final = 0.5  # of that, that refitted numbers may leave
 LEAST_GAIN_FRAC: Final = 0.005
+FAR_FRAC: Final = 0.05  # error of trips that were left out, from which on something stays unexplained
+SEEN_IN_WINDOWS: Final = ("mass_kg",)  # numbers that whole trips' energies need not show
+OTHER_CAR_NUMBERS: Final = 3  # of the file, that drives of the same car do not contradict at once
+OTHER_CAR_FRAC: Final = (
+    0.15  # of trips' energies, by which the file of the same car is not off where nothing is left out
+)
+OTHER_CAR: Final = (
+    "So much of the vehicle's file is contradicted that these drives may be of another vehicle, or the file may be"
+    " wrong."
+)
 STAGES: Final = (
     "replaying the drives",
     "fitting",
@@ -98,9 +111,10 @@ def diagnose(
 
     on_step(STAGES[0])
     trips = []
+    window_s = _window_s(recordings, settings.window_s)
     for recording in recordings:
         try:
-            trips.append(trip_of(recording, driven(recording, vehicle), settings.window_s))
+            trips.append(trip_of(recording, driven(recording, vehicle), window_s))
         except EnergyError as error:
             raise DiagnosisError(f"trip {recording.id} cannot be replayed: {error}") from error
         if cancelled is not None and cancelled():
@@ -117,13 +131,13 @@ def diagnose(
         return _too_few(fitted, [*kept, *unfit], vehicle, (*quality, *map(_why_unfit, unfit)), settings)
     on_step(STAGES[1])
     try:
-        model = fit(fitted, vehicle, settings.seed, settings.window_s, on_step)
+        model = fit(fitted, vehicle, settings.seed, window_s, on_step)
         odd = odd_trips(model)
         if odd:
             on_step(STAGES[1])
             kept = [*kept, *(trip for trip in fitted if trip.recording.id in odd)]
             fitted = [trip for trip in fitted if trip.recording.id not in odd]
-            model = fit(fitted, vehicle, settings.seed, settings.window_s, on_step)
+            model = fit(fitted, vehicle, settings.seed, window_s, on_step)
         on_step(STAGES[5])
         accounts = _accounts(model, kept, held_out)
     except EnergyError as error:
@@ -134,9 +148,12 @@ def diagnose(
     before, after = (score(asked, after=which, seed=settings.seed) for which in (False, True))
     found, strange = findings(model), (*map(odd.__getitem__, odd), *unexplained(model))
     off = _file_is_off(accounts, odd)
-    wrong = parameter_errors(model) if off is not None else ()
-    verdict, text = _verdict(found, wrong, strange, off, len(fitted))
-    carried = learned(model) if found or wrong or (off is not None and off.clear) else NOTHING
+    wrong = tuple(error for error in parameter_errors(model) if off is not None or error.parameter in SEEN_IN_WINDOWS)
+    lacking = missing_channels([trip.recording for trip in fitted])
+    departing = _all_regimes(model, after=True)
+    verdict, text = _verdict(found, wrong, strange, off, _Rest(after, departing, lacking, len(fitted), bool(held_out)))
+    is_off = off is not None and (off.clear or off.nameplate >= FAR_FRAC)
+    carried = learned(model) if found or wrong or is_off else NOTHING
     routes = _routes_score(model, vehicle, carried, [*model.trips, *kept], asked, settings.seed)
     return Diagnosis(
         vehicle_id=vehicle.id,
@@ -152,12 +169,13 @@ def diagnose(
         after=after,
         routes=routes,
         regimes_before=_all_regimes(model, after=False),
-        regimes_after=_all_regimes(model, after=True),
+        regimes_after=departing,
         trips=accounts,
         effects=carried.effects,
         effects_ci95=carried.effects_ci95,
         parameters=carried.parameters,
         not_carried=carried.not_carried,
+        missing=lacking,
         model=_settings_used(model, settings),
     )
 
@@ -227,16 +245,48 @@ def _file_is_off(accounts: Sequence[TripAccount], odd: Collection[str]) -> _Off 
     return _Off(nameplate, before) if nameplate - before >= max(LEAST_GAIN_FRAC, 0.1 * nameplate) else None
 
 
+@dataclass(frozen=True, slots=True)
+class _Rest:
+    """What a diagnosis leaves: errors of trips that it has not seen, regimes that depart, channels that it lacked."""
+
+    after: FitScore | None
+    regimes: tuple[RegimeResidual, ...]
+    lacking: tuple[MissingChannel, ...]
+    trips: int
+    held_out: bool
+
+    @property
+    def is_far(self) -> bool:
+        """Whether more is left than drives of a known car leave."""
+        return self.after is not None and self.after.mape > FAR_FRAC
+
+    def text(self) -> str:
+        """What is left, and where most of it lies; nothing where little is."""
+        if self.after is None or not self.is_far:
+            return ""
+        which = "Drives that were held out" if self.held_out else "Drives that the fit of the others had not seen"
+        text = f"{which} are still missed by {self.after.mape:.1%} on average, which nothing here explains."
+        departing = [regime for regime in self.regimes if regime.departs]
+        if departing:
+            most = max(departing, key=lambda regime: abs(regime.energy_kwh))
+            text += f" Most of it lies {where(most)}: {most.mean_w:+.0f} W."
+        return text
+
+
 def _verdict(
     found: Sequence[Finding],
     wrong: Sequence[ParameterError],
     strange: Sequence[Unexplained],
     off: _Off | None,
-    trips: int,
+    rest: _Rest,
 ) -> tuple[Verdict, str]:
-    """The verdict and everything that was concluded, in one text."""
+    """The verdict and everything that was concluded, in one text: what was not recorded first, what is left last."""
+    far_off = off is not None and off.clear and off.nameplate >= OTHER_CAR_FRAC and len(wrong) != 1
+    other_car = far_off or any(error.at_bound for error in wrong) or len(wrong) >= OTHER_CAR_NUMBERS
     text = " ".join(
         [
+            *(lack.text for lack in rest.lacking if lack.decisive),
+            *([OTHER_CAR] if other_car else []),
             *(
                 finding.text
                 if finding.separating_recording is None
@@ -245,6 +295,7 @@ def _verdict(
             ),
             *(error.text for error in wrong),
             *(structure.text for structure in strange),
+            *filter(None, [rest.text()]),
         ]
     )
     if any(not finding.ambiguous_with for finding in found):
@@ -258,9 +309,12 @@ def _verdict(
     if off is not None and off.clear:
         return Verdict.PARAMETER_ERROR, (
             f"The vehicle's numbers are off: with those of its file trips err by {off.nameplate:.1%}, with fitted ones"
-            f" by {off.before:.1%}. Which of them it is can't be told from these drives."
-        )
-    return Verdict.NOTHING_MISSING, f"In {trips} drives nothing stands out that the model leaves out."
+            f" by {off.before:.1%}. Which of them it is can't be told from these drives. {text}"
+        ).strip()
+    if rest.is_far:
+        return Verdict.UNEXPLAINED, text
+    nothing = f"In {rest.trips} drives nothing stands out that the model leaves out."
+    return Verdict.NOTHING_MISSING, f"{text} {nothing}".strip()
 
 
 def _fit_for_it(trips: Sequence[WindowedTrip]) -> tuple[list[WindowedTrip], list[WindowedTrip]]:
@@ -275,6 +329,12 @@ def _fit_for_it(trips: Sequence[WindowedTrip]) -> tuple[list[WindowedTrip], list
 
 def _too_coarse(trip: WindowedTrip) -> bool:
     return float(np.median(np.diff(trip.recording.time_s))) > COARSEST_STEP_S
+
+
+def _window_s(recordings: Sequence[Recording], least_s: float) -> float:
+    """Length of windows that holds WINDOW_STEPS samples of each recording that can be fitted."""
+    steps_s = [float(np.median(np.diff(recording.time_s))) for recording in recordings]
+    return max([least_s, *(WINDOW_STEPS * step_s for step_s in steps_s if step_s <= COARSEST_STEP_S)])
 
 
 def _why_unfit(trip: WindowedTrip) -> QualityNote:
@@ -305,7 +365,7 @@ def _settings_used(model: Model, settings: DiagnosisSettings) -> dict[str, Any]:
     """What is needed to repeat the diagnosis, and what its thresholds were."""
     return {
         "seed": settings.seed,
-        "window_s": settings.window_s,
+        "window_s": model.noise.window_s,
         "threshold_z": round(model.threshold.z, 3),
         "null_draws": model.threshold.draws,
         "least_trips": LEAST_TRIPS,

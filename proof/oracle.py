@@ -81,7 +81,7 @@ def _fit(
     for _ in range(2):  # the noise depends on what is fitted, and shapes on the noise
         solution = solve(system, [*FREE, *(candidate.label for candidate in _shaped(system, ready.tried))])
         residuals_w = [residual_w(trip, solution, solution.without[k]) for k, trip in enumerate(ready.fitted)]
-        system = weighed(ready.fitted, residuals_w, system.precision, system.prior)
+        system = weighed(ready.fitted, residuals_w, system.prior)
     return ready, solution
 
 

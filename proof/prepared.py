@@ -9,7 +9,7 @@ import numpy as np
 
 from diagnosis.causes.driven import driven
 from diagnosis.causes.library import LIBRARY, candidates
-from diagnosis.fit.jackknife import equations, solve
+from diagnosis.fit.jackknife import equations, no_prior, solve
 from diagnosis.fit.model import priors, residual_w
 from diagnosis.fit.noise import estimated
 from diagnosis.fit.windows import FREE, WINDOW_S, trip_of, windows_of
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from diagnosis.causes.terms import Candidate, Term
-    from diagnosis.fit.jackknife import Equations, Solution
+    from diagnosis.fit.jackknife import Equations, Prior, Solution
     from diagnosis.fit.windows import WindowedTrip, Windows
     from diagnosis.recordings.reading import Recording
     from energy.vehicle.vehicle import Vehicle
@@ -59,13 +59,11 @@ def windowed_and_weighed(
     fitted = [trip for trip in trips if trip.recording.id not in held_out]
     tried = candidates([trip.drive for trip in fitted], library)
     in_windows = tuple(windows_of(trip, tried) for trip in fitted)
-    precision, prior = priors(in_windows[0].names, vehicle, nameplate)
+    prior = priors(in_windows[0].names, vehicle, nameplate)
     residuals_w = [trip.residual_j() / trip.duration_s for trip in in_windows]
-    system = weighed(in_windows, residuals_w, precision, prior)
+    system = weighed(in_windows, residuals_w, prior)
     base = solve(system, FREE)
-    system = weighed(
-        in_windows, [residual_w(trip, base, base.without[k]) for k, trip in enumerate(in_windows)], precision, prior
-    )
+    system = weighed(in_windows, [residual_w(trip, base, base.without[k]) for k, trip in enumerate(in_windows)], prior)
     kept = tuple(windows_of(trip, tried) for trip in trips if trip.recording.id in held_out)
     return Prepared(tried, in_windows, kept, system)
 
@@ -73,18 +71,17 @@ def windowed_and_weighed(
 def weighed(
     in_windows: Sequence[Windows],
     residuals_w: Sequence[NDArray[np.float64]],
-    precision: NDArray[np.float64],
-    prior: NDArray[np.float64],
+    prior: Prior,
 ) -> Equations:
     """The equations of trips, whitened by the noise of residual powers [W]."""
     noise = estimated(in_windows, residuals_w, WINDOW_S)
-    return equations(in_windows, [noise.root(trip) for trip in in_windows], precision, prior)
+    return equations(in_windows, [noise.root(trip) for trip in in_windows], prior)
 
 
 def without_noise(ready: Prepared) -> Equations:
     """The equations with every window as good as any other, and no prior."""
-    none = np.zeros_like(ready.system.precision)
-    return equations(ready.fitted, [np.eye(trip.begin_s.size) for trip in ready.fitted], none, none)
+    roots = [np.eye(trip.begin_s.size) for trip in ready.fitted]
+    return equations(ready.fitted, roots, no_prior(len(ready.system.names)))
 
 
 def predicted_kwh(trips: Sequence[Windows], solution: Solution) -> tuple[float, ...]:

@@ -151,8 +151,8 @@ def _projected(
     """Gram and right side of the terms after the free columns, and how these answer: rows of [β_free, −turn]."""
     b, c = system.index(FREE), system.index(labels)
     gram, vector = system.gram[used].sum(axis=0), system.vector[used].sum(axis=0)
-    base = gram[np.ix_(b, b)] + np.diag(system.precision[b])
-    right = vector[b] + system.precision[b] * system.prior[b]
+    base = gram[np.ix_(b, b)] + np.diag(system.prior.precision[b])
+    right = vector[b] + system.prior.precision[b] * system.prior.mean[b]
     scale = 1.0 / np.sqrt(np.maximum(np.diag(base), 1e-30))
     both = np.column_stack((right, gram[np.ix_(b, c)]))
     solved = scale[:, None] * np.linalg.lstsq(base * np.outer(scale, scale), both * scale[:, None], rcond=1e-12)[0]

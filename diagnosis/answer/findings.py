@@ -46,7 +46,10 @@ def findings(model: Model) -> tuple[Finding, ...]:
             for candidate in model.companions
             if candidate.term.effect == effect and candidate.label in model.solution.names
         ]
-        found.append(_finding(model, effect, terms, beside))
+        finding = _finding(model, effect, terms, beside)
+        low_kwh, high_kwh = finding.energy_kwh_ci95 or (0.0, 0.0)
+        if low_kwh > 0.0 or high_kwh < 0.0 or any(candidate.term.oscillates for candidate in terms):
+            found.append(finding)
     wind = trip_wind(model)
     level = levels(model) if wind is None else None
     if wind is not None:
@@ -84,6 +87,7 @@ def _finding(model: Model, effect: str, terms: Sequence[Candidate], beside: Sequ
         else {}
     )
     family = terms[0].term.family
+    rivals |= model.stability.instead(family)
     first = next(iter(rivals.values()), None)
     share = moved_j / measured_j
     text = (
@@ -141,22 +145,25 @@ def _located(model: Model, labels: set[str]) -> tuple[RegimeResidual, ...]:
 
 
 def _level_finding(level: Level) -> Finding:
-    mean, half = level.rise_frac, level.half_frac
-    half_j = abs(half / mean * level.energy_j)
+    size, half = level.size, level.half
+    half_kwh = abs(half / size * level.energy_j) / JOULE_PER_KWH
     energy_kwh = level.energy_j / JOULE_PER_KWH
-    text = f"{sentence(level.kind.effect)}: {mean:+.0%} on {len(level.trips)} trips, {energy_kwh:.2f} kWh."
+    shown = f"{size:+.0%}" if level.kind.unit == "1" else f"{size:+.3g} {level.kind.unit}"
+    which = f"{len(level.trips)} trips" if level.since is None else f"all {len(level.trips)} trips {level.since}"
+    text = f"{sentence(level.kind.effect)}: {shown} on {which}, {energy_kwh:.2f} kWh."
     rivals = tuple(Rival(rival.effect, rival.family) for rival in level.rivals)
     recording = None
     if rivals:
         text += f" It cannot be told from {' or '.join(sentence(rival.effect).lower() for rival in rivals)}."
         recording = f"A recording, loaded in the same way, with {separating(level.kind.family, rivals[0].family)}."
+    name = "mean_rise_frac" if level.kind.unit == "1" else "mean_rise"
     return Finding(
         effect=level.kind.effect,
         family=level.kind.family,
         text=text,
-        coefficients=(Coefficient("mean_rise_frac", "1", mean, (mean - half, mean + half)),),
-        energy_kwh=level.energy_j / JOULE_PER_KWH,
-        energy_kwh_ci95=((level.energy_j - half_j) / JOULE_PER_KWH, (level.energy_j + half_j) / JOULE_PER_KWH),
+        coefficients=(Coefficient(name, level.kind.unit, size, (size - half, size + half)),),
+        energy_kwh=energy_kwh,
+        energy_kwh_ci95=(energy_kwh - half_kwh, energy_kwh + half_kwh),
         energy_share_frac=level.share_frac,
         t=level.z,
         trips=level.trips,

@@ -17,7 +17,7 @@ from diagnosis.causes.nuisance import PARAMETERS
 from diagnosis.causes.terms import Candidate
 from diagnosis.fit.fitting import moved
 from diagnosis.fit.jackknife import additions, equations, solve
-from diagnosis.fit.model import companion_precision, priors, with_wholes
+from diagnosis.fit.model import priors, residual_w, with_companions, with_wholes
 from diagnosis.fit.windows import PARAMETER_NAMES, windows_of
 from energy.conditions import Conditions
 from energy.errors import EnergyError
@@ -34,6 +34,10 @@ if TYPE_CHECKING:
     from diagnosis.fit.windows import WindowedTrip
     from energy.vehicle.vehicle import Vehicle
 
+LEAST_OF_MEDIAN: Final = 0.1  # of the median energy, below which a trip's relative error says nothing
+SAME_ERROR_FRAC: Final = (
+    0.005  # of energies, by which replaying effects of the file that the drives are silent on differs
+)
 SHOWN_SD: Final = 4.0  # standard deviations that an effect of its usual size would have been
 SHOWN_TRIPS: Final = 5.0
 WHOLE_FRAC: Final = 0.8  # a limit of recuperation that takes less than this of what lies beyond it is none for routes
@@ -89,17 +93,28 @@ NOTHING: Final = Learned({}, {}, {}, {})
 
 def learned(model: Model) -> Learned:
     """What routes can use of a fitted model; nothing where that meets the fitted drives no better than the file."""
-    found = _carried(model)
+    terms = _in_routes_form([candidate for candidate in _fitted(model) if not _reason(model, candidate)])
+    solution = _without_sensors(model, terms)
+    found = _carried(model, terms, solution)
     beyond = {
         candidate.term.name: REASONS[candidate.term.name] for candidate in _fitted(model) if _reason(model, candidate)
     }
     try:
-        carried = applied(model.nameplate, found)
-        better = _error(model, carried) < _error(model, model.nameplate, still=True)
+        applied(model.nameplate, found)
+        left_out = [
+            applied(model.nameplate, _carried(model, terms, replace(solution, coefficients=beta)))
+            for beta in solution.without
+        ]
     except EnergyError as error:
         return replace(NOTHING, not_carried={"all": f"what was learned is no vehicle: {error}"} | beyond)
-    if not better:
-        reason = "replaying it meets the fitted drives no better than the vehicle's file"
+    carried, file, refitted = _errors(model, left_out, _without_sensors(model, ()))
+    worse_than_refitted = carried > refitted + SAME_ERROR_FRAC
+    if worse_than_refitted or carried >= file:
+        which, other = ("its own numbers refitted", refitted) if worse_than_refitted else ("the vehicle's file", file)
+        reason = (
+            f"replaying it meets drives that it has not seen no better than {which}: they err by {carried:.1%} and by"
+            f" {other:.1%}"
+        )
         return replace(NOTHING, not_carried={"all": reason} | beyond)
     return replace(found, not_carried=found.not_carried | beyond)
 
@@ -128,13 +143,24 @@ def replayed_j(vehicle: Vehicle, trip: WindowedTrip, *, still: bool = False) -> 
     return float(replay(vehicle, trip.drive.profile, conditions=conditions).step_energy_j[trip.window >= 0].sum())
 
 
-def _error(model: Model, vehicle: Vehicle, *, still: bool = False) -> float:
-    """Mean size of the errors of fitted trips' energies over their mean energy."""
-    errors = [
-        abs(replayed_j(vehicle, trip, still=still) - float(windows.measured_j.sum()))
-        for trip, windows in zip(model.trips, model.windows, strict=True)
+def _errors(model: Model, left_out: Sequence[Vehicle], parameters: Solution) -> tuple[float, float, float]:
+    """Mean sizes of relative errors of trips' energies by what others carry, by the file, by refitted parameters [-].
+
+    left_out: what all trips but each carry; parameters: refitted alone, without sensors. Trips of less than
+    LEAST_OF_MEDIAN of the median energy don't count.
+    """
+    measured = np.array([float(windows.measured_j.sum()) for windows in model.windows])
+    counted = measured >= LEAST_OF_MEDIAN * float(np.median(np.abs(measured)))
+    carried = [replayed_j(vehicle, trip) for vehicle, trip in zip(left_out, model.trips, strict=True)]
+    file = [replayed_j(model.nameplate, trip, still=True) for trip in model.trips]
+    refitted = [
+        float(windows.measured_j.sum() - residual_w(windows, parameters, beta) @ windows.duration_s)
+        for windows, beta in zip(model.windows, parameters.without, strict=True)
     ]
-    return float(np.mean(errors))
+    size = np.where(counted, np.maximum(np.abs(measured), 1.0), np.inf)
+    sizes = [np.abs(np.array(predicted) - measured) / size for predicted in (carried, file, refitted)]
+    mean_carried, mean_file, mean_refitted = (float(errors.sum()) / max(int(counted.sum()), 1) for errors in sizes)
+    return mean_carried, mean_file, mean_refitted
 
 
 def _fitted(model: Model) -> list[Candidate]:
@@ -149,10 +175,9 @@ def _reason(model: Model, candidate: Candidate) -> bool:
     return candidate.term.name in REASONS
 
 
-def _carried(model: Model) -> Learned:
-    terms = _in_routes_form([candidate for candidate in _fitted(model) if not _reason(model, candidate)])
+def _carried(model: Model, terms: Sequence[Candidate], solution: Solution) -> Learned:
+    """What a solution of terms in the routes' form says, as fields of vehicle and effects."""
     limits = [candidate for candidate in terms if candidate.term.name in LIMITS]
-    solution = _without_sensors(model, terms)
     vehicle = moved(model.vehicle, solution)
     values: dict[str, float] = {}
     intervals: dict[str, Interval] = {}
@@ -201,10 +226,10 @@ def _in_routes_form(terms: Sequence[Candidate]) -> list[Candidate]:
 def _without_sensors(model: Model, terms: Sequence[Candidate]) -> Solution:
     """Parameters and terms fitted without sensor columns, trips' whole energies counted beside their windows."""
     windows = [windows_of(trip, terms) for trip in model.trips]
-    precision, prior = priors(windows[0].names, model.vehicle, model.nameplate)
-    system = equations(windows, model.roots, precision, prior)
+    prior = priors(windows[0].names, model.vehicle, model.nameplate)
+    system = equations(windows, model.roots, prior)
     companions = [candidate.label for candidate in terms if candidate not in model.found]
-    system = replace(system, precision=companion_precision(system, windows, companions))
+    system = with_companions(system, windows, companions)
     system = with_wholes(system, windows)
     labels = [candidate.label for candidate in terms]
     while True:
@@ -260,7 +285,9 @@ def _cabin(
         values |= {cop: 1.0, "climate_fan_w": 0.0}
         for name, field in ((steady, f"{prefix}_ua_w_per_k"), (transient, f"{prefix}_soak_w_per_k")):
             candidate = by_name.get(name)
-            values[field] = 0.0 if candidate is None else min(solution.value(candidate.label), candidate.term.most)
+            values[field] = 0.0
+            if candidate is not None:
+                values[field] = float(np.clip(solution.value(candidate.label), 0.0, candidate.term.most))
             if candidate is not None:
                 half = solution.half_width(_only(solution, candidate.label))
                 intervals[field] = (values[field] - half, values[field] + half)

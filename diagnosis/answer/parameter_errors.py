@@ -9,8 +9,9 @@ import numpy as np
 
 from diagnosis.answer.findings import LEAST_SHARE_FRAC
 from diagnosis.answer.results import ParameterError
-from diagnosis.causes.nuisance import PARAMETERS
+from diagnosis.causes.nuisance import PARAMETERS, SENSOR_COLUMNS
 from diagnosis.fit.jackknife import additions, equations, first_least, solve
+from diagnosis.fit.model import priors
 from diagnosis.fit.windows import SENSOR_NAMES, measured_size_j
 from energy.units import JOULE_PER_KWH
 
@@ -23,12 +24,13 @@ if TYPE_CHECKING:
 
 
 GAINS: Final = ("acceleration_gain", "grade_gain")  # together the same as mass
+BOUND_FRAC: Final = 1e-4  # of the way between its bounds, so near to one of them a number is at it
 
 
 def parameter_errors(model: Model) -> tuple[ParameterError, ...]:
     """Parameters that must differ from the file's, found like effects beside everything else that was found."""
     system = _about_nameplate(model)
-    beside = [*(name for name in SENSOR_NAMES if name not in GAINS)]
+    beside = list(SENSOR_NAMES)
     beside += [*(name for name in model.solution.names if name not in SENSOR_NAMES and not _is_parameter(name))]
     measured_j = measured_size_j(model.windows)
     open_ = list(PARAMETERS)
@@ -43,16 +45,17 @@ def parameter_errors(model: Model) -> tuple[ParameterError, ...]:
             break
         wrong.append(open_.pop(int(first_least(np.where(passes, -gain, np.inf)))))
     solution = solve(system, [*beside, *(parameter.name for parameter in wrong)])
+    strain = max(1.0, float(np.sqrt(np.mean([(solution.value(name) / _sd_of(name)) ** 2 for name in GAINS]))))
     found = []
     for parameter in wrong:
         weights = np.array([float(name == parameter.name) for name in solution.names])
-        half, shift = solution.half_width(weights), solution.value(parameter.name)
+        shift = solution.value(parameter.name)
+        half = float(np.hypot(solution.half_width(weights), strain * solution.half_width_within(system, weights)))
         nameplate = float(getattr(model.nameplate, parameter.name))
         energy_j = shift * sum(float(trip.column(parameter.name).sum()) for trip in model.windows)
-        if abs(shift) <= half or abs(energy_j) < LEAST_SHARE_FRAC * measured_j:
+        if abs(shift) <= max(half, parameter.sd_of(model.nameplate)) or abs(energy_j) < LEAST_SHARE_FRAC * measured_j:
             continue  # another parameter that came later has taken it over
-        if not parameter.least <= nameplate + shift <= parameter.most:
-            continue  # no vehicle has that
+        at_bound = _at_bound(parameter, model, nameplate + shift)
         others = [
             other.name for other in PARAMETERS if other not in wrong and _alike(system, beside, wrong, parameter, other)
         ]
@@ -68,7 +71,9 @@ def parameter_errors(model: Model) -> tuple[ParameterError, ...]:
                 energy_share_frac=energy_j / measured_j,
                 aliases=(*parameter.aliases, *others),
                 text=f"{parameter.name} is {nameplate:.4g} {parameter.unit} in the vehicle's file; the drives ask for"
-                f" {nameplate + shift:.4g} ± {half:.2g}.",
+                f" {nameplate + shift:.4g} ± {half:.2g}"
+                + (", as far from it as a car of this file can be." if at_bound else "."),
+                at_bound=at_bound,
             )
         )
     return tuple(found)
@@ -77,11 +82,23 @@ def parameter_errors(model: Model) -> tuple[ParameterError, ...]:
 def _about_nameplate(model: Model) -> Equations:
     """The equations of what the vehicle's file leaves, its parameters about those of the file."""
     shifts = {parameter.name: _shift(model, parameter) for parameter in PARAMETERS}
+    known = priors(model.system.names, model.nameplate, model.nameplate)
+    precision = np.where([_is_parameter(name) for name in model.system.names], 0.0, known.precision)
+    known = replace(known, precision=precision)
     moved = []
     for trip in model.windows:
         more_j = sum((shift * trip.column(name) for name, shift in shifts.items()), np.zeros(trip.begin_s.size))
         moved.append(replace(trip, simulated_j=trip.simulated_j - more_j))
-    return equations(moved, model.roots, model.system.precision, np.zeros_like(model.system.precision))
+    return equations(moved, model.roots, known)
+
+
+def _at_bound(parameter: Parameter, model: Model, value: float) -> bool:
+    low, high = parameter.bounds(model.nameplate)
+    return min(value - low, high - value) <= BOUND_FRAC * (high - low)
+
+
+def _sd_of(name: str) -> float:
+    return next(sensor.sd for sensor in SENSOR_COLUMNS if sensor.name == name)
 
 
 def _shift(model: Model, parameter: Parameter) -> float:

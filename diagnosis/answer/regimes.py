@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from diagnosis.fit.windows import Windows
 
-__all__ = ["CONFIDENCE_FRAC", "EDGES", "Axis", "RegimeResidual", "regimes"]
+__all__ = ["CONFIDENCE_FRAC", "EDGES", "Axis", "RegimeResidual", "regimes", "where"]
 
 CONFIDENCE_FRAC: Final = 0.95
 STANDING_FRAC: Final = 0.9  # of a window, from which on it counts as standstill
@@ -61,6 +61,14 @@ class RegimeResidual:
     def departs(self) -> bool:
         """Whether the interval leaves 0 out."""
         return self.low_w is not None and self.high_w is not None and (self.low_w > 0.0 or self.high_w < 0.0)
+
+
+def where(regime: RegimeResidual) -> str:
+    """Where a regime is, in words that follow a verb."""
+    if regime.axis is Axis.STANDSTILL:
+        return "at standstill" if regime.low >= STANDING_FRAC else "while driving"
+    axis = AXES[regime.axis]
+    return f"at {axis.label[0].lower()}{axis.label[1:]} {regime.low:g} to {regime.high:g} {axis.unit}"
 
 
 def regimes(

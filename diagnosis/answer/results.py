@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from diagnosis.answer.missing import MissingChannel
     from diagnosis.answer.regimes import RegimeResidual
 
 Interval = tuple[float, float] | None
@@ -81,7 +82,7 @@ class Finding:
 class ParameterError:
     """A parameter of the vehicle that the drives speak against, and what cannot be told from it by power alone.
 
-    nameplate, fitted and ci95 in the unit that is named.
+    nameplate, fitted and ci95 in the unit that is named. at_bound: fitted is as far from the file as such a car can be.
     """
 
     parameter: str
@@ -94,6 +95,7 @@ class ParameterError:
     energy_share_frac: float
     aliases: tuple[str, ...]
     text: str
+    at_bound: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,6 +204,8 @@ class Diagnosis:
     A trip left out one at a time has had no part in the coefficients, but in what was selected. routes: what routes
     carry, replayed at the recorded speed and temperature.
 
+    missing: channels that the fitted trips lack, and what that leaves open.
+
     effects: the model that was learned, as energy.vehicle.coefficients.EffectCoefficients has it (fields that the
     drives say something about only). parameters: fields of the vehicle that replace its own. not_carried: findings
     that routes and ranges cannot use, and why.
@@ -228,3 +232,4 @@ class Diagnosis:
     not_carried: Mapping[str, str]
     profile: tuple[ProfileSplit, ...] = ()
     model: Mapping[str, Any] = field(default_factory=dict)
+    missing: tuple[MissingChannel, ...] = ()

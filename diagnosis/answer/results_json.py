@@ -78,6 +78,10 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             {"trip": note.trip_id, "kind": note.kind, "channel": note.channel, "text": note.text}
             for note in diagnosis.data_quality
         ],
+        "missing": [
+            {"channel": lack.channel, "trips": list(lack.trips), "decisive": lack.decisive, "text": lack.text}
+            for lack in diagnosis.missing
+        ],
         "fit": {
             "fitted_trips": list(diagnosis.fitted_trips),
             "held_out_trips": list(diagnosis.held_out_trips),

@@ -31,6 +31,8 @@ SENTENCES: Final = {
     "roof_load": "More drag on some trips, as by a roof box",
     "trip_payload": "More mass on some trips",
     "trip_rolling": "More rolling resistance on some trips, as by tyres or road",
+    "trip_power": "A constant draw on some trips, as by something that was left on",
+    "trip_grade": "Climbs on some trips, of which no height was recorded",
 }
 
 # what tells two families apart, by the pair

@@ -24,10 +24,12 @@ if TYPE_CHECKING:
 
     from diagnosis.causes.driven import ReplayedDrive
     from energy.replay.replay import DrivenProfile
+    from energy.vehicle.vehicle import Vehicle
 
 KINK_ACCEL_MPS2: Final = 0.2  # spread of a recorded acceleration about the driven one
 NOISE_MPS: Final = 0.1
 CURVATURE_W: Final = 20_000.0
+LEAST_SD_FRAC: Final = 0.3  # of the usual standard deviation: no file knows a car in use better than that
 NOISE_SEED: Final = 20170926
 
 
@@ -35,7 +37,8 @@ NOISE_SEED: Final = 20170926
 class Parameter:
     """A field of the vehicle: its name, unit and family, the step of its derivative, and how far off it may well be.
 
-    sd: of the file's value about the true one, absolute, or as a share of it where relative. least, most: that a
+    sd: of the file's value about the true one where the file has none of its own, absolute, or as a share of it where
+    relative. low, high: what a car of such a file can have, likewise from the file's value on. least, most: what any
     vehicle can have.
     """
 
@@ -44,14 +47,27 @@ class Parameter:
     family: Family
     step: float
     sd: float
+    low: float
+    high: float
     relative: bool = True
     least: float = -math.inf
     most: float = math.inf
     aliases: tuple[str, ...] = ()
 
-    def sd_of(self, value: float) -> float:
-        """Standard deviation in the parameter's unit."""
-        return max(self.sd * abs(value), 1e-6) if self.relative else self.sd
+    def sd_of(self, nameplate: Vehicle) -> float:
+        """Standard deviation of the file's value in its unit: its own, but at least LEAST_SD_FRAC of the usual."""
+        value = abs(float(getattr(nameplate, self.name)))
+        usual = max(self.sd * value, 1e-6) if self.relative else self.sd
+        own = nameplate.sd.get(self.name)
+        return usual if own is None else max(float(own), LEAST_SD_FRAC * usual)
+
+    def bounds(self, nameplate: Vehicle) -> tuple[float, float]:
+        """What a car that such a file describes can have, in the parameter's unit."""
+        value = float(getattr(nameplate, self.name))
+        size = abs(value) if self.relative else 1.0
+        low, high = max(value + self.low * size, self.least), min(value + self.high * size, self.most)
+        low, high = min(low, value), max(high, value)
+        return low, max(high, low + self.step)
 
     def column_j(self, drive: ReplayedDrive) -> NDArray[np.float64]:
         """Energy of one unit more, by the central difference of the replay, float64 (n,) [J]."""
@@ -68,7 +84,9 @@ PARAMETERS: Final[tuple[Parameter, ...]] = (
         "kg",
         Family.MASS,
         5.0,
-        0.1,
+        0.07,
+        -0.25,
+        0.3,
         aliases=("a factor on the recorded acceleration and grade", "a factor on the recorded speed"),
     ),
     Parameter(
@@ -76,7 +94,9 @@ PARAMETERS: Final[tuple[Parameter, ...]] = (
         "N",
         Family.ROLLING,
         1.0,
-        0.2,
+        0.15,
+        -0.5,
+        0.8,
         least=0.0,
         aliases=("a constant bias of the grade", "a drivetrain loss that grows with way"),
     ),
@@ -86,6 +106,8 @@ PARAMETERS: Final[tuple[Parameter, ...]] = (
         Family.AERODYNAMIC,
         0.05,
         1.0,
+        -3.0,
+        5.0,
         relative=False,
         aliases=("spin loss of the motor", "a factor on the recorded speed"),
     ),
@@ -94,7 +116,9 @@ PARAMETERS: Final[tuple[Parameter, ...]] = (
         "N/(m/s)²",
         Family.AERODYNAMIC,
         0.005,
-        0.2,
+        0.12,
+        -0.4,
+        0.6,
         aliases=("a factor on the recorded speed",),
     ),
     Parameter(
@@ -102,9 +126,11 @@ PARAMETERS: Final[tuple[Parameter, ...]] = (
         "1",
         Family.DRIVETRAIN,
         0.002,
-        0.06,
-        least=0.3,
-        most=1.0,
+        0.05,
+        -0.3,
+        0.25,
+        least=0.5,
+        most=0.99,
         aliases=("a factor on the recorded power",),
     ),
     Parameter(
@@ -112,9 +138,11 @@ PARAMETERS: Final[tuple[Parameter, ...]] = (
         "1",
         Family.RECUPERATION,
         0.005,
-        0.25,
-        least=0.0,
-        most=1.0,
+        0.2,
+        -0.7,
+        0.5,
+        least=0.05,
+        most=0.98,
         aliases=("friction braking",),
     ),
     Parameter(
@@ -122,7 +150,9 @@ PARAMETERS: Final[tuple[Parameter, ...]] = (
         "W",
         Family.AUXILIARY,
         5.0,
-        500.0,
+        300.0,
+        -1500.0,
+        1500.0,
         relative=False,
         least=0.0,
         aliases=("a constant offset of the recorded current",),
@@ -209,13 +239,13 @@ def _grade_gain(drive: ReplayedDrive, rougher: DrivenProfile) -> NDArray[np.floa
 
 
 SENSOR_COLUMNS: Final[tuple[SensorColumn, ...]] = (
-    SensorColumn("acceleration_gain", _acceleration_gain, 0.1),
+    SensorColumn("acceleration_gain", _acceleration_gain, 0.06),
     SensorColumn("current_lag_s", _lag, 0.5),
     SensorColumn("kink_noise", _kink, 1.0),
     SensorColumn("speed_noise", _noise, 3.0),
     SensorColumn("speed_smoothing", _smoothing, 1.0),
     SensorColumn("height_smoothing", _rougher, 1.0),
-    SensorColumn("grade_gain", _grade_gain, 0.3),
+    SensorColumn("grade_gain", _grade_gain, 0.15),
     SensorColumn("load_curvature", _load_curvature, 10.0),
     SensorColumn("recuperation_curvature", _recuperation_curvature, 20.0),
 )

@@ -15,6 +15,7 @@ from diagnosis.causes.terms import Candidate
 from diagnosis.fit.jackknife import additions, equations, first_least, solve
 from diagnosis.fit.model import BOX, Model, priors, refitted, residual_w, weighed_equations, with_companion_priors
 from diagnosis.fit.selection import Selection, scatter_of, select, still_standing, threshold
+from diagnosis.fit.stability import Stability, stability
 from diagnosis.fit.structures import with_structures
 from diagnosis.fit.windows import FREE, windows_of
 from energy.errors import VehicleError
@@ -77,12 +78,12 @@ def _linear_fit(
 ) -> Model:
     tried = candidates([trip.drive for trip in trips])
     windows = [windows_of(trip, tried) for trip in trips]
-    precision, prior = priors(windows[0].names, vehicle, nameplate)
+    prior = priors(windows[0].names, vehicle, nameplate)
     residuals_w = [trip.residual_j() / trip.duration_s for trip in windows]
-    noise, roots, system = weighed_equations(windows, residuals_w, window_s, precision, prior)
+    noise, roots, system = weighed_equations(windows, residuals_w, window_s, prior)
     base = solve(system, FREE)
     residuals_w = [residual_w(trip, base, base.without[k]) for k, trip in enumerate(windows)]
-    noise, roots, system = weighed_equations(windows, residuals_w, window_s, precision, prior)
+    noise, roots, system = weighed_equations(windows, residuals_w, window_s, prior)
     base = solve(system, FREE)
     scatter = scatter_of(system, base)
     limit = threshold(system, FREE, tried, seed, scatter)
@@ -92,7 +93,7 @@ def _linear_fit(
         on_step("selecting effects")
         solution = selection.solution
         residuals_w = [residual_w(trip, solution, solution.without[k]) for k, trip in enumerate(windows)]
-        noise, roots, system = weighed_equations(windows, residuals_w, window_s, precision, prior)
+        noise, roots, system = weighed_equations(windows, residuals_w, window_s, prior)
         limit = threshold(system, FREE, tried, seed, scatter_of(system, solution))
         selection = select(system, FREE, tried, windows, limit.z)
         if selection.found in seen:
@@ -112,6 +113,7 @@ def _linear_fit(
         rivals=selection.rivals,
         z=selection.z,
         shape_ci95={},
+        stability=Stability(()),
         structures=(),
         companions=(),
         solution=selection.solution,
@@ -121,7 +123,7 @@ def _linear_fit(
 def _finished(model: Model, seed: int, on_step: Callable[[str], None]) -> Model:
     """With refined shapes, structures that no effect explains, and without effects that those take over."""
     on_step("refining shapes")
-    model = _accompanied(_refined(model))
+    model = _accompanied(_lasting(_refined(model), seed))
     on_step("looking for what no effect explains")
     return with_structures(model, seed)
 
@@ -135,8 +137,8 @@ def _refined(model: Model) -> Model:
     others = [candidate for candidate in model.found if candidate.term.shape is None]
     columns = [*others, *dict.fromkeys(v for shapes in variants.values() for v in shapes)]
     windows = [windows_of(trip, columns) for trip in model.trips]
-    precision, prior = priors(windows[0].names, model.vehicle, model.nameplate)
-    system = equations(windows, model.roots, precision, prior)
+    prior = priors(windows[0].names, model.vehicle, model.nameplate)
+    system = equations(windows, model.roots, prior)
     chosen = {candidate.label: candidate for candidate in model.found}
     spread: dict[str, tuple[float, float]] = {}
     for candidate in shaped:
@@ -152,10 +154,20 @@ def _refined(model: Model) -> Model:
     found = tuple(chosen[candidate.label] for candidate in model.found)
     tried = tuple(dict.fromkeys((*found, *candidates([trip.drive for trip in model.trips]))))
     windows = [windows_of(trip, tried) for trip in model.trips]
-    precision, prior = priors(windows[0].names, model.vehicle, model.nameplate)
-    system = equations(windows, model.roots, precision, prior)
+    prior = priors(windows[0].names, model.vehicle, model.nameplate)
+    system = equations(windows, model.roots, prior)
     standing = still_standing(system, FREE, found, windows, model.threshold.z)
     return refitted(replace(model, windows=tuple(windows), system=system, shape_ci95=spread), standing)
+
+
+def _lasting(model: Model, seed: int) -> Model:
+    """The model with those of its terms that stand when other drives had been recorded, and how they did."""
+    if not model.found:
+        return model
+    tried = tuple(dict.fromkeys((*model.found, *candidates([trip.drive for trip in model.trips]))))
+    found = stability(model.system, FREE, tried, model.windows, model.nameplate, model.threshold.z, seed)
+    standing = [candidate for candidate in model.found if found.stands(candidate.term.family)]
+    return refitted(replace(model, stability=found), standing)
 
 
 def _between(candidate: Candidate) -> tuple[Candidate, ...]:
@@ -174,7 +186,7 @@ def _accompanied(model: Model) -> Model:
 
     Each at the shape that predicts left-out trips best, and only if it adds power.
     """
-    if not any(candidate.term.needs_ambient for candidate in model.found):
+    if all(trip.drive.ambient_k is None for trip in model.trips):
         return model
     open_ = [
         candidate

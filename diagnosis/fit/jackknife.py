@@ -6,11 +6,12 @@ jackknife, and losses are those of trips by the fit of the others. Everything is
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 from scipy import stats
+from scipy.optimize import lsq_linear
 
 from diagnosis.fit.noise import whitened
 
@@ -25,6 +26,7 @@ NOWHERE: Final = 1e60  # information on a column that is nothing in these trips,
 ENOUGH_EFFECTIVE: Final = 8.0  # below, a few trips rule the jackknife, and trips are weighed more evenly
 EVENING: Final = (0.95, 0.9, 0.8, 0.7, 0.6, 0.5)  # quantiles of the trips' information that cap their weights
 TINY: Final = 1e-30
+PINNED: Final = 1e8  # times all that is known of a column, so that it stays at its bound
 RIDGE: Final = 1e-12  # on normal equations in units of 1, against columns that are the same
 FORM_SD_FRAC: Final = 0.15  # assumed: an effect's real form differs from the library's, which no spread of trips shows
 TIE_FRAC: Final = 1e-9  # losses and z that differ by less are the same; between processors they differ by up to 1e-12
@@ -50,10 +52,42 @@ def ranked(values: NDArray[np.float64]) -> list[int]:
 
 
 @dataclass(frozen=True, slots=True)
+class Prior:
+    """What is known of each of p coefficients beforehand, float64 (p,) each.
+
+    precision: of a normal prior about mean, 0 for none. low, high: what it cannot be beyond, ±∞ for none.
+    """
+
+    precision: NDArray[np.float64]
+    mean: NDArray[np.float64]
+    low: NDArray[np.float64]
+    high: NDArray[np.float64]
+
+    def with_free(self, count: int = 1) -> Prior:
+        """The prior with so many columns more, of which nothing is known."""
+        nothing, without = np.zeros(count), np.full(count, np.inf)
+        return Prior(
+            np.append(self.precision, nothing),
+            np.append(self.mean, nothing),
+            np.append(self.low, -without),
+            np.append(self.high, without),
+        )
+
+    def without_normal(self) -> Prior:
+        """The bounds alone."""
+        return Prior(np.zeros_like(self.precision), np.zeros_like(self.mean), self.low, self.high)
+
+
+def no_prior(count: int) -> Prior:
+    """The prior of so many columns of which nothing is known."""
+    return Prior(np.zeros(count), np.zeros(count), np.full(count, -np.inf), np.full(count, np.inf))
+
+
+@dataclass(frozen=True, slots=True)
 class Equations:
     """Whitened normal equations of K trips with p columns: XᵀX (K, p, p), Xᵀy (K, p), yᵀy (K,), and windows of each.
 
-    precision: of the prior of each coefficient, (p,), 0 for none; about the mean prior (p,). names: of the columns.
+    names: of the columns; prior: of their coefficients.
     """
 
     names: tuple[str, ...]
@@ -61,8 +95,7 @@ class Equations:
     vector: NDArray[np.float64]
     square: NDArray[np.float64]
     count: NDArray[np.float64]
-    precision: NDArray[np.float64]
-    prior: NDArray[np.float64]
+    prior: Prior
 
     @property
     def trips(self) -> int:
@@ -100,6 +133,14 @@ class Solution:
         """Half of the 95 % interval of a sum of coefficients, weights (q,): by trips and by FORM_SD_FRAC of the sum."""
         form = 1.96 * FORM_SD_FRAC * float(weights @ self.coefficients)
         return float(np.hypot(self.half_width_by_trips(weights), form))
+
+    def half_width_within(self, system: Equations, weights: NDArray[np.float64]) -> float:
+        """Half of the 95 % interval of a sum of coefficients by what single windows and priors leave open."""
+        index = system.index(self.names)
+        gram = system.gram[:, index[:, None], index[None, :]].sum(axis=0) + np.diag(system.prior.precision[index])
+        scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), TINY))
+        inverse = np.linalg.inv(gram * np.outer(scale, scale) + RIDGE * np.eye(index.size)) * np.outer(scale, scale)
+        return float(1.96 * np.sqrt(max(float(weights @ inverse @ weights), 0.0)))
 
     def half_width_by_trips(self, weights: NDArray[np.float64]) -> float:
         """Half of the 95 % interval of a sum of coefficients by how trips differ: the jackknife and Student's t."""
@@ -153,8 +194,7 @@ def jackknife_sd(without: NDArray[np.float64]) -> NDArray[np.float64]:
 def equations(
     trips: Sequence[Windows],
     roots: Sequence[NDArray[np.float64]],
-    precision: NDArray[np.float64],
-    prior: NDArray[np.float64],
+    prior: Prior,
 ) -> Equations:
     """Normal equations of trips' residual powers on all their columns; roots: of each trip's covariance."""
     grams, vectors, squares, counts = [], [], [], []
@@ -166,18 +206,44 @@ def equations(
         vectors.append(columns.T @ residual)
         squares.append(float(residual @ residual))
         counts.append(float(residual.size))
-    return Equations(
-        trips[0].names, np.array(grams), np.array(vectors), np.array(squares), np.array(counts), precision, prior
-    )
+    return Equations(trips[0].names, np.array(grams), np.array(vectors), np.array(squares), np.array(counts), prior)
+
+
+def pinned(system: Equations, names: Sequence[str]) -> Equations:
+    """The equations with each of these columns that the fit of them would take beyond its bounds held at its bound."""
+    index = system.index(names)
+    prior = system.prior
+    low, high = prior.low[index], prior.high[index]
+    if not (np.isfinite(low).any() or np.isfinite(high).any()):
+        return system
+    own = system.gram[:, index, index].sum(axis=0) + prior.precision[index]
+    scale = 1.0 / np.sqrt(np.maximum(own, TINY))
+    gram = system.gram[:, index[:, None], index[None, :]].sum(axis=0) + np.diag(prior.precision[index])
+    vector = system.vector[:, index].sum(axis=0) + prior.precision[index] * prior.mean[index]
+    values, vectors = np.linalg.eigh(gram * np.outer(scale, scale))
+    sizes = np.sqrt(np.maximum(values, RIDGE * values[-1]))
+    target = (vectors.T @ (vector * scale)) / sizes
+    free = vectors @ (target / sizes) * scale
+    if bool(((free >= low) & (free <= high)).all()):
+        return system
+    bounds = (low / scale, high / scale)
+    found = lsq_linear(sizes[:, None] * vectors.T, target, bounds, method="bvls").active_mask
+    held = found != 0
+    at = index[held]
+    precision, mean = prior.precision.copy(), prior.mean.copy()
+    precision[at] = PINNED * own[held]
+    mean[at] = np.where(found[held] < 0, low[held], high[held])
+    return replace(system, prior=replace(prior, precision=precision, mean=mean))
 
 
 def solve(system: Equations, names: Sequence[str]) -> Solution:
-    """Coefficients of some columns, all others 0."""
+    """Coefficients of some columns within their bounds, all others 0."""
+    system = pinned(system, names)
     index = system.index(names)
     gram = system.gram[:, index[:, None], index[None, :]]
     vector = system.vector[:, index]
-    prior = np.diag(system.precision[index])
-    pull = system.precision[index] * system.prior[index]
+    prior = np.diag(system.prior.precision[index])
+    pull = system.prior.precision[index] * system.prior.mean[index]
     whole_gram, whole_vector = gram.sum(axis=0), vector.sum(axis=0)
     scale = 1.0 / np.sqrt(np.maximum(np.diag(whole_gram) + np.diag(prior), TINY))
     full = _scaled_solve(whole_gram + prior, whole_vector + pull, scale)
@@ -189,7 +255,7 @@ def solve(system: Equations, names: Sequence[str]) -> Solution:
 def additions(system: Equations, base: Sequence[str], added: Sequence[str]) -> Additions:
     """Each of the added columns beside the base, one at a time."""
     b, c = system.index(base), system.index(added)
-    return tried(_added(system, b, c))
+    return tried(_added(pinned(system, base), b, c))
 
 
 def tried(added: Added) -> Additions:
@@ -251,6 +317,7 @@ def simulated_additions(
     scatter: NDArray[np.float64],
 ) -> NDArray[np.float64]:
     """simulated_z of columns of the system; scatter: how much more than the others each trip's windows scatter (K,)."""
+    system = pinned(system, base)
     b, c = system.index(base), system.index(added)
     both = np.concatenate((b, c))
     right = np.empty((system.trips, both.size, draws))
@@ -324,10 +391,10 @@ def _added(system: Equations, b: NDArray[np.int64], c: NDArray[np.int64]) -> Add
         own=system.gram[:, c, c],
         base_vector=system.vector[:, b],
         vector=system.vector[:, c],
-        precision_base=system.precision[b],
-        precision=system.precision[c],
-        base_prior=system.precision[b] * system.prior[b],
-        added_prior=system.precision[c] * system.prior[c],
+        precision_base=system.prior.precision[b],
+        precision=system.prior.precision[c],
+        base_prior=system.prior.precision[b] * system.prior.mean[b],
+        added_prior=system.prior.precision[c] * system.prior.mean[c],
     )
 
 

@@ -1,12 +1,15 @@
-"""Levels that single trips have of their own: a roof box, a load, soft tyres, on some drives and not on others.
+"""Levels that single trips have of their own: a roof box, a load, soft tyres, a draw that was left on, on some drives.
 
-After everything else is fitted, each trip is given its own drag, mass or rolling resistance. Where trips differ by more
-of it than clean drives do, the upper of two groups of them is named; which of the three it was is decided by what
-fits best.
+After everything else is fitted, each trip is given its own drag, mass, rolling resistance or constant power. Those that
+carry a level differ from the others by one size: the trips' own values are a mixture of two groups, days that differ a
+little and the same with the level on top (b ~ (1 − π)·N(m, τ²) + π·N(m + μ, τ²)), against days that differ by cold
+and heat alone. A level is named where the mixture gains more than it does on drawn days without one, where both halves
+of the trips that carry it show it, and where its size is one that such a thing can have.
 """
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
@@ -14,9 +17,10 @@ import numpy as np
 
 from diagnosis.causes.families import Family
 from diagnosis.fit.jackknife import equations, solve
-from diagnosis.fit.noise import KERNELS, whitened
+from diagnosis.fit.mixture import Groups, drawn_gains, groups_of, step_of
+from diagnosis.fit.noise import KERNELS, estimated, whitened
 from diagnosis.fit.windows import measured_size_j, summed
-from energy.units import GRAVITY_MPS2
+from energy.units import GRAVITY_MPS2, ZERO_CELSIUS_K
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -25,11 +29,23 @@ if TYPE_CHECKING:
 
     from diagnosis.causes.driven import ReplayedDrive
     from diagnosis.fit.model import Model
+    from diagnosis.fit.noise import Noise
+    from diagnosis.fit.windows import WindowedTrip, Windows
 
 LEVEL: Final = "level of some trips"
 LEAST_TRIPS: Final = 8  # fewer have no bulk that others stand out from
-LEAST_GAIN: Final = 20.0  # mean square of trips' differences over what noise makes of them; clean drives reach 30
-SAME_GAIN_FRAC: Final = 0.7  # of the best kind's gain, from which on another can't be told from it
+LEAST_ON: Final = 2  # trips that carry a level; one alone may be anything
+FALSE_CLAIM_FRAC: Final = 0.01
+DRAWS: Final = 200
+LEAST_STEP: Final = 1.5  # likewise of a step, which all trips from a date on have taken
+LEAST_APART: Final = 4.0  # spreads of days by which a level lies from them
+SAME_FRAC: Final = 0.8  # of what the best kind explains, from which on another can't be told from it
+SURE_FRAC: Final = 0.85  # of the trips, that must clearly carry the level or clearly not
+SURE: Final = 0.9
+HALVES_FRAC: Final = 0.75  # of the trips that carry it, both halves of which must be better met with it
+EPOCH_S: Final = 1e8  # times from here on are of a calendar
+COLD_C: Final = 20.0
+HOT_C: Final = 22.0
 USUAL_WIND_MPS: Final = 4.0  # at the height of a vehicle
 LEAST_WIND_MPS: Final = 2.2
 WIND_RATIO: Final = 5.0
@@ -38,33 +54,39 @@ WIND_SHARE_FRAC: Final = 0.04  # a breeze that nobody records holds 2 to 3 %
 
 @dataclass(frozen=True, slots=True)
 class LevelKind:
-    """Something that a trip can have more of: its energy for twice the vehicle's own, float64 (n,) [J].
+    """Something that a trip can have more of: the energy of one unit of it, float64 (n,) [J].
 
-    least_rise_frac: of the vehicle's own, below which days differ anyway; least_share_frac: of the energy likewise, of
-    all trips' differences together.
+    unit: "1" for a share of the vehicle's own, whose field is named, else the unit. kernel: of the noise, that stands
+    for days that differ by it. days: how much they do anyway; least, most: what a level of it has.
     """
 
     effect: str
     family: Family
+    unit: str
     column_j: Callable[[ReplayedDrive], NDArray[np.float64]]
-    least_rise_frac: float
-    least_share_frac: float
+    field: str
+    kernel: str
+    days: float
+    least: float
+    most: float
 
 
 @dataclass(frozen=True, slots=True)
 class Level:
-    """Trips that carry a level: of which kind, and by what share of the vehicle's own on average [-].
+    """Trips that carry a level: of which kind, and how much on average in its unit.
 
-    half_frac: of its 95 % interval. energy_j: of all these trips. rivals: kinds that fit as well.
+    half: of its 95 % interval. energy_j: of all these trips. since: from or up to which trip all carry it and no other,
+    where it was a step. rivals: kinds that fit as well. z: root of twice the gain in log likelihood.
     """
 
     kind: LevelKind
     trips: tuple[str, ...]
-    rise_frac: float
-    half_frac: float
+    size: float
+    half: float
     energy_j: float
     share_frac: float
     z: float
+    since: str | None
     rivals: tuple[LevelKind, ...]
 
 
@@ -82,75 +104,190 @@ def _rolling(drive: ReplayedDrive) -> NDArray[np.float64]:
     return drive.work_j(float(drive.vehicle.road_load_a_n))
 
 
-KINDS: Final = (
-    LevelKind("roof_load", Family.AERODYNAMIC, _drag, 0.1, 0.045),
-    LevelKind("trip_payload", Family.MASS, _mass, 0.03, 0.0125),
-    LevelKind("trip_rolling", Family.ROLLING, _rolling, 0.15, 0.045),
-)
+def _power(drive: ReplayedDrive) -> NDArray[np.float64]:
+    return drive.duration_s
+
+
+def _grade(drive: ReplayedDrive) -> NDArray[np.float64]:
+    return drive.work_j(0.01 * drive.vehicle.mass_kg * GRAVITY_MPS2)
+
+
+DRAG: Final = LevelKind("roof_load", Family.AERODYNAMIC, "1", _drag, "road_load_c_n_per_mps2", "drag", 0.05, 0.12, 1.0)
+LOAD: Final = LevelKind("trip_payload", Family.MASS, "1", _mass, "mass_kg", "", 0.025, 0.06, 0.6)
+ROLLING: Final = LevelKind("trip_rolling", Family.ROLLING, "1", _rolling, "road_load_a_n", "rolling", 0.05, 0.12, 0.8)
+POWER: Final = LevelKind("trip_power", Family.AUXILIARY, "W", _power, "", "level", 60.0, 250.0, 5000.0)
+KINDS: Final = (DRAG, LOAD, ROLLING, POWER)
+# where no height was recorded
+GRADE: Final = LevelKind("trip_grade", Family.GRADE, "%", _grade, "", "mean_grade", 0.3, 0.8, 4.0)
 
 
 def levels(model: Model) -> Level | None:
     """The level that some trips carry, if any stands out."""
     if len(model.windows) < LEAST_TRIPS or model.structures:
         return None
-    variance = model.noise.variance.copy()
-    for name in ("rolling", "drag"):
-        variance[KERNELS.index(name)] = 0.0
-    noise = replace(model.noise, variance=variance)
-    measured_j = measured_size_j(model.windows)
-    roots = [noise.root(trip) for trip in model.windows]
-    residuals = [whitened(root, model.residual_w(k)) for k, root in enumerate(roots)]
+    noise = _within(model)
     known = {candidate.term.family for candidate in model.found}
-    tried = [
-        _flagged(model, kind, roots, residuals, measured_j)
-        for kind in KINDS
-        if kind.family is not Family.MASS or Family.MASS not in known
-    ]
-    found = [flagged for flagged in tried if flagged is not None]
+    heightless = any(bool(trip.hill_w.any()) for trip in model.windows)
+    kinds = [kind for kind in KINDS if kind.family is not Family.MASS or Family.MASS not in known]
+    tried = [_tried(model, kind, noise) for kind in (*kinds, *((GRADE,) if heightless else ()))]
+    found = sorted((one for one in tried if one is not None and one.clear), key=lambda one: -one.explained)
     if not found:
         return None
-    found.sort(key=lambda flagged: -flagged.gain)
     best = found[0]
-    if not best.clear:
+    size, half, energy_j = _joint(model, best)
+    if best.kind.field:  # of the file's number, whatever the fit has made of it
+        file = abs(float(getattr(model.nameplate, best.kind.field)))
+        factor = abs(float(getattr(model.vehicle, best.kind.field))) / max(file, 1e-9)
+        size, half = factor * size, factor * half
+    if not best.kind.least <= size <= best.kind.most or size - half <= 0.0:
         return None
-    rise, half, energy_j = _joint(model, best)
+    on = [trip.trip_id for trip, carries in zip(model.windows, best.groups.on, strict=True) if carries]
     return Level(
         kind=best.kind,
-        trips=tuple(trip.trip_id for trip, on in zip(model.windows, best.on, strict=True) if on),
-        rise_frac=rise,
-        half_frac=half,
+        trips=tuple(on),
+        size=size,
+        half=half,
         energy_j=energy_j,
-        share_frac=energy_j / measured_j,
-        z=float(np.sqrt(best.gain)),
-        rivals=tuple(flagged.kind for flagged in found[1:] if flagged.gain >= SAME_GAIN_FRAC * best.gain),
+        share_frac=energy_j / measured_size_j(model.windows),
+        z=float(np.sqrt(2.0 * best.groups.gain)),
+        since=_since(model.trips, best.groups) if best.groups.step else None,
+        rivals=tuple(one.kind for one in found[1:] if one.explained >= SAME_FRAC * best.explained),
     )
 
 
-def _joint(model: Model, flagged: _Flagged) -> tuple[float, float, float]:
-    """The rise that flagged trips have in common beside everything else, half of its interval, and its energy [J]."""
-    columns = [
-        summed(trip, flagged.kind.column_j(trip.drive)) * float(on)
-        for trip, on in zip(model.trips, flagged.on, strict=True)
-    ]
-    windows = [trip.with_column(LEVEL, column) for trip, column in zip(model.windows, columns, strict=True)]
-    precision, prior = (np.append(values, 0.0) for values in (model.system.precision, model.system.prior))
-    solution = solve(equations(windows, model.roots, precision, prior), [*model.solution.names, LEVEL])
-    weights = np.array([float(name == LEVEL) for name in solution.names])
-    rise = solution.value(LEVEL)
-    return rise, solution.half_width(weights), rise * float(sum(column.sum() for column in columns))
-
-
 @dataclass(frozen=True, slots=True)
-class _Flagged:
-    """Trips that differ by one kind: how much is gained by it over what noise would, and which trips carry it.
+class _Tried:
+    """One kind: the groups of trips that it makes, whether they are more than days that differ, and what it explains.
 
-    clear: whether it is more than clean drives differ by.
+    explained: log likelihood that windows of trips which carry it gain by it.
     """
 
     kind: LevelKind
-    gain: float
-    on: NDArray[np.bool_]
+    groups: Groups
     clear: bool
+    explained: float
+
+
+def _within(model: Model) -> Noise:
+    """The noise within trips: of residuals after each trip's own level, rolling resistance and drag."""
+    own = []
+    for k, trip in enumerate(model.windows):
+        columns = np.column_stack(
+            [trip.duration_s, trip.column("road_load_a_n"), trip.column("road_load_c_n_per_mps2")]
+        )
+        powers = columns / trip.duration_s[:, None]
+        residual_w = model.residual_w(k)
+        own.append(residual_w - powers @ np.linalg.lstsq(powers, residual_w, rcond=1e-9)[0])
+    noise = estimated(model.windows, own, model.noise.window_s)
+    car = model.vehicle
+    variance = noise.variance.copy()
+    variance[KERNELS.index("level")] = POWER.days**2
+    variance[KERNELS.index("rolling")] = (ROLLING.days * car.road_load_a_n) ** 2
+    variance[KERNELS.index("drag")] = (DRAG.days * car.road_load_c_n_per_mps2) ** 2
+    return replace(noise, variance=variance)
+
+
+def _tried(model: Model, kind: LevelKind, within: Noise) -> _Tried | None:
+    """What trips say of a kind: beside its own, days differ in the other kinds as they do anyway."""
+    variance = within.variance.copy()
+    if kind.kernel:
+        variance[KERNELS.index(kind.kernel)] = 0.0
+    noise = replace(within, variance=variance)
+    roots = [noise.root(trip) for trip in model.windows]
+    residuals = [whitened(root, model.residual_w(k)) for k, root in enumerate(roots)]
+    values, sd = np.zeros(len(model.windows)), np.full(len(model.windows), np.inf)
+    columns = []
+    for k, (trip, windows) in enumerate(zip(model.trips, model.windows, strict=True)):
+        column = whitened(roots[k], summed(trip, kind.column_j(trip.drive)) / windows.duration_s)
+        columns.append(column)
+        size = float(column @ column)
+        if size > 0.0:
+            values[k], sd[k] = float(column @ residuals[k]) / size, 1.0 / np.sqrt(size)
+    told = np.isfinite(sd)
+    if int(told.sum()) < LEAST_TRIPS:
+        return None
+    weather, order = _weather(model.windows), _order(model.trips)
+    groups = groups_of(values, sd, weather, kind.days)
+    step = step_of(values, sd, weather, kind.days, order)
+    if step is not None and (groups is None or step.gain > groups.gain):
+        groups = step
+    if groups is None or not LEAST_ON <= int(groups.on.sum()) <= len(model.windows) - LEAST_ON:
+        return None
+    clear = (
+        groups.apart >= (LEAST_STEP if groups.step else LEAST_APART)
+        and float((np.abs(groups.belongs - 0.5) >= SURE - 0.5).mean()) >= SURE_FRAC
+        and kind.least <= groups.shift <= kind.most
+        and _both_halves(columns, residuals, groups) >= HALVES_FRAC
+    )
+    if clear:
+        draws = drawn_gains(sd, weather, kind.days, groups.null_spread, DRAWS, order if groups.step else None)
+        clear = groups.gain > float(np.quantile(draws, 1.0 - FALSE_CLAIM_FRAC))
+    explained = 0.0
+    for k in np.flatnonzero(groups.on).tolist():
+        residual = residuals[k] - groups.usual[k] * columns[k]
+        explained += groups.shift * float(columns[k] @ residual) - 0.5 * groups.shift**2 * float(
+            columns[k] @ columns[k]
+        )
+    return _Tried(kind, groups, clear, explained)
+
+
+def _weather(windows: Sequence[Windows]) -> NDArray[np.float64]:
+    """What cold and heat would make of each trip's own value, float64 (K, 2) [K]; 0 where no temperature is known."""
+    known = [np.nan if trip.ambient_k is None else trip.ambient_k - ZERO_CELSIUS_K for trip in windows]
+    celsius = np.array(known)
+    pair = np.column_stack((np.maximum(COLD_C - celsius, 0.0), np.maximum(celsius - HOT_C, 0.0)))
+    return np.asarray(np.nan_to_num(pair), np.float64)
+
+
+def _both_halves(
+    columns: Sequence[NDArray[np.float64]], residuals: Sequence[NDArray[np.float64]], groups: Groups
+) -> float:
+    """Share of the trips that carry a level, both halves of which are better met with it than without [-]."""
+    better = []
+    for k in np.flatnonzero(groups.on).tolist():
+        half = residuals[k].size // 2
+        gains = []
+        for part in (slice(0, half), slice(half, None)):
+            residual, column = residuals[k][part] - groups.usual[k] * columns[k][part], columns[k][part]
+            gains.append(float(2.0 * groups.shift * column @ residual - groups.shift**2 * column @ column))
+        better.append(min(gains) > 0.0)
+    return float(np.mean(better))
+
+
+def _order(trips: Sequence[WindowedTrip]) -> NDArray[np.int64]:
+    """Indices of trips in the order that they were driven in: by the calendar, or else by their names."""
+    begins = [float(trip.recording.time_s[0]) for trip in trips]
+    dated = min(begins) > EPOCH_S and len(set(begins)) == len(begins)
+    keys = [(begin if dated else 0.0, _natural(trip.recording.id)) for begin, trip in zip(begins, trips, strict=True)]
+    return np.array(sorted(range(len(trips)), key=keys.__getitem__), np.int64)
+
+
+def _since(trips: Sequence[WindowedTrip], groups: Groups) -> str:
+    """When a step was taken, in words that follow a number of trips."""
+    order = _order(trips)
+    carried = groups.on[order]
+    if carried[0]:
+        return f"up to {trips[order[int(carried.sum()) - 1]].recording.id}"
+    return f"from {trips[order[int(np.argmax(carried))]].recording.id} on"
+
+
+def _natural(name: str) -> tuple[tuple[int, str], ...]:
+    """A name in the order that people count in: trip 9 before trip 10."""
+    return tuple((int(part), "") if part.isdigit() else (-1, part) for part in re.split(r"(\d+)", name))
+
+
+def _joint(model: Model, tried: _Tried) -> tuple[float, float, float]:
+    """The size that trips have in common beside everything else, half of its interval, and its energy [J]."""
+    columns = [
+        summed(trip, tried.kind.column_j(trip.drive)) * float(on)
+        for trip, on in zip(model.trips, tried.groups.on, strict=True)
+    ]
+    windows = [trip.with_column(LEVEL, column) for trip, column in zip(model.windows, columns, strict=True)]
+    system = equations(windows, model.roots, model.system.prior.with_free())
+    solution = solve(system, [*model.solution.names, LEVEL])
+    weights = np.array([float(name == LEVEL) for name in solution.names])
+    size = solution.value(LEVEL)
+    return size, solution.half_width(weights), size * float(sum(column.sum() for column in columns))
 
 
 @dataclass(frozen=True, slots=True)
@@ -209,42 +346,3 @@ def trip_wind(model: Model) -> TripWind | None:
     )
     stands_out = found.ratio >= WIND_RATIO and found.mean_mps >= LEAST_WIND_MPS
     return found if stands_out and found.share_frac >= WIND_SHARE_FRAC else None
-
-
-def _flagged(
-    model: Model,
-    kind: LevelKind,
-    roots: Sequence[NDArray[np.float64]],
-    residuals: Sequence[NDArray[np.float64]],
-    measured_j: float,
-) -> _Flagged | None:
-    count = len(model.windows)
-    rise, sd, energy_j = np.zeros(count), np.full(count, np.inf), np.zeros(count)
-    for k, (trip, windows) in enumerate(zip(model.trips, model.windows, strict=True)):
-        column_j = summed(trip, kind.column_j(trip.drive))
-        column = whitened(roots[k], column_j / windows.duration_s)
-        size = float(column @ column)
-        if size > 0.0:
-            rise[k], sd[k], energy_j[k] = (
-                float(column @ residuals[k]) / size,
-                1.0 / np.sqrt(size),
-                float(column_j.sum()),
-            )
-    share = float((np.abs(rise - np.median(rise)) * energy_j).sum()) / measured_j
-    gain = float(np.mean(np.square((rise - np.median(rise)) / sd)))
-    on = _upper(rise)
-    apart = float(rise[on].mean() - rise[~on].mean()) if 0 < int(on.sum()) < count else 0.0
-    if not 0 < int(on.sum()) < count:
-        return None
-    clear = share >= kind.least_share_frac and gain >= LEAST_GAIN and apart >= kind.least_rise_frac
-    return _Flagged(kind, gain, on, clear)
-
-
-def _upper(values: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Which values belong to the upper of the two groups that differ most (Otsu's split), bool (n,)."""
-    ordered = np.sort(values)
-    below = np.arange(1, ordered.size)
-    low = np.cumsum(ordered)[:-1] / below
-    high = (ordered.sum() - np.cumsum(ordered)[:-1]) / (ordered.size - below)
-    between = below * (ordered.size - below) * np.square(high - low)
-    return np.asarray(values > ordered[int(np.argmax(between))], np.bool_)

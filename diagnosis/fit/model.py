@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from diagnosis.causes.library import candidates
 from diagnosis.causes.nuisance import PARAMETERS, SENSOR_COLUMNS
 from diagnosis.causes.terms import Candidate
-from diagnosis.fit.jackknife import equations, solve
+from diagnosis.fit.jackknife import equations, no_prior, solve
 from diagnosis.fit.noise import estimated
 from diagnosis.fit.selection import alone_z, rivals
 from diagnosis.fit.windows import FREE, measured_size_j
@@ -19,10 +19,11 @@ from diagnosis.fit.windows import FREE, measured_size_j
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from diagnosis.fit.jackknife import Equations, Solution
+    from diagnosis.fit.jackknife import Equations, Prior, Solution
     from diagnosis.fit.noise import Noise
     from diagnosis.fit.scan import Structure
     from diagnosis.fit.selection import Threshold
+    from diagnosis.fit.stability import Stability
     from diagnosis.fit.windows import WindowedTrip, Windows
     from energy.vehicle.vehicle import Vehicle
 
@@ -37,8 +38,9 @@ class Model:
     """A fitted model: everything that predictions and findings are read from.
 
     vehicle: about which energies are linear; nameplate: of the file. base: parameters and sensors alone, with the noise
-    that they leave. companions: terms that are not claimed but fitted about none, since a car that heats its cabin
-    will cool it too. solution: with what was found, companions and structures, in that order behind the free columns.
+    that they leave. stability: of what was found over draws of drives and of the file's numbers. companions: terms that
+    are not claimed but fitted about none, since a car that heats its cabin will cool it too. solution: with what was
+    found, companions and structures, in that order behind the free columns.
     """
 
     vehicle: Vehicle
@@ -54,6 +56,7 @@ class Model:
     rivals: Mapping[str, tuple[Candidate, ...]]
     z: Mapping[str, float]
     shape_ci95: Mapping[str, tuple[float, float]]
+    stability: Stability
     structures: tuple[Structure, ...]
     companions: tuple[Candidate, ...]
     solution: Solution
@@ -70,31 +73,34 @@ def residual_w(trip: Windows, solution: Solution, beta: NDArray[np.float64]) -> 
     return np.asarray((trip.residual_j() - columns @ beta) / trip.duration_s, np.float64)
 
 
-def priors(
-    names: Sequence[str], vehicle: Vehicle, nameplate: Vehicle
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Precision and mean of each column's prior: parameters about the file's values, sensors about none."""
-    precision, prior = np.zeros(len(names)), np.zeros(len(names))
+def priors(names: Sequence[str], vehicle: Vehicle, nameplate: Vehicle) -> Prior:
+    """What is known of each column: parameters about the file's values and as a car can have them, sensors about none.
+
+    Coefficients of parameters are what is added to those of the vehicle.
+    """
+    prior = no_prior(len(names))
     for parameter in PARAMETERS:
         k = names.index(parameter.name)
-        precision[k] = 1.0 / parameter.sd_of(float(getattr(nameplate, parameter.name))) ** 2
-        prior[k] = float(getattr(nameplate, parameter.name)) - float(getattr(vehicle, parameter.name))
+        own, file = (float(getattr(car, parameter.name)) for car in (vehicle, nameplate))
+        prior.precision[k] = 1.0 / parameter.sd_of(nameplate) ** 2
+        prior.mean[k] = file - own
+        low, high = parameter.bounds(nameplate)
+        prior.low[k], prior.high[k] = low - own, high - own
     for sensor in SENSOR_COLUMNS:
-        precision[names.index(sensor.name)] = 1.0 / sensor.sd**2
-    return precision, prior
+        prior.precision[names.index(sensor.name)] = 1.0 / sensor.sd**2
+    return prior
 
 
 def weighed_equations(
     windows: Sequence[Windows],
     residuals_w: Sequence[NDArray[np.float64]],
     window_s: float,
-    precision: NDArray[np.float64],
-    prior: NDArray[np.float64],
+    prior: Prior,
 ) -> tuple[Noise, list[NDArray[np.float64]], Equations]:
     """The noise of residual powers [W], the root of each trip's covariance, and the equations that these weigh."""
     noise = estimated(windows, residuals_w, window_s)
     roots = [noise.root(trip) for trip in windows]
-    return noise, roots, equations(windows, roots, precision, prior)
+    return noise, roots, equations(windows, roots, prior)
 
 
 def refitted(model: Model, found: Sequence[Candidate]) -> Model:
@@ -147,14 +153,14 @@ def with_wholes(system: Equations, trips: Sequence[Windows]) -> Equations:
 
 def with_companion_priors(model: Model, labels: Sequence[str]) -> Equations:
     """The equations with a prior about 0 on the terms of these labels, as companions have it."""
-    return replace(model.system, precision=companion_precision(model.system, model.windows, labels))
+    return with_companions(model.system, model.windows, labels)
 
 
-def companion_precision(system: Equations, trips: Sequence[Windows], labels: Sequence[str]) -> NDArray[np.float64]:
-    """Precision of all columns with some held about 0 by COMPANION_SHARE of the energy, float64 (p,)."""
-    precision = system.precision.copy()
+def with_companions(system: Equations, trips: Sequence[Windows], labels: Sequence[str]) -> Equations:
+    """The equations with some columns held about 0 by COMPANION_SHARE of the energy."""
+    precision = system.prior.precision.copy()
     measured_j = measured_size_j(trips)
     for label in labels:
         size_j = sum(abs(float(trip.column(label).sum())) for trip in trips)
         precision[system.names.index(label)] = (size_j / (COMPANION_SHARE * measured_j)) ** 2
-    return precision
+    return replace(system, prior=replace(system.prior, precision=precision))

@@ -40,14 +40,19 @@ KERNELS: Final = (
     "level",
     "rolling",
     "drag",
+    "mean_grade",
+    "hills",
 )
+HILLS_M: Final = 500.0  # way within which a road forgets its grade
+MEAN_GRADE_FLOOR: Final = 0.4  # of a drive without height [%]: 40 m up or down on 10 km
+HILLS_FLOOR: Final = 1.5  # likewise of its stretches, gentle country
 
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """Variance of each kernel, float64 (10,) in the order of KERNELS.
+    """Variance of each kernel, float64 (12,) in the order of KERNELS.
 
-    In W², of dynamic ones [-], of rolling resistance [N²], of drag [(N/(m/s)²)²].
+    In W², of dynamic ones [-], of rolling resistance [N²], of drag [(N/(m/s)²)²], of grades that no height tells [%²].
     """
 
     variance: NDArray[np.float64]
@@ -102,6 +107,9 @@ def estimated(trips: Sequence[Windows], residuals_w: Sequence[NDArray[np.float64
     variance[KERNELS.index("white")] = max(variance[0], FLOOR_W**2)
     variance[KERNELS.index("level")] = max(variance[KERNELS.index("level")], LEVEL_FLOOR_W**2)
     variance[KERNELS.index("rolling")] = max(variance[KERNELS.index("rolling")], ROLLING_FLOOR_N**2)
+    if any(trip.hill_w.any() for trip in trips):
+        for name, floor_percent in (("mean_grade", MEAN_GRADE_FLOOR), ("hills", HILLS_FLOOR)):
+            variance[KERNELS.index(name)] = max(variance[KERNELS.index(name)], floor_percent**2)
     return Noise(variance, window_s)
 
 
@@ -116,6 +124,8 @@ def _beginning(trip: Windows) -> Windows:
         duration_s=trip.duration_s[first],
         simulated_j=trip.simulated_j[first],
         dynamic_w=trip.dynamic_w[first],
+        distance_m=trip.distance_m[first],
+        hill_w=trip.hill_w[first],
         columns_j=trip.columns_j[first],
     )
 
@@ -133,6 +143,10 @@ def _kernels(trip: Windows, window_s: float) -> Iterator[NDArray[np.float64]]:
     for name in ("road_load_a_n", "road_load_c_n_per_mps2"):
         power_w = trip.column(name) / trip.duration_s
         yield np.outer(power_w, power_w)
+    hilly = np.outer(trip.hill_w, trip.hill_w)
+    yield hilly
+    way_m = np.cumsum(trip.distance_m)
+    yield hilly * np.exp(-np.abs(way_m[:, None] - way_m[None, :]) / HILLS_M)
 
 
 def _rough(trips: Sequence[Windows], residuals_w: Sequence[NDArray[np.float64]]) -> tuple[float, float]:

@@ -93,7 +93,25 @@ def select(
     trips: Sequence[Windows],
     least_z: float,
 ) -> Selection:
-    """Forward selection, a backward check, and the rivals of what is left.
+    """The terms that a system speaks for, and the rivals of each."""
+    found = chosen(system, free, candidates, trips, least_z)
+    solution = solve(system, [*free, *(candidate.label for candidate in found)])
+    return Selection(
+        tuple(found),
+        {candidate.label: rivals(system, free, candidates, found, candidate, least_z) for candidate in found},
+        {candidate.label: alone_z(system, free, found, candidate) for candidate in found},
+        solution,
+    )
+
+
+def chosen(
+    system: Equations,
+    free: Sequence[str],
+    candidates: Sequence[Candidate],
+    trips: Sequence[Windows],
+    least_z: float,
+) -> list[Candidate]:
+    """Terms by forward selection and a backward check.
 
     One term is taken at one value of its shape only; of terms that help alike, the first candidate.
     """
@@ -116,14 +134,7 @@ def select(
         if not passes.any():
             break
         found.append(open_[int(first_least(np.where(passes, -gain, np.inf)))])
-    found = still_standing(system, free, found, trips, least_z)
-    solution = solve(system, [*free, *(candidate.label for candidate in found)])
-    return Selection(
-        tuple(found),
-        {candidate.label: rivals(system, free, candidates, found, candidate, least_z) for candidate in found},
-        {candidate.label: alone_z(system, free, found, candidate) for candidate in found},
-        solution,
-    )
+    return still_standing(system, free, found, trips, least_z)
 
 
 def alone_z(system: Equations, free: Sequence[str], found: Sequence[Candidate], candidate: Candidate) -> float:

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from diagnosis.causes.families import Family
 from diagnosis.causes.terms import Candidate
 from diagnosis.fit.axes import Axis
-from diagnosis.fit.jackknife import equations, solve
+from diagnosis.fit.jackknife import equations, pinned, solve
 from diagnosis.fit.model import BOX, Model, refitted, with_companion_priors
 from diagnosis.fit.noise import estimated
 from diagnosis.fit.scan import Box, boxes, leading, only, scan, strongest
@@ -75,13 +75,14 @@ def _grown(model: Model, places: Places, seed: int) -> Model | None:
 def _scanned(model: Model, places: Places, seed: int) -> Scanned | None:
     names = model.solution.names
     index = model.system.index(names)
-    precision = with_companion_priors(model, [candidate.label for candidate in model.companions]).precision[index]
+    system = pinned(with_companion_priors(model, [candidate.label for candidate in model.companions]), names)
+    precision = system.prior.precision[index]
     return scan(
         model.windows,
         model.roots,
         [_powers(trip, names) for trip in model.windows],
         precision,
-        precision * model.system.prior[index],
+        precision * system.prior.mean[index],
         scatter_of(model.system, model.solution),
         seed,
         places,
@@ -93,7 +94,7 @@ def _renoised(model: Model, grown: Model) -> Model:
     residuals_w = [grown.residual_w(k, left_out=True) for k in range(len(grown.windows))]
     noise = estimated(grown.windows, residuals_w, grown.noise.window_s)
     roots = tuple(noise.root(trip) for trip in model.windows)
-    system = equations(model.windows, roots, model.system.precision, model.system.prior)
+    system = equations(model.windows, roots, model.system.prior)
     return refitted(replace(model, noise=noise, roots=roots, system=system), model.found)
 
 
@@ -119,8 +120,7 @@ def _with_structure(model: Model, structure: Structure) -> Model | None:
         trip.with_column(label, inside * trip.duration_s)
         for trip, inside in zip(model.windows, structure.inside, strict=True)
     )
-    precision, prior = (np.append(values, 0.0) for values in (model.system.precision, model.system.prior))
-    system = equations(windows, model.roots, precision, prior)
+    system = equations(windows, model.roots, model.system.prior.with_free())
     structures = (*model.structures, structure)
     free = [*FREE, *(f"{BOX}{k}" for k in range(len(structures)))]
     kept = still_standing(system, free, model.found, windows, model.threshold.z)

@@ -9,6 +9,7 @@ import numpy as np
 
 from diagnosis.causes.driven import ROUGHER_M, rougher_grade
 from diagnosis.causes.nuisance import PARAMETERS, SENSOR_COLUMNS
+from energy.units import GRAVITY_MPS2
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -20,6 +21,7 @@ if TYPE_CHECKING:
     from diagnosis.recordings.reading import Recording
     from energy.replay.replay import DrivenProfile
 
+HILL_FRAC: Final = 0.01
 WINDOW_S: Final = 10.0  # long against the lag between speed and current, short against what changes in a drive
 PARAMETER_NAMES: Final = tuple(parameter.name for parameter in PARAMETERS)
 SENSOR_NAMES: Final = tuple(sensor.name for sensor in SENSOR_COLUMNS)
@@ -31,7 +33,8 @@ class Windows:
     """One trip in n windows of equal length, each array with one value a window, float64 (n,).
 
     measured_j, simulated_j: from the battery; the latter by the vehicle without effects. dynamic_w: root mean square of
-    the simulated power, which tells how much a sensor's error matters. places: means of what was recorded, by name.
+    the simulated power, which tells how much a sensor's error matters. hill_w: power that a grade of 1 % would take
+    where no height was recorded, 0 where it was. places: means of what was recorded, by name.
     columns_j: float64 (n, p) in the order of names.
     """
 
@@ -44,6 +47,7 @@ class Windows:
     measured_j: NDArray[np.float64]
     simulated_j: NDArray[np.float64]
     dynamic_w: NDArray[np.float64]
+    hill_w: NDArray[np.float64]
     places: Mapping[str, NDArray[np.float64]]
     names: tuple[str, ...]
     columns_j: NDArray[np.float64]
@@ -102,6 +106,7 @@ def windows_of(trip: WindowedTrip, candidates: Sequence[Candidate]) -> Windows:
         measured_j=summed(trip, measured_j),
         simulated_j=summed(trip, drive.power_w * drive.duration_s),
         dynamic_w=np.sqrt(summed(trip, drive.power_w**2 * drive.duration_s) / duration_s),
+        hill_w=_hill_w(trip, duration_s),
         places={
             name: summed(trip, values * drive.duration_s) / duration_s
             for name, values in drive.channels.items()
@@ -124,6 +129,14 @@ def summed(trip: WindowedTrip, values: NDArray[np.float64]) -> NDArray[np.float6
     inside = trip.window >= 0
     count = int(trip.window.max(initial=-1)) + 1
     return np.asarray(np.bincount(trip.window[inside], weights=values[inside], minlength=count), np.float64)
+
+
+def _hill_w(trip: WindowedTrip, duration_s: NDArray[np.float64]) -> NDArray[np.float64]:
+    drive = trip.drive
+    if "altitude_m" in drive.channels:
+        return np.zeros_like(duration_s)
+    weight_n = drive.vehicle.mass_kg * GRAVITY_MPS2
+    return summed(trip, drive.work_j(HILL_FRAC * weight_n)) / duration_s
 
 
 def _headings(trip: WindowedTrip, duration_s: NDArray[np.float64]) -> dict[str, NDArray[np.float64]]:

@@ -41,15 +41,15 @@ def car(service: Service) -> Vehicle:
 
 @pytest.fixture(scope="module")
 def winter(tmp_path_factory: pytest.TempPathFactory, car: Vehicle) -> Path:
-    """A folder of ten cold drives with a heater."""
+    """A folder of twelve drives with a heater, most in the cold."""
     folder = tmp_path_factory.mktemp("cli") / "winter"
-    write_winter(folder, car, duration_s=300)
+    write_winter(folder, car, trips=12, duration_s=300)
     return folder
 
 
 @pytest.fixture
 def few(winter: Path, tmp_path: Path) -> Path:
-    """A folder of two of these drives, too few to conclude anything, which is said at once."""
+    """A folder of a few of these drives, too few to conclude anything, which is said at once."""
     return Path(shutil.copytree(winter, tmp_path / "few", ignore=shutil.ignore_patterns("winter-0[2-9].csv")))
 
 

@@ -19,7 +19,7 @@ def trip(number, windows=60, ambient_c=5.0):
         trip_id=f"T{number}", ambient_k=None if ambient_c is None else 273.15 + ambient_c,
         begin_s=10.0 * np.arange(windows), duration_s=seconds, distance_m=np.where(stands, 0.0, 150.0),
         standing_s=np.where(stands, 10.0, 0.0), measured_j=np.zeros(windows), simulated_j=np.full(windows, 3e4),
-        dynamic_w=np.full(windows, 3e3), places={"grade_frac": np.zeros(windows)},
+        dynamic_w=np.full(windows, 3e3), hill_w=np.zeros(windows), places={"grade_frac": np.zeros(windows)},
         names=(), columns_j=np.empty((windows, 0)),
     )  # fmt: skip
 

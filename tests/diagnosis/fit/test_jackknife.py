@@ -15,6 +15,7 @@ from diagnosis.fit.jackknife import (
     effective_trips,
     first_least,
     jackknife_sd,
+    no_prior,
     ranked,
     simulated_additions,
     solve,
@@ -32,8 +33,7 @@ def drawn(seed, trips=9, windows=30, columns=5, beta=(1.0, -2.0, 0.0, 0.5, 0.0))
         np.array([x.T @ y for x, y in zip(xs, ys, strict=True)]),
         np.array([y @ y for y in ys]),
         np.full(trips, float(windows)),
-        np.zeros(columns),
-        np.zeros(columns),
+        no_prior(columns),
     )
     return xs, ys, system
 
@@ -70,10 +70,9 @@ def test_a_column_tried_beside_a_base_is_the_column_solved_with_it(seed):
 
 def test_a_prior_holds_a_coefficient_that_the_data_do_not_carry():
     _, _, system = drawn(3)
-    held = Equations(
-        system.names, system.gram, system.vector, system.square, system.count,
-        np.array([1e12, 0.0, 0.0, 0.0, 0.0]), np.array([7.0, 0.0, 0.0, 0.0, 0.0]),
-    )  # fmt: skip
+    system.prior.precision[0], system.prior.mean[0] = 1e12, 7.0
+    held = system
+    _, _, system = drawn(3)
     assert solve(held, list("abcde")).value("a") == pytest.approx(7.0, rel=1e-6)
     assert solve(held, list("abcde")).value("d") == pytest.approx(solve(system, list("abcde")).value("d"), abs=0.6)
 

@@ -51,6 +51,56 @@ def test_a_roof_box_is_found_on_the_trips_that_carried_it(car):
     assert low < energy_kwh < high
 
 
+def with_power(recording, car, more_j):
+    """The recording with energy added to each of its steps."""
+    steps = driven(recording, car)
+    more_w = np.interp(recording.time_s, steps.since_s, more_j(steps) / steps.duration_s)
+    return replace(recording, power_w=recording.power_w + more_w)
+
+
+def test_a_draw_that_was_left_on_is_a_constant_power_on_its_trips(car):
+    drives = [drive(car, number) for number in range(TRIPS)]
+    drives = [with_power(d, car, lambda s: 1200.0 * s.duration_s) if k in BOXED else d for k, d in enumerate(drives)]
+    (level,) = diagnose(drives, car).findings
+    assert (level.effect, level.ambiguous_with) == ("trip_power", ())
+    assert set(level.trips) == {f"T{number}" for number in BOXED}
+    assert level.coefficients[0].unit == "W"
+    assert level.coefficients[0].value == pytest.approx(1200.0, rel=0.1)
+
+
+def test_a_load_on_some_trips_is_mass(car):
+    def loaded(steps):
+        force = car.rotating_mass_coef * steps.accel_mps2 + 9.80665 * steps.grade_frac
+        return steps.work_j(350.0 * (force + car.road_load_a_n / car.mass_kg))
+
+    drives = [drive(car, number) for number in range(TRIPS)]
+    drives = [with_power(d, car, loaded) if k in BOXED else d for k, d in enumerate(drives)]
+    (level,) = diagnose(drives, car).findings
+    assert level.effect == "trip_payload"
+    assert set(level.trips) <= {f"T{number}" for number in BOXED}  # one of them hardly accelerates
+    assert len(level.trips) >= 3
+    assert level.coefficients[0].value == pytest.approx(350.0 / car.mass_kg, rel=0.25)  # of the file's mass
+
+
+def test_tyres_that_were_changed_are_a_step_in_the_order_of_the_drives(car):
+    drives = [drive(car, number) for number in range(TRIPS)]
+    drives = [
+        with_power(d, car, lambda s: s.work_j(0.35 * car.road_load_a_n)) if k >= 7 else d for k, d in enumerate(drives)
+    ]
+    (level,) = diagnose(drives, car).findings
+    assert "trip_rolling" in {level.effect, *(rival.effect for rival in level.ambiguous_with)}
+    assert level.trips == tuple(f"T{number}" for number in range(7, TRIPS))
+    assert "from T7 on" in level.text
+
+
+def test_without_height_what_single_trips_have_may_be_hills(car):
+    drives = [replace(drive(car, number), elevation_m=None) for number in range(TRIPS)]
+    found = diagnose(drives, car)
+    assert found.findings == ()
+    assert [lack.channel for lack in found.missing if lack.decisive] == ["elevation_m"]
+    assert found.text.startswith("No height was recorded on any drive")
+
+
 def test_clean_trips_carry_no_level(car):
     assert diagnose([drive(car, 300 + number) for number in range(TRIPS)], car).findings == ()
 

@@ -18,7 +18,7 @@ def trip(rng, number, windows=120):
     return Windows(
         trip_id=f"T{number}", ambient_k=None, begin_s=10.0 * np.arange(windows), duration_s=seconds,
         distance_m=10.0 * rolling, standing_s=np.where(moving, 0.0, 10.0), measured_j=10.0 * power,
-        simulated_j=10.0 * power, dynamic_w=power, places={},
+        simulated_j=10.0 * power, dynamic_w=power, hill_w=np.zeros_like(power), places={},
         names=("road_load_a_n", "road_load_c_n_per_mps2"),
         columns_j=np.column_stack((10.0 * rolling, 10.0 * rolling**3)),
     )  # fmt: skip

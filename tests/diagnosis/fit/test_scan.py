@@ -31,7 +31,7 @@ def trip(number, draw):
         trip_id=f"T{number}", ambient_k=280.0 + number, begin_s=10.0 * np.arange(WINDOWS), duration_s=seconds,
         distance_m=10.0 * speed, standing_s=np.zeros(WINDOWS),
         measured_j=simulated + 10.0 * (draw(altitude) + rng.normal(0.0, 300.0, WINDOWS)),
-        simulated_j=simulated, dynamic_w=400.0 * speed,
+        simulated_j=simulated, dynamic_w=400.0 * speed, hill_w=np.zeros_like(speed),
         places={
             "altitude_m": altitude, "latitude_deg": 42.5 + 0.02 * np.cos(angle),
             "longitude_deg": 1.5 + 0.02 * np.sin(angle),

@@ -33,12 +33,12 @@ def heated(car):
     trips = [trip_of(recording, driven(recording, car)) for recording in recordings]
     tried = candidates([trip.drive for trip in trips])
     windows = [windows_of(trip, tried) for trip in trips]
-    precision, prior = priors(windows[0].names, car, car)
+    prior = priors(windows[0].names, car, car)
     roots = [
         estimated(windows, [trip.residual_j() / trip.duration_s for trip in windows], 10.0).root(trip)
         for trip in windows
     ]
-    return trips, windows, tried, equations(windows, roots, precision, prior)
+    return trips, windows, tried, equations(windows, roots, prior)
 
 
 def test_a_planted_heater_is_selected_once_for_each_of_its_terms(heated):
@@ -75,9 +75,9 @@ def test_trips_that_scatter_more_are_seen_as_such(heated, car):
         )
         for k, trip in enumerate(windows)
     ]
-    precision, prior = priors(windows[0].names, car, car)
+    prior = priors(windows[0].names, car, car)
     roots = [np.linalg.cholesky(np.eye(trip.begin_s.size) * 500.0**2) for trip in windows]
-    calm, loud = (equations(drives, roots, precision, prior) for drives in (windows, louder))
+    calm, loud = (equations(drives, roots, prior) for drives in (windows, louder))
     before, after = (scatter_of(system_of, solve(system_of, FREE)) for system_of in (calm, loud))
     assert int(np.argmax(after / before)) == 4
     assert len(trips) == system.trips
