@@ -11,7 +11,7 @@ from diagnosis.answer.accounts import nameplate_j, score, scored, trip_account
 from diagnosis.answer.findings import findings, unexplained
 from diagnosis.answer.learned import NOTHING, applied, learned, replayed_j
 from diagnosis.answer.missing import missing_channels
-from diagnosis.answer.odd_trips import odd_trips
+from diagnosis.answer.odd_trips import odd_among, odd_trips
 from diagnosis.answer.parameter_errors import parameter_errors
 from diagnosis.answer.regimes import EDGES, regimes, where
 from diagnosis.answer.results import Diagnosis, QualityNote, TripAccount, TripTimeline, Verdict
@@ -22,6 +22,8 @@ from diagnosis.fit.model import BOX, residual_w
 from diagnosis.fit.scan import in_box
 from diagnosis.fit.selection import LEAST_TRIPS
 from diagnosis.fit.windows import WINDOW_S, trip_of, windows_of
+from diagnosis.recordings.notes import NoteKind
+from diagnosis.recordings.soundness.temperatures import with_doubts
 from energy.errors import EnergyError
 from energy.units import JOULE_PER_KWH, ZERO_CELSIUS_K
 
@@ -33,7 +35,7 @@ if TYPE_CHECKING:
     from diagnosis.answer.regimes import RegimeResidual
     from diagnosis.answer.results import Finding, FitScore, ParameterError, Unexplained
     from diagnosis.fit.model import Model
-    from diagnosis.fit.windows import WindowedTrip
+    from diagnosis.fit.windows import WindowedTrip, Windows
     from diagnosis.recordings.reading import Recording
     from energy.vehicle.vehicle import Vehicle
 
@@ -45,6 +47,7 @@ LEAST_GAIN_FRAC: Final = 0.005
 FAR_FRAC: Final = 0.05  # error of trips that were left out, from which on something stays unexplained
 SEEN_IN_WINDOWS: Final = ("mass_kg",)  # numbers that whole trips' energies need not show
 OTHER_CAR_NUMBERS: Final = 3  # of the file, that drives of the same car do not contradict at once
+NAMED: Final = 4  # drives, of more only how many
 OTHER_CAR_FRAC: Final = (
     0.15  # of trips' energies, by which the file of the same car is not off where nothing is left out
 )
@@ -110,6 +113,7 @@ def diagnose(
             progress(stage, share(stage))
 
     on_step(STAGES[0])
+    recordings = with_doubts(recordings)
     trips = []
     window_s = _window_s(recordings, settings.window_s)
     for recording in recordings:
@@ -139,19 +143,31 @@ def diagnose(
             fitted = [trip for trip in fitted if trip.recording.id not in odd]
             model = fit(fitted, vehicle, settings.seed, window_s, on_step)
         on_step(STAGES[5])
-        accounts = _accounts(model, kept, held_out)
+        others = [_as_fitted(model, trip) for trip in kept]
+        accounts = _accounts(model, others, held_out)
     except EnergyError as error:
         raise DiagnosisError(f"vehicle {vehicle.id!r} cannot be fitted: {error}") from error
     asked = [account for account in accounts if account.id in held_out] or [
         account for account in accounts if account.id not in odd
     ]
     before, after = (score(asked, after=which, seed=settings.seed) for which in (False, True))
-    found, strange = findings(model), (*map(odd.__getitem__, odd), *unexplained(model))
+    found = findings(model)
+    held = [windows for trip, windows in others if trip.recording.id in held_out]
+    strange = (*map(odd.__getitem__, odd), *odd_among(model, held), *unexplained(model))
     off = _file_is_off(accounts, odd)
     wrong = tuple(error for error in parameter_errors(model) if off is not None or error.parameter in SEEN_IN_WINDOWS)
+    other_car = _is_other_car(wrong, off)
+    if other_car:
+        wrong = ()  # of so many numbers none is told for sure
     lacking = missing_channels([trip.recording for trip in fitted])
     departing = _all_regimes(model, after=True)
-    verdict, text = _verdict(found, wrong, strange, off, _Rest(after, departing, lacking, len(fitted), bool(held_out)))
+    verdict, text = _verdict(
+        found,
+        wrong,
+        strange,
+        off,
+        _Rest(after, departing, lacking, len(fitted), bool(held_out), other_car, _doubts(recordings)),
+    )
     is_off = off is not None and (off.clear or off.nameplate >= FAR_FRAC)
     carried = learned(model) if found or wrong or is_off else NOTHING
     routes = _routes_score(model, vehicle, carried, [*model.trips, *kept], asked, settings.seed)
@@ -176,6 +192,7 @@ def diagnose(
         parameters=carried.parameters,
         not_carried=carried.not_carried,
         missing=lacking,
+        other_car=other_car,
         model=_settings_used(model, settings),
     )
 
@@ -192,23 +209,29 @@ def _check(recordings: Sequence[Recording], held_out: Collection[str]) -> None:
             raise DiagnosisError(f"held-out trip {trip_id!r} is none of the {len(ids)} recordings")
 
 
-def _accounts(model: Model, kept: Sequence[WindowedTrip], held_out: Collection[str]) -> tuple[TripAccount, ...]:
-    names = model.solution.names
+def _as_fitted(model: Model, trip: WindowedTrip) -> tuple[WindowedTrip, Windows]:
+    """A trip that was not fitted as the model sees it, with all its columns."""
+    again = replace(trip, drive=with_vehicle(trip.drive, model.vehicle))
+    windows = windows_of(again, (*model.found, *model.companions))
+    for k, structure in enumerate(model.structures):
+        windows = windows.with_column(f"{BOX}{k}", in_box(structure.box, windows) * windows.duration_s)
+    assert set(model.solution.names) <= set(windows.names), "held-out trips have all columns of the model"
+    return again, windows
+
+
+def _accounts(
+    model: Model, others: Sequence[tuple[WindowedTrip, Windows]], held_out: Collection[str]
+) -> tuple[TripAccount, ...]:
+    """Accounts of the fitted trips, each by the fit of the others, and of those that were not fitted."""
+    fitted = zip(model.trips, model.windows, strict=True)
     found = [
         trip_account(model, trip, nameplate_j(model, trip), windows, k, held_out=False)
-        for k, (trip, windows) in enumerate(zip(model.trips, model.windows, strict=True))
+        for k, (trip, windows) in enumerate(fitted)
     ]
-    for trip in kept:
-        again = replace(trip, drive=with_vehicle(trip.drive, model.vehicle))
-        windows = windows_of(again, (*model.found, *model.companions))
-        for k, structure in enumerate(model.structures):
-            windows = windows.with_column(f"{BOX}{k}", in_box(structure.box, windows) * windows.duration_s)
-        assert set(names) <= set(windows.names), "held-out trips have all columns of the model"
-        found.append(
-            trip_account(
-                model, again, nameplate_j(model, again), windows, None, held_out=again.recording.id in held_out
-            )
-        )
+    found += [
+        trip_account(model, trip, nameplate_j(model, trip), windows, None, held_out=trip.recording.id in held_out)
+        for trip, windows in others
+    ]
     return tuple(found)
 
 
@@ -245,6 +268,21 @@ def _file_is_off(accounts: Sequence[TripAccount], odd: Collection[str]) -> _Off 
     return _Off(nameplate, before) if nameplate - before >= max(LEAST_GAIN_FRAC, 0.1 * nameplate) else None
 
 
+def _doubts(recordings: Sequence[Recording]) -> str:
+    """What is said of drives of which the unit of a channel is doubted; nothing where none is."""
+    doubted = [recording.id for recording in recordings if any(n.kind is NoteKind.UNIT for n in recording.notes)]
+    if not doubted:
+        return ""
+    which = ", ".join(doubted[:NAMED]) + (f" and {len(doubted) - NAMED} more" if len(doubted) > NAMED else "")
+    return f"The temperature outside seems to be in °F on {which}; it was left out there."
+
+
+def _is_other_car(wrong: Sequence[ParameterError], off: _Off | None) -> bool:
+    """Whether so much of a file is contradicted that the drives may be of another vehicle."""
+    far_off = off is not None and off.clear and off.nameplate >= OTHER_CAR_FRAC and len(wrong) != 1
+    return far_off or any(error.at_bound for error in wrong) or len(wrong) >= OTHER_CAR_NUMBERS
+
+
 @dataclass(frozen=True, slots=True)
 class _Rest:
     """What a diagnosis leaves: errors of trips that it has not seen, regimes that depart, channels that it lacked."""
@@ -254,6 +292,8 @@ class _Rest:
     lacking: tuple[MissingChannel, ...]
     trips: int
     held_out: bool
+    other_car: bool
+    doubts: str
 
     @property
     def is_far(self) -> bool:
@@ -281,12 +321,11 @@ def _verdict(
     rest: _Rest,
 ) -> tuple[Verdict, str]:
     """The verdict and everything that was concluded, in one text: what was not recorded first, what is left last."""
-    far_off = off is not None and off.clear and off.nameplate >= OTHER_CAR_FRAC and len(wrong) != 1
-    other_car = far_off or any(error.at_bound for error in wrong) or len(wrong) >= OTHER_CAR_NUMBERS
     text = " ".join(
         [
             *(lack.text for lack in rest.lacking if lack.decisive),
-            *([OTHER_CAR] if other_car else []),
+            *filter(None, [rest.doubts]),
+            *([OTHER_CAR] if rest.other_car else []),
             *(
                 finding.text
                 if finding.separating_recording is None

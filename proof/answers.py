@@ -7,6 +7,7 @@ from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from diagnosis.fit.scan import cell_centre_deg
+from diagnosis.recordings.notes import NoteKind
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -16,7 +17,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, slots=True)
 class Claim:
-    """A finding: effect, family, families of its rivals, energy over the fitted trips with interval and share."""
+    """A finding: effect, family, families of its rivals, energy over the fitted trips with interval and share.
+
+    trips: that carry it, empty where all do.
+    """
 
     effect: str
     family: str
@@ -26,6 +30,7 @@ class Claim:
     high_kwh: float | None
     share_frac: float
     t: float
+    trips: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,15 +41,17 @@ class Spot:
     low: float
     high: float
     mean_w: float
+    trips: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class ClaimedParameter:
-    """A parameter that is said to be wrong: value of the file and the fitted one."""
+    """A parameter that is said to be wrong: value of the file and the fitted one, and what it may be instead."""
 
     name: str
     nameplate: float
     fitted: float
+    aliases: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -74,7 +81,8 @@ class Rule:
 class Answer:
     """Everything that is scored of a world. error: how the tool broke, None where it did not; all else is then empty.
 
-    tool: hash of the source that answered. rules: of simpler rules, where they were asked.
+    tool: hash of the source that answered. other_car: whether the file is said to be of another vehicle. doubted: trips
+    of which the unit of a channel is doubted. rules: of simpler rules, where they were asked.
     """
 
     world_id: str
@@ -88,6 +96,8 @@ class Answer:
     threshold_z: float | None = None
     seconds: float = 0.0
     error: str | None = field(default=None)
+    other_car: bool = False
+    doubted: tuple[str, ...] = ()
 
     @property
     def held_out(self) -> tuple[TripEnergy, ...]:
@@ -104,12 +114,15 @@ def answer_of(world_id: str, tool: str, diagnosis: Diagnosis, rules: tuple[Rule,
         claims=tuple(_claim(finding) for finding in diagnosis.findings),
         spots=tuple(_spot(stretch) for stretch in diagnosis.unexplained),
         parameters=tuple(
-            ClaimedParameter(error.parameter, error.nameplate, error.fitted) for error in diagnosis.parameter_errors
+            ClaimedParameter(error.parameter, error.nameplate, error.fitted, error.aliases)
+            for error in diagnosis.parameter_errors
         ),
         trips=tuple(trip_energy(trip) for trip in diagnosis.trips),
         rules=rules,
         threshold_z=diagnosis.model.get("threshold_z"),
         seconds=seconds,
+        other_car=diagnosis.other_car,
+        doubted=tuple(sorted({note.trip_id for note in diagnosis.data_quality if note.kind == NoteKind.UNIT.value})),
     )
 
 
@@ -123,7 +136,7 @@ def trip_energy(account: TripAccount) -> TripEnergy:
         nameplate_kwh=account.nameplate_kwh,
         before_kwh=account.before_kwh,
         after_kwh=account.after_kwh,
-        thermal_kwh=account.by_family_kwh.get("thermal", 0.0),
+        thermal_kwh=account.predicted_by_family_kwh.get("thermal", 0.0),
     )
 
 
@@ -138,9 +151,14 @@ def write_answer(answer: Answer, file: Path) -> None:
 def read_answer(file: Path) -> Answer:
     """An answer as it was written."""
     read: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
-    read["claims"] = tuple(Claim(**{**claim, "rivals": tuple(claim["rivals"])}) for claim in read["claims"])
-    read["spots"] = tuple(Spot(**spot) for spot in read["spots"])
-    read["parameters"] = tuple(ClaimedParameter(**parameter) for parameter in read["parameters"])
+    read["claims"] = tuple(
+        Claim(**{**claim, "rivals": tuple(claim["rivals"]), "trips": tuple(claim["trips"])}) for claim in read["claims"]
+    )
+    read["spots"] = tuple(Spot(**{**spot, "trips": tuple(spot["trips"])}) for spot in read["spots"])
+    read["doubted"] = tuple(read["doubted"])
+    read["parameters"] = tuple(
+        ClaimedParameter(**{**parameter, "aliases": tuple(parameter["aliases"])}) for parameter in read["parameters"]
+    )
     read["trips"] = tuple(TripEnergy(**trip) for trip in read["trips"])
     read["rules"] = tuple(
         Rule(rule["name"], tuple(rule["families"]), tuple(rule["held_out_kwh"])) for rule in read["rules"]
@@ -173,6 +191,7 @@ def _claim(finding: Finding) -> Claim:
         high_kwh=high,
         share_frac=finding.energy_share_frac,
         t=finding.t,
+        trips=finding.trips,
     )
 
 
@@ -180,4 +199,4 @@ def _spot(unexplained: Unexplained) -> Spot:
     low, high = (
         cell_centre_deg(int(unexplained.low)) if unexplained.axis == "place" else (unexplained.low, unexplained.high)
     )
-    return Spot(unexplained.axis, low, high, unexplained.mean_w)
+    return Spot(unexplained.axis, low, high, unexplained.mean_w, unexplained.trips)

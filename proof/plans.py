@@ -14,7 +14,7 @@ from proof.source import OF_THE_WORLDS, source_hash
 from proof.worlds.carriers import carrier_world
 from proof.worlds.fastsim_worlds import FastsimOrder, fastsim_world
 from proof.worlds.making import make_world
-from proof.worlds.orders import WantedEffect, WorldOrder, small_plan, standard_plan
+from proof.worlds.orders import WantedEffect, WorldOrder, field_plan, small_plan, standard_plan
 from proof.worlds.share import ShareError
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ class PlannedWorld:
 
 def full_plan(carriers: Path | None = None, vehicle: Path | None = None) -> tuple[AnyOrder, ...]:
     """The whole proof; with a folder of real drives and their vehicle's file also those as carriers."""
-    plan: tuple[AnyOrder, ...] = standard_plan(pairs=5, few=12)
+    plan: tuple[AnyOrder, ...] = (*standard_plan(pairs=5, few=12), *field_plan())
     plan += (FastsimOrder(climate=True),) * FASTSIM_EACH + (FastsimOrder(climate=False),) * FASTSIM_EACH
     if carriers is not None and vehicle is not None:
         wanted = (None, *(WantedEffect(name, CARRIED_SHARE) for name in CARRIED_EFFECTS))

@@ -15,6 +15,7 @@ from diagnosis.fit.selection import LEAST_SHARE_FRAC, MOST_TERMS
 from diagnosis.fit.windows import FREE
 from proof.answers import Rule
 from proof.prepared import predicted_kwh, prepared, without_noise
+from proof.trip_sums import trip_sum_rules
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Sequence
@@ -43,6 +44,7 @@ def simpler_rules(recordings: Sequence[Recording], vehicle: Vehicle, held_out: C
         _rule("OLS on windows, t > 4", ready, plain, ordinary(ready, plain)),
         _rule("forward by BIC, whitened", ready, ready.system, forward_bic(ready)),
         _rule("Lasso, trip cross-validation", ready, ready.system, lasso(ready)),
+        *trip_sum_rules(recordings, vehicle, held_out),
     )
 
 

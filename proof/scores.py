@@ -26,6 +26,7 @@ from proof.scoring import (
     resolves,
     says_anything,
     says_too_few,
+    told_of,
 )
 from proof.worlds.world import WorldKind
 
@@ -38,6 +39,14 @@ if TYPE_CHECKING:
 
 SIZES: Final = (0.02, 0.05, 0.12)
 LEAST_FOR_ORACLE: Final = 0.045  # of the energy: what was ordered as 5 %
+CALM: Final = ("no_height", "coarse", "wrong_file", "fahrenheit")  # in which nothing is left out either
+TOLD: Final = {
+    "switch": "a draw of 0.5 to 1.5 kW on some trips: named with its trips",
+    "step": "tyres that were changed: named with its trips",
+    "foreign": "a drive of another car: told",
+    "fahrenheit": "temperatures in °F: doubted on those drives and no other",
+    "wrong_file": "a file that is off by 10 to 25 %: told",
+}
 NOTHING: Final = (WorldKind.NULL, WorldKind.NULL_WRONG_PARAMETERS)
 OF_THE_LIBRARY: Final = (
     *NOTHING,
@@ -69,6 +78,7 @@ def figures(cases: Sequence[Case]) -> tuple[Figure, ...]:
         *_outside(cases),
         *_energies(cases),
         *_few(cases),
+        *_field(cases),
         *_other_makers(cases),
         share("all worlds", "the tool broke", (case.answer.error is not None for case in cases), Target(high=0.0)),
     )
@@ -224,6 +234,50 @@ def _few(cases: Sequence[Case]) -> tuple[Figure, ...]:
         share("few trips", "says too few, concludes nothing", (says_too_few(case.answer) for case in few)),
         share("few trips", "a false finding", (clearly_wrong(case.answer, case.label) for case in few)),
     )
+
+
+def _field(cases: Sequence[Case]) -> tuple[Figure, ...]:
+    """Worlds with what the field has, and false findings and parameters of all worlds in which nothing is left out."""
+    group = "the field"
+    faults = _of(cases, WorldKind.FAULT)
+    calm = [
+        case
+        for case in (*_of(cases, *NOTHING), *faults)
+        if not case.label.effects and (case.label.fault is None or case.label.fault.kind in CALM)
+    ]
+    heated = [case for case in faults if case.label.effects]
+    return (
+        share(
+            group,
+            "nothing left out, whatever the channels and the file: a false finding or parameter",
+            (_is_false_anywhere(case) for case in calm),
+            Target(high=0.05),
+        ),
+        *(
+            share(
+                group,
+                text,
+                (
+                    told_of(case.answer, case.label)
+                    for case in faults
+                    if case.label.fault and case.label.fault.kind == kind
+                ),
+                Target(low=0.9),
+            )
+            for kind, text in TOLD.items()
+        ),
+        share(group, "no height, cabin heated, 12 %: thermal named clearly", _named(heated, names_clearly)),
+        share(group, "no height, cabin heated, 12 %: named or among rivals", _named(heated, names_at_all)),
+    )
+
+
+def _is_false_anywhere(case: Case) -> bool:
+    """Whether there is a finding, a parameter that is not off, or the tool broke, where nothing is left out."""
+    wrong = any(
+        not {parameter.name, *parameter.aliases} & set(case.label.parameter_changes)
+        for parameter in case.answer.parameters
+    )
+    return claims_falsely(case.answer) or wrong
 
 
 def _other_makers(cases: Sequence[Case]) -> tuple[Figure, ...]:

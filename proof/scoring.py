@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 LEAST_OVERLAP_FRAC: Final = 0.5
 NEAR_M: Final = 500.0
 METRES_PER_DEGREE: Final = 111_195.0
+LEAST_TRIPS_FRAC: Final = 0.75  # of the trips that carry something or are said to, those that do both
 LEAST_SHARE_FRAC: Final = 0.01
 # Axis of a label → axis of the tool, and what turns the label's unit into the tool's.
 AXES: Final[Mapping[str, tuple[str, float]]] = MappingProxyType(
@@ -128,6 +129,32 @@ def _is_at(spot: Spot, truth: OutsideTruth) -> bool:
     if truth.axis == "place":
         return apart_m((spot.low, spot.high), (truth.low, truth.high)) <= NEAR_M
     return overlap_frac((spot.low, spot.high), (factor * truth.low, factor * truth.high)) >= LEAST_OVERLAP_FRAC
+
+
+def told_of(answer: Answer, label: WorldLabel) -> bool:
+    """Whether what the field has done to a world's drives is told rightly; docs/proof.md says what counts."""
+    truth = label.fault
+    if truth is None or answer.error is not None:
+        return False
+    fitted = {trip.id for trip in answer.trips if not trip.held_out}
+    known = {trip.id for trip in answer.trips}
+    if truth.kind == "fahrenheit":
+        return set(answer.doubted) == set(truth.trips)
+    if truth.kind == "wrong_file":
+        return bool(answer.parameters) or answer.other_car or answer.verdict == Verdict.PARAMETER_ERROR.value
+    if truth.kind == "foreign":
+        return any(set(spot.trips) == set(truth.trips) for spot in answer.spots if spot.axis == "trip")
+    family = {"switch": "auxiliary", "step": "rolling"}[truth.kind]
+    on = set(truth.trips) & fitted & known
+    return any(
+        family in (claim.family, *claim.rivals) and overlap_of(set(claim.trips), on) >= LEAST_TRIPS_FRAC
+        for claim in answer.claims
+    )
+
+
+def overlap_of(first: set[str], second: set[str]) -> float:
+    """Trips in both of two sets by those in either [-]."""
+    return len(first & second) / max(len(first | second), 1)
 
 
 def says_too_few(answer: Answer) -> bool:

@@ -12,7 +12,7 @@ from proof.errors import BrokenSealError
 from proof.plans import made
 from proof.worlds.sealing import LABEL_FILE, SEAL_FILE, SealError, check_seal, label_text, write_labels
 from proof.worlds.share import ShareError
-from proof.worlds.world import EffectTruth, OutsideTruth, WorldKind, WorldLabel, write_world
+from proof.worlds.world import EffectTruth, FaultTruth, OutsideTruth, WorldKind, WorldLabel, write_world
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -115,6 +115,8 @@ def read_label(file: Path) -> WorldLabel:
     read["outside"] = None if read["outside"] is None else OutsideTruth(**read["outside"])
     for name in ("families", "confounded_with", "separating_trips"):
         read[name] = tuple(read[name])
+    if read["fault"] is not None:
+        read["fault"] = FaultTruth(**{**read["fault"], "trips": tuple(read["fault"]["trips"])})
     return WorldLabel(**read)
 
 

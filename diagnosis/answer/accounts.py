@@ -10,7 +10,7 @@ from diagnosis.answer.results import FitScore, TripAccount, TripTimeline
 from diagnosis.causes.families import Family
 from diagnosis.causes.library import LIBRARY
 from diagnosis.causes.nuisance import PARAMETERS
-from diagnosis.fit.windows import summed
+from diagnosis.fit.windows import FREE, summed
 from energy.force.parts import PART_NAMES
 from energy.replay.replay import replay
 from energy.units import JOULE_PER_KWH, ZERO_CELSIUS_K
@@ -87,6 +87,11 @@ def trip_account(
             kept = level_family
         if kept is not None:
             _add(by_family, kept, float(power_w @ windows.duration_s))
+    predicted: dict[Family, float] = {}
+    for name, value in zip(model.solution.names, after, strict=True):
+        own = TERM_FAMILY.get(name.partition("@")[0])
+        if own is not None and name not in FREE:
+            _add(predicted, own, float(value * windows.column(name).sum()))
     return TripAccount(
         id=windows.trip_id,
         held_out=held_out,
@@ -107,6 +112,7 @@ def trip_account(
             before_w=before_w,
             after_w=after_w,
         ),
+        predicted_by_family_kwh={family.value: value / JOULE_PER_KWH for family, value in predicted.items()},
     )
 
 

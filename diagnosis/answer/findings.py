@@ -15,7 +15,7 @@ from diagnosis.fit.jackknife import FORM_SD_FRAC
 from diagnosis.fit.levels import levels, trip_wind
 from diagnosis.fit.model import BOX
 from diagnosis.fit.scan import CELL_M, DRAWS, cell_centre_deg
-from diagnosis.fit.windows import measured_size_j
+from diagnosis.fit.windows import FINE_WINDOW_S, is_heightless, measured_size_j
 from energy.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 MOST_REGIMES: Final = 4
 LEAST_SHARE_FRAC: Final = 0.01
+NEED_ACCELERATIONS: Final = (Family.RECUPERATION, Family.DRIVETRAIN, Family.BATTERY, Family.MASS)
+LIKE_HILLS: Final = (Family.WIND, Family.MASS, Family.RECUPERATION)
 SHOWN_AXES: Final = (Axis.AMBIENT, Axis.SINCE_START, Axis.SPEED, Axis.STANDSTILL, Axis.POWER, Axis.SOC)
 
 
@@ -47,16 +49,28 @@ def findings(model: Model) -> tuple[Finding, ...]:
             if candidate.term.effect == effect and candidate.label in model.solution.names
         ]
         finding = _finding(model, effect, terms, beside)
+        if not _can_be_told(model, finding.family):
+            continue
         low_kwh, high_kwh = finding.energy_kwh_ci95 or (0.0, 0.0)
         if low_kwh > 0.0 or high_kwh < 0.0 or any(candidate.term.oscillates for candidate in terms):
             found.append(finding)
-    wind = trip_wind(model)
+    wind = trip_wind(model) if _can_be_told(model, Family.WIND) else None
     level = levels(model) if wind is None else None
     if wind is not None:
         found.append(_wind_finding(model, wind))
     if level is not None:
         found.append(_level_finding(level))
     return tuple(sorted(found, key=lambda finding: -finding.energy_share_frac))
+
+
+def _can_be_told(model: Model, family: Family) -> bool:
+    """Whether these drives can tell a family at all: not what needs accelerations where they are not seen.
+
+    Without height, what goes with the way, such as wind by heading, may be hills.
+    """
+    if model.noise.window_s > FINE_WINDOW_S and family in NEED_ACCELERATIONS:
+        return False
+    return not (is_heightless(model.windows) and family in LIKE_HILLS)
 
 
 def unexplained(model: Model) -> tuple[Unexplained, ...]:

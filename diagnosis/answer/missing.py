@@ -11,6 +11,9 @@ if TYPE_CHECKING:
     from diagnosis.recordings.reading import Recording
 
 
+DECISIVE_FRAC: Final = 0.3  # of the drives, from which on a missing channel decides what can be told
+
+
 @dataclass(frozen=True, slots=True)
 class MissingChannel:
     """A channel that some of the fitted trips lack, and what that leaves open.
@@ -78,5 +81,6 @@ def missing_channels(recordings: Sequence[Recording]) -> tuple[MissingChannel, .
         if without:
             which = "any drive" if len(without) == len(recordings) else f"{len(without)} of {len(recordings)} drives"
             text = f"No {needed.name} was recorded on {which}: {needed.open_}."
-            found.append(MissingChannel(needed.channel, without, text, needed.decisive))
+            decisive = needed.decisive and len(without) >= DECISIVE_FRAC * len(recordings)
+            found.append(MissingChannel(needed.channel, without, text, decisive))
     return tuple(found)

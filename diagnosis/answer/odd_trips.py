@@ -8,14 +8,18 @@ import numpy as np
 
 from diagnosis.answer.results import Unexplained
 from diagnosis.fit.levels import levels
+from diagnosis.fit.model import residual_w
 from diagnosis.fit.noise import whitened
 from diagnosis.fit.selection import LEAST_TRIPS, NULL_DRAWS
 from energy.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from diagnosis.fit.model import Model
+    from diagnosis.fit.windows import Windows
 
 
 ODD_FRAC: Final = 0.12  # of the energy that a trip moved
@@ -30,44 +34,80 @@ def odd_trips(model: Model) -> dict[str, Unexplained]:
 
     Only few can be; more would say that the model is wrong for all.
     """
-    names, errors, left_j = [], [], []
-    for k, trip in enumerate(model.windows):
-        residual_j = float((model.residual_w(k, left_out=True) * trip.duration_s).sum())
-        names.append(trip.trip_id)
-        left_j.append(residual_j)
-        errors.append(residual_j / max(float(np.abs(trip.measured_j).sum()), 1.0))
-    values = np.array(errors)
-    away = np.abs(values - np.median(values))
-    typical = 1.4826 * float(np.median(away))
-    odd = (away > max(ODD_FRAC, ODD_TYPICAL * typical)) | _restless(model)
+    errors, scatter = _departures(model)
+    odd = _far(errors, errors, scatter, scatter)
     if not 0 < int(odd.sum()) <= MOST_ODD_FRAC * odd.size or odd.size - int(odd.sum()) < LEAST_TRIPS:
         return {}
+    names = [trip.trip_id for trip in model.windows]
     level = levels(model)
     if level is not None and set(np.array(names)[odd].tolist()) <= set(level.trips):
         return {}  # a box or a load that other trips carry too
-    found = {}
-    for k in np.flatnonzero(odd).tolist():
-        mean_w = left_j[k] / float(model.windows[k].duration_s.sum())
-        which = "more" if values[k] > 0.0 else "less"
-        text = (
-            f"Trip {names[k]} took {abs(values[k]):.0%} of the energy that it moved {which} than the others tell, or"
-            " took it otherwise: another vehicle or load, or a faulty recording. It was left out of the fit."
-        )
-        found[names[k]] = Unexplained(
-            "trip", "", float(k), float(k), mean_w, None, left_j[k] / JOULE_PER_KWH, 1.0 / NULL_DRAWS, (names[k],), text
-        )
-    return found
+    return {
+        names[k]: _told(model.windows[k], model.residual_w(k, left_out=True), float(errors[k]), k, "It was left out.")
+        for k in np.flatnonzero(odd).tolist()
+    }
 
 
-def _restless(model: Model) -> NDArray[np.bool_]:
-    """Trips whose windows scatter far more about the fit of the others than trips do, bool (K,)."""
-    scatter = np.array(
-        [
-            float(np.sqrt(np.mean(np.square(whitened(root, model.residual_w(k, left_out=True))))))
-            for k, root in enumerate(model.roots)
-        ]
+def odd_among(model: Model, kept: Sequence[Windows]) -> tuple[Unexplained, ...]:
+    """Trips that were not fitted and are as far off from those that were; none where most of them are."""
+    if not kept:
+        return ()
+    errors, scatter = _departures(model)
+    residuals = [residual_w(trip, model.solution, model.solution.coefficients) for trip in kept]
+    own = np.array([_error(trip, residual) for trip, residual in zip(kept, residuals, strict=True)])
+    own_scatter = np.array(
+        [_scatter(model.noise.root(trip), residual) for trip, residual in zip(kept, residuals, strict=True)]
     )
-    sizes = np.log(np.maximum(scatter, 1e-9))
-    away = sizes - float(np.median(sizes))
-    typical = 1.4826 * float(np.median(np.abs(away)))
-    return np.asarray(away > max(np.log(RESTLESS), RESTLESS_TYPICAL * typical), np.bool_)
+    odd = _far(own, errors, own_scatter, scatter)
+    if int(odd.sum()) > max(MOST_ODD_FRAC * len(kept), 1.0):
+        return ()
+    count = len(model.windows)
+    return tuple(
+        _told(kept[k], residuals[k], float(own[k]), count + k, "It was held out.") for k in np.flatnonzero(odd).tolist()
+    )
+
+
+def _departures(model: Model) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Of each fitted trip by the fit of the others: the share that is left, and how its windows scatter, (K,) each."""
+    residuals = [model.residual_w(k, left_out=True) for k in range(len(model.windows))]
+    errors = [_error(trip, residual) for trip, residual in zip(model.windows, residuals, strict=True)]
+    scatter = [_scatter(root, residual) for root, residual in zip(model.roots, residuals, strict=True)]
+    return np.array(errors), np.array(scatter)
+
+
+def _error(trip: Windows, residual: NDArray[np.float64]) -> float:
+    return float((residual * trip.duration_s).sum()) / max(float(np.abs(trip.measured_j).sum()), 1.0)
+
+
+def _scatter(root: NDArray[np.float64], residual: NDArray[np.float64]) -> float:
+    return float(np.sqrt(np.mean(np.square(whitened(root, residual)))))
+
+
+def _far(
+    errors: NDArray[np.float64],
+    usual_errors: NDArray[np.float64],
+    scatter: NDArray[np.float64],
+    usual_scatter: NDArray[np.float64],
+) -> NDArray[np.bool_]:
+    """Which trips err far more than is usual, or have windows that scatter far more, bool (n,)."""
+    away = np.abs(errors - np.median(usual_errors))
+    typical = 1.4826 * float(np.median(np.abs(usual_errors - np.median(usual_errors))))
+    sizes, usual = (np.log(np.maximum(values, 1e-9)) for values in (scatter, usual_scatter))
+    restless = sizes - float(np.median(usual))
+    typically = 1.4826 * float(np.median(np.abs(usual - np.median(usual))))
+    far = away > max(ODD_FRAC, ODD_TYPICAL * typical)
+    return np.asarray(far | (restless > max(np.log(RESTLESS), RESTLESS_TYPICAL * typically)), np.bool_)
+
+
+def _told(trip: Windows, residual: NDArray[np.float64], error: float, place: int, fate: str) -> Unexplained:
+    left_j = float((residual * trip.duration_s).sum())
+    which = "more" if error > 0.0 else "less"
+    text = (
+        f"Trip {trip.trip_id} took {abs(error):.0%} of the energy that it moved {which} than the others tell, or took"
+        f" it otherwise: another vehicle or load, or a faulty recording. {fate}"
+    )
+    mean_w = left_j / float(trip.duration_s.sum())
+    at = float(place)
+    return Unexplained(
+        "trip", "", at, at, mean_w, None, left_j / JOULE_PER_KWH, 1.0 / NULL_DRAWS, (trip.trip_id,), text
+    )

@@ -12,7 +12,7 @@ from diagnosis.answer.results import ParameterError
 from diagnosis.causes.nuisance import PARAMETERS, SENSOR_COLUMNS
 from diagnosis.fit.jackknife import additions, equations, first_least, solve
 from diagnosis.fit.model import priors
-from diagnosis.fit.windows import SENSOR_NAMES, measured_size_j
+from diagnosis.fit.windows import FINE_WINDOW_S, SENSOR_NAMES, is_heightless, measured_size_j
 from energy.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def parameter_errors(model: Model) -> tuple[ParameterError, ...]:
     beside = list(SENSOR_NAMES)
     beside += [*(name for name in model.solution.names if name not in SENSOR_NAMES and not _is_parameter(name))]
     measured_j = measured_size_j(model.windows)
-    open_ = list(PARAMETERS)
+    open_ = [parameter for parameter in PARAMETERS if _can_be_told(model, parameter)]
     wrong: list[Parameter] = []
     while open_:
         names = [*beside, *(parameter.name for parameter in wrong)]
@@ -72,11 +72,24 @@ def parameter_errors(model: Model) -> tuple[ParameterError, ...]:
                 aliases=(*parameter.aliases, *others),
                 text=f"{parameter.name} is {nameplate:.4g} {parameter.unit} in the vehicle's file; the drives ask for"
                 f" {nameplate + shift:.4g} ± {half:.2g}"
-                + (", as far from it as a car of this file can be." if at_bound else "."),
+                + (", as far from it as a car of this file can be." if at_bound else ".")
+                + (f" It may as well be {' or '.join(others)}." if others else ""),
                 at_bound=at_bound,
             )
         )
     return tuple(found)
+
+
+def _can_be_told(model: Model, parameter: Parameter) -> bool:
+    """Whether drives tell a number at all.
+
+    The linear part of the road load only bends what A and C make. Where samples are too far apart to see accelerations,
+    or no height was recorded, mass and efficiencies take what is lost between.
+    """
+    if parameter.name == "road_load_b_n_per_mps":
+        return False
+    seen = model.noise.window_s <= FINE_WINDOW_S and not is_heightless(model.windows)
+    return seen or parameter.name in ("aux_power_w", "road_load_c_n_per_mps2")
 
 
 def _about_nameplate(model: Model) -> Equations:

@@ -149,7 +149,8 @@ class TripAccount:
 
     nameplate_kwh: model as the vehicle file has it. before_kwh: its own parameters refitted, no effects. after_kwh:
     with findings, the trip's own power not used. explained_kwh: its own power used for levels that a trip has, as an
-    account of where it went; by_family_kwh adds up to it.
+    account of where it went; by_family_kwh adds up to it. predicted_by_family_kwh: what terms of each family, found or
+    only kept near none, add to the vehicle's own, without the trip's own power.
     """
 
     id: str
@@ -164,6 +165,7 @@ class TripAccount:
     explained_kwh: float
     by_family_kwh: Mapping[str, float]
     timeline: TripTimeline
+    predicted_by_family_kwh: Mapping[str, float] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -204,7 +206,8 @@ class Diagnosis:
     A trip left out one at a time has had no part in the coefficients, but in what was selected. routes: what routes
     carry, replayed at the recorded speed and temperature.
 
-    missing: channels that the fitted trips lack, and what that leaves open.
+    missing: channels that the fitted trips lack, and what that leaves open. other_car: so much of the vehicle's file is
+    contradicted that the drives may be of another one.
 
     effects: the model that was learned, as energy.vehicle.coefficients.EffectCoefficients has it (fields that the
     drives say something about only). parameters: fields of the vehicle that replace its own. not_carried: findings
@@ -233,3 +236,4 @@ class Diagnosis:
     profile: tuple[ProfileSplit, ...] = ()
     model: Mapping[str, Any] = field(default_factory=dict)
     missing: tuple[MissingChannel, ...] = ()
+    other_car: bool = False

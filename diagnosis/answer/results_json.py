@@ -78,6 +78,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             {"trip": note.trip_id, "kind": note.kind, "channel": note.channel, "text": note.text}
             for note in diagnosis.data_quality
         ],
+        "other_car": diagnosis.other_car,
         "missing": [
             {"channel": lack.channel, "trips": list(lack.trips), "decisive": lack.decisive, "text": lack.text}
             for lack in diagnosis.missing
@@ -106,6 +107,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
                 "after_kwh": _n(account.after_kwh),
                 "explained_kwh": _n(account.explained_kwh),
                 "by_family_kwh": {name: _n(value) for name, value in account.by_family_kwh.items()},
+                "predicted_by_family_kwh": {name: _n(value) for name, value in account.predicted_by_family_kwh.items()},
             }
             for account in diagnosis.trips
         ],

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from energy.replay.replay import DrivenProfile
 
 HILL_FRAC: Final = 0.01
+FINE_WINDOW_S: Final = 15.0  # windows are no longer where samples are close enough to see accelerations
 WINDOW_S: Final = 10.0  # long against the lag between speed and current, short against what changes in a drive
 PARAMETER_NAMES: Final = tuple(parameter.name for parameter in PARAMETERS)
 SENSOR_NAMES: Final = tuple(sensor.name for sensor in SENSOR_COLUMNS)
@@ -117,6 +118,11 @@ def windows_of(trip: WindowedTrip, candidates: Sequence[Candidate]) -> Windows:
         names=FREE + tuple(candidate.label for candidate in candidates),
         columns_j=np.column_stack([summed(trip, column) for column in columns]),
     )
+
+
+def is_heightless(trips: Sequence[Windows]) -> bool:
+    """Whether most trips have no height."""
+    return 2 * sum(bool(trip.hill_w.any()) for trip in trips) > len(trips)
 
 
 def measured_size_j(trips: Sequence[Windows]) -> float:

@@ -23,6 +23,7 @@ class NoteKind(StrEnum):
     READ = "read"  # which column became which channel, and how
     LAG = "lag"
     SUSPECT = "suspect"
+    UNIT = "unit"  # of a channel that is doubted
 
 
 @dataclass(frozen=True, slots=True)

@@ -62,8 +62,8 @@ class Strengths(NamedTuple):
 class Circumstances(NamedTuple):
     """What one drive meets, all floats: weather, load, states at the start, and how this day differs from others.
 
-    road_load_factor, aux_offset_w, breeze_*: of this day, unknown to anybody. draw_axis, draw_low, draw_high,
-    draw_radius_m: where the outside draw acts (for a place: its latitude and longitude).
+    road_load_factor, aux_offset_w, breeze_*, tyre_factor: of this day, unknown to anybody. draw_axis, draw_low,
+    draw_high, draw_radius_m: where the outside draw acts (for a place: its latitude and longitude).
     """
 
     air_c: float
@@ -89,6 +89,7 @@ class Circumstances(NamedTuple):
     draw_low: float = 0.0
     draw_high: float = 0.0
     draw_radius_m: float = 0.0
+    tyre_factor: float = 1.0
 
 
 class WorldWay(NamedTuple):
@@ -275,7 +276,9 @@ def _drive(
         against = speed - gust * (wind_east * east + wind_north * north)
         across = gust * (wind_east * north - wind_north * east)
         rolling_n = _rolling_n(car, on, weight, speed, tyre, water) * np.sqrt(1.0 - sine * sine)
-        rolling_n = rolling_n * day.road_load_factor + car.gear_drag_n + car.gear_drag_n_per_mps * speed
+        rolling_n = (
+            rolling_n * day.tyre_factor * day.road_load_factor + car.gear_drag_n + car.gear_drag_n_per_mps * speed
+        )
         air_n = _air_n(on, drag_area * day.road_load_factor, against, across, air_c, height)
         climb_n = weight * sine
         if speed < 0.02:

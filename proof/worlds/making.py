@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
 from proof.worlds.causes import CAUSES
 from proof.worlds.dynamics import Strengths
+from proof.worlds.faults import FILE_OFF, FaultKind, driven_by_another, planted, spoiled
 from proof.worlds.nameplate import changed, draw_changes, nameplate_of, vehicle_toml
 from proof.worlds.outside import OutsideSpot, draw_spot, with_spot
 from proof.worlds.scene import draw_scene
@@ -87,17 +89,30 @@ def _made(order: WorldOrder, seeds: np.random.SeedSequence, key: tuple[int, ...]
     if order.outside_axis is not None:
         spot = draw_spot(rng, order.outside_axis, scene, calm)
         scene = with_spot(scene, spot)
+    truth, foreign = None, None
+    if order.fault is not None:
+        fault = planted(rng, scene, order.fault)
+        scene, truth, foreign = fault.scene, fault.truth, fault.foreign
     strengths = Strengths() if spot is None else Strengths(draw_w=spot.draw_w)
     strengths = _strong_enough(scene.base(), order.effects, strengths)
-    driven = scene.drive(strengths) if strengths != Strengths() else calm
     nameplate = nameplate_of(scene.car, calm[: scene.base_trips])
+    driven = scene.drive(strengths) if strengths != Strengths() or truth is not None else calm
+    if foreign is not None:
+        driven = (*driven[:foreign], driven_by_another(rng, scene, foreign), *driven[foreign + 1 :])
     changes = draw_changes(rng) if order.kind is WorldKind.NULL_WRONG_PARAMETERS else {}
+    if order.fault is FaultKind.WRONG_FILE:
+        changes = draw_changes(rng, FILE_OFF)
     names = _channel_names(rng, order.effects, spot)
+    if order.fault is FaultKind.FAHRENHEIT:
+        names.add("battery_c")  # without which nobody could doubt the unit
     world_id = world_name(key, order.kind.value, order.twin)
     recordings = _recordings(for_sensors, scene, driven, strengths, names)
+    if truth is not None:
+        recordings, truth = spoiled(rng, recordings, truth)
     toml = vehicle_toml(changed(nameplate, changes))
     world = World(world_id, order.kind, key, toml, recordings)
-    return world, _label(world_id, order, scene, strengths, driven, spot, changes)
+    label = _label(world_id, order, scene, strengths, driven, spot, changes)
+    return world, replace(label, fault=truth)
 
 
 def _strong_enough(scene: Scene, effects: Sequence[WantedEffect], others: Strengths) -> Strengths:

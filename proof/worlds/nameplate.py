@@ -83,13 +83,13 @@ def coast_down_n(car: Car, speed_mps: float) -> float:
     return float(rolling + gear + 0.5 * STILL_AIR_KG_PER_M3 * car.drag_area_m2 * speed_mps**2)
 
 
-def draw_changes(rng: np.random.Generator) -> dict[str, float]:
-    """Factors for two to four parameters, off by 3 to 15 % either way; efficiencies never above 0.98."""
+def draw_changes(rng: np.random.Generator, off: tuple[float, float] = (0.03, 0.15)) -> dict[str, float]:
+    """Factors for two to four parameters, off by so much either way; efficiencies never above 0.98."""
     names = [name for name in PARAMETERS if name != "road_load_b_n_per_mps"]
     chosen = rng.choice(len(names), size=int(rng.integers(2, 5)), replace=False)
     changes = {}
     for at in sorted(chosen.tolist()):
-        size = float(rng.uniform(0.03, 0.15)) * (1.0 if rng.random() < 0.5 else -1.0)
+        size = float(rng.uniform(*off)) * (1.0 if rng.random() < 0.5 else -1.0)
         changes[names[at]] = 1.0 + (-abs(size) if names[at].endswith("_eff") else size)
     return changes
 

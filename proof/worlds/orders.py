@@ -6,6 +6,7 @@ from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any, Final
 
 from proof.worlds.causes import CAUSES
+from proof.worlds.faults import FaultKind
 from proof.worlds.loop import LoopTerrain
 from proof.worlds.trips import WorldRegime
 from proof.worlds.world import WorldKind
@@ -48,6 +49,7 @@ class WorldOrder:
     confounded_with: tuple[str, ...] = ()
     outside_axis: str | None = None
     twin: bool = False
+    fault: FaultKind | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,6 +156,19 @@ def small_plan() -> tuple[WorldOrder, ...]:
         _several(SEVERAL[2]),
         *confused(CONFUSIONS[0]),
         _outside("speed"),
+        WorldOrder(WorldKind.FAULT, fault=FaultKind.SWITCH),
+        WorldOrder(WorldKind.FAULT, fault=FaultKind.NO_HEIGHT),
+    )
+
+
+def field_plan(each: int = 15) -> tuple[WorldOrder, ...]:
+    """What the field has: so many worlds of each fault, and drives without height whose cabin is heated."""
+    orders = [WorldOrder(WorldKind.FAULT, fault=kind) for kind in FaultKind for _ in range(each)]
+    heated = (WantedEffect("cabin_heating", 0.12),)
+    cold = replace(WorldRegime(), air_c=(-12.0, 24.0))
+    return (
+        *orders,
+        *(WorldOrder(WorldKind.FAULT, heated, regime=cold, fault=FaultKind.NO_HEIGHT) for _ in range(each // 2)),
     )
 
 

@@ -52,6 +52,7 @@ class WorldKind(StrEnum):
     FEW_TRIPS = "few_trips"
     FASTSIM = "fastsim"
     CARRIER = "carrier"
+    FAULT = "fault"
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,12 +110,24 @@ class OutsideTruth:
 
 
 @dataclass(frozen=True, slots=True)
+class FaultTruth:
+    """What is the matter with a world's drives: its kind, the trips that it is on, and its size in the kind's unit.
+
+    Empty where it is on all of them.
+    """
+
+    kind: str
+    trips: tuple[str, ...]
+    size: float
+
+
+@dataclass(frozen=True, slots=True)
 class WorldLabel:
     """The truth of a world.
 
     families: of all effects, sorted. confounded_with: families that these drives cannot distinguish from the true ones.
     parameter_changes: value in the vehicle file over the value that fits, by parameter. energy_kwh: what the battery
-    gave on each trip, before any sensor.
+    gave on each trip, before any sensor. fault: what the field has done to them.
     """
 
     world_id: str
@@ -126,6 +139,7 @@ class WorldLabel:
     parameter_changes: Mapping[str, float]
     energy_kwh: Mapping[str, float]
     separating_trips: tuple[str, ...] = field(default=())
+    fault: FaultTruth | None = None
 
 
 def seed_numbers(seeds: np.random.SeedSequence) -> tuple[int, ...]:

@@ -12,8 +12,18 @@ from energy.replay.replay import replay
 from energy.vehicle.files import load_vehicle
 from energy.vehicle.vehicle import Vehicle
 from proof.worlds.causes import CAUSES
+from proof.worlds.faults import FaultKind
 from proof.worlds.making import make_world, world_at, worlds
-from proof.worlds.orders import CONFUSIONS, OUTSIDE_AXES, WantedEffect, WorldOrder, confused, single, standard_plan
+from proof.worlds.orders import (
+    CONFUSIONS,
+    OUTSIDE_AXES,
+    WantedEffect,
+    WorldOrder,
+    confused,
+    field_plan,
+    single,
+    standard_plan,
+)
 from proof.worlds.trips import WorldRegime
 from proof.worlds.world import World, WorldKind, WorldLabel, write_world
 
@@ -172,7 +182,8 @@ def test_the_standard_plan_has_every_kind_size_and_axis() -> None:
     plan = standard_plan()
     kinds = Counter(order.kind for order in plan)
     assert kinds[WorldKind.NULL] >= 100
-    assert set(kinds) == set(WorldKind) - {WorldKind.FASTSIM, WorldKind.CARRIER}
+    assert set(kinds) == set(WorldKind) - {WorldKind.FASTSIM, WorldKind.CARRIER, WorldKind.FAULT}
+    assert {order.fault for order in field_plan()} == set(FaultKind)
     assert kinds[WorldKind.CONFOUNDED] == kinds[WorldKind.CONFOUNDED_SEPARATED]
     assert {order.outside_axis for order in plan} == {None, *OUTSIDE_AXES}
     singles = {(CAUSES[w.effect].family, w.share) for o in plan if o.kind is WorldKind.SINGLE for w in o.effects}
