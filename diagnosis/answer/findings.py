@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 MOST_REGIMES: Final = 4
 LEAST_SHARE_FRAC: Final = 0.01
+TOTALS_S: Final = 3600.0  # windows of that length hold whole drives
 NEED_ACCELERATIONS: Final = (Family.RECUPERATION, Family.DRIVETRAIN, Family.BATTERY, Family.MASS)
 LIKE_HILLS: Final = (Family.WIND, Family.MASS, Family.RECUPERATION)
 SHOWN_AXES: Final = (Axis.AMBIENT, Axis.SINCE_START, Axis.SPEED, Axis.STANDSTILL, Axis.POWER, Axis.SOC)
@@ -68,6 +69,8 @@ def _can_be_told(model: Model, family: Family) -> bool:
 
     Without height, what goes with the way, such as wind by heading, may be hills.
     """
+    if model.noise.window_s > TOTALS_S and family not in (Family.THERMAL, Family.AUXILIARY):
+        return False
     if model.noise.window_s > FINE_WINDOW_S and family in NEED_ACCELERATIONS:
         return False
     return not (is_heightless(model.windows) and family in LIKE_HILLS)

@@ -38,6 +38,13 @@ class _Needed:
 
 NEEDED: Final = (
     _Needed(
+        "power_w",
+        "power",
+        "each drive is one number, the fall of its charge, so that little more than heat and a constant draw is told",
+        lambda recording: not recording.charge_only,
+        decisive=True,
+    ),
+    _Needed(
         "elevation_m",
         "height",
         "a grade of 1 % takes as much as the tyres do, so that rolling resistance, mass and what single trips have of"

@@ -28,6 +28,7 @@ class Recording:
     soc_frac: as the file has it, of whatever capacity it means. heater_w, aircon_w: electric; hvac_w: both together.
     heading_rad: clockwise from north; wind_from_rad: direction that it comes from. wet_frac: 1 on a wet road.
     payload_kg: beyond the vehicle's mass. notes: what the reader has found and what it did.
+    charge_only: power was not recorded, but the state of charge was: power_w is 0 until a vehicle's capacity is known.
     gaps: begin and end [s] of each stretch in which nothing was recorded, rising, each from one sample to the next.
     """
 
@@ -53,6 +54,7 @@ class Recording:
     notes: tuple[Note, ...] = ()
     hvac_w: NDArray[np.float64] | None = None
     gaps: tuple[tuple[float, float], ...] = ()
+    charge_only: bool = False
 
     def energy_j(self) -> float:
         """Energy that left the battery, ∫P dt by the trapezoidal rule [J]; not counted is what left it in gaps."""

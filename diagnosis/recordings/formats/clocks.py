@@ -105,7 +105,13 @@ def recording_of_series(path: str, trip_id: str, series: Sequence[Series], notes
         power = current.values * voltage.near_at(current.time_s)
         known = ~np.isnan(power)
         first["power_w"] = Series("power_w", "voltage times current", current.time_s[known], power[known])
-    for channel, needed in (("speed_mps", "a speed"), ("power_w", "a power, or voltage and current, of the battery")):
+    charge = first.get("soc_frac")
+    charge_only = "power_w" not in first and charge is not None and charge.time_s.size >= 2
+    if charge_only and "speed_mps" in first:
+        times_s = first["speed_mps"].time_s
+        first["power_w"] = Series("power_w", "none recorded", times_s, np.zeros_like(times_s))
+    wanted = "a power, or voltage and current, of the battery, or its charge"
+    for channel, needed in (("speed_mps", "a speed"), ("power_w", wanted)):
         if channel not in first or first[channel].time_s.size < 2:
             raise RecordingError(path, 1, channel, "missing", f"{needed}, with at least 2 values")
     time_s = first["speed_mps"].time_s
@@ -126,7 +132,7 @@ def recording_of_series(path: str, trip_id: str, series: Sequence[Series], notes
         text = f"brought to the clock of the speed: {', '.join(sorted(others))}"
         found.append(Note(NoteKind.READ, "", text))
     kept = {name: values[keep] for name, values in channels.items()}
-    return Recording(id=trip_id, time_s=time_s[keep], **kept, notes=tuple(found), gaps=())
+    return Recording(id=trip_id, time_s=time_s[keep], **kept, notes=tuple(found), gaps=(), charge_only=charge_only)
 
 
 def _at(series: Series, time_s: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -32,10 +32,10 @@ def read_i3(table: LogTable) -> Recording:
 
 
 def read_plain(table: LogTable) -> Recording:
-    """joulepath's own columns; power itself, or voltage and current."""
+    """joulepath's own columns; power itself, or voltage and current, or at least the charge."""
     names = set(table.names)
-    if "power_w" not in names and not {"voltage_v", "current_a"} <= names:
-        raise RecordingError(table.path, 1, "power_w", "missing", "power_w, or voltage_v and current_a")
+    if "power_w" not in names and not {"voltage_v", "current_a"} <= names and "soc_frac" not in names:
+        raise RecordingError(table.path, 1, "power_w", "missing", "power_w, or voltage_v and current_a, or soc_frac")
     return _recording(table, PLAIN_COLUMNS)
 
 
@@ -65,12 +65,16 @@ def _recording(table: LogTable, columns: Sequence[Column]) -> Recording:
     """A recording of the columns that a table has; power is taken from voltage and current where it has no own."""
     time_s, written = table.times(columns[0])
     channels: dict[str, NDArray[np.float64]] = {"time_s": time_s}
-    has_power = any(column.channel == "power_w" and column.name in table.names for column in columns)
-    needed = REQUIRED if has_power else (*REQUIRED, "voltage_v", "current_a")
+    own = {column.channel for column in columns if column.name in table.names}
+    has_power = "power_w" in own
+    charge_only = not has_power and not {"voltage_v", "current_a"} <= own
+    needed = REQUIRED if has_power or charge_only else (*REQUIRED, "voltage_v", "current_a")
     for column in columns[1:]:
         if column.name in table.names:
             channels[column.channel] = table.values(column, required=column.channel in needed)
-    if "power_w" not in channels:
+    if charge_only:
+        channels["power_w"] = np.zeros_like(time_s)
+    elif not has_power:
         channels["power_w"] = channels["voltage_v"] * channels["current_a"]
     notes = [*_unused(table, {column.name for column in columns}), *_written(written)]
     step_s = np.diff(time_s)
@@ -83,7 +87,7 @@ def _recording(table: LogTable, columns: Sequence[Column]) -> Recording:
         )
     if channels["time_s"].size < 2:
         raise RecordingError(table.path, table.lines[-1], columns[0].name, "always the same", "rising")
-    return Recording(id=table.id, **channels, notes=tuple(notes), gaps=())
+    return Recording(id=table.id, **channels, notes=tuple(notes), gaps=(), charge_only=charge_only)
 
 
 def _unused(table: LogTable, known: set[str]) -> list[Note]:

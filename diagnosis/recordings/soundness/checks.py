@@ -25,7 +25,7 @@ from diagnosis.recordings.soundness.signs import push_powers_w
 from energy.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -54,6 +54,11 @@ def checked(recording: Recording, path: str) -> Recording:
     Raises RecordingError where power has the wrong sign, the clock or the speed the wrong unit.
     """
     _check_clock(recording, path)
+    if recording.charge_only:
+        recording = _with_gaps(recording)
+        check_way(recording, path)
+        recording = without_empty(recording)
+        return _with_notes(recording, (_missing, _gaps, _flat, _late_height, _coarse))
     recording = without_charging(recording, charging_at_standstill(recording), "while standing", path)
     recording = repaired(recording)
     _check_sign(recording, path)
@@ -61,6 +66,10 @@ def checked(recording: Recording, path: str) -> Recording:
     check_way(recording, path)
     recording = without_impossible(without_empty(without_lag(recording)))
     checks = (_missing, _gaps, _frozen, _jumps, _flat, _late_height, _capacity, _twice, _coarse, plausibility_notes)
+    return _with_notes(recording, checks)
+
+
+def _with_notes(recording: Recording, checks: Sequence[Callable[[Recording], Iterator[Note]]]) -> Recording:
     return replace(recording, notes=(*recording.notes, *(note for check in checks for note in check(recording))))
 
 

@@ -153,7 +153,7 @@ def test_abrp_cell_out_of_range_is_told_by_its_line(tmp_path):
 
 
 def test_abrp_without_power_says_what_is_needed(tmp_path):
-    rows = [{name: row[name] for name in ("utc", "speed", "soc")} for row in abrp_rows(drive())]
+    rows = [{name: row[name] for name in ("utc", "speed")} for row in abrp_rows(drive())]
     with pytest.raises(RecordingError, match="power_w is missing, allowed: a power, or voltage and current"):
         read_recording(written_as_json(tmp_path / "a.jsonl", rows))
 
