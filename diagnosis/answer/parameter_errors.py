@@ -88,8 +88,10 @@ def _can_be_told(model: Model, parameter: Parameter) -> bool:
     """
     if parameter.name == "road_load_b_n_per_mps":
         return False
+    if parameter.name == "aux_power_w":  # without a temperature it takes what climate draws
+        return any(trip.ambient_k is not None for trip in model.windows)
     seen = model.noise.window_s <= FINE_WINDOW_S and not is_heightless(model.windows)
-    return seen or parameter.name in ("aux_power_w", "road_load_c_n_per_mps2")
+    return seen or parameter.name == "road_load_c_n_per_mps2"
 
 
 def _about_nameplate(model: Model) -> Equations:

@@ -129,9 +129,9 @@ class Solution:
         """One coefficient; 0 where the fit does not have it."""
         return float(self.coefficients[self.names.index(name)]) if name in self.names else 0.0
 
-    def half_width(self, weights: NDArray[np.float64]) -> float:
-        """Half of the 95 % interval of a sum of coefficients, weights (q,): by trips and by FORM_SD_FRAC of the sum."""
-        form = 1.96 * FORM_SD_FRAC * float(weights @ self.coefficients)
+    def half_width(self, weights: NDArray[np.float64], form_sd_frac: float = FORM_SD_FRAC) -> float:
+        """Half of the 95 % interval of a sum of coefficients, weights (q,): by trips and by form_sd_frac of the sum."""
+        form = 1.96 * form_sd_frac * float(weights @ self.coefficients)
         return float(np.hypot(self.half_width_by_trips(weights), form))
 
     def half_width_within(self, system: Equations, weights: NDArray[np.float64]) -> float:

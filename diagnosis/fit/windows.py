@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from energy.replay.replay import DrivenProfile
 
 HILL_FRAC: Final = 0.01
-FINE_WINDOW_S: Final = 15.0  # windows are no longer where samples are close enough to see accelerations
+FINE_WINDOW_S: Final = 13.0  # windows are no longer where samples are close enough to see accelerations
 WINDOW_S: Final = 10.0  # long against the lag between speed and current, short against what changes in a drive
 PARAMETER_NAMES: Final = tuple(parameter.name for parameter in PARAMETERS)
 SENSOR_NAMES: Final = tuple(sensor.name for sensor in SENSOR_COLUMNS)

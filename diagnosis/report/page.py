@@ -10,6 +10,7 @@ from diagnosis.report.fit import energy_section, examples_section, fit_section, 
 from diagnosis.report.method import method_section, quality_section
 from diagnosis.report.rendering import rendered
 from diagnosis.report.style import CSS
+from diagnosis.report.summary import consumption_bars, next_steps
 from diagnosis.report.text import (
     count,
     finding_sentence,
@@ -41,11 +42,12 @@ HEADLINES: Final[Mapping[Verdict, str]] = {
 
 
 class Section(NamedTuple):
-    """A section of the page under a heading; name: its id."""
+    """A section of the page under a heading; name: its id; hidden: shown when asked for."""
 
     name: str
     title: str
     content: Markup
+    hidden: bool = False
 
 
 def report_html(diagnosis: Diagnosis) -> str:
@@ -64,6 +66,8 @@ def report_html(diagnosis: Diagnosis) -> str:
         extent=_extent(diagnosis),
         verdict=[text for text in dict.fromkeys((first, diagnosis.text)) if text],
         others=others,
+        bars=consumption_bars(diagnosis),
+        steps=next_steps(diagnosis),
         sections=_sections(diagnosis),
     )
     return f"{page}\n"
@@ -80,8 +84,8 @@ def _sections(diagnosis: Diagnosis) -> list[Section]:
         Section("examples", "Example drives over time", examples_section(diagnosis)),
         Section("energy", "Where each drive's energy went", energy_section(diagnosis)),
         Section("profile", "Planning and vehicle model apart", profile_section(diagnosis.profile)),
-        Section("quality", "Quality of the recordings", quality_section(diagnosis.data_quality)),
-        Section("method", "How it was done", method_section(diagnosis)),
+        Section("quality", "Quality of the recordings", quality_section(diagnosis.data_quality), hidden=True),
+        Section("method", "How it was done", method_section(diagnosis), hidden=True),
     ]
     return [section for section in found if section.name != "profile" or diagnosis.profile]
 
