@@ -28,6 +28,7 @@ from proof.scoring import (
     says_too_few,
     told_of,
 )
+from proof.trip_sums import RIDGE_NAME, SUMS_NAME
 from proof.worlds.world import WorldKind
 
 if TYPE_CHECKING:
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 
     from proof.answers import Answer
 
+LEAST_MAPE_FRAC: Final = 1e-3
 SIZES: Final = (0.02, 0.05, 0.12)
 LEAST_FOR_ORACLE: Final = 0.045  # of the energy: what was ordered as 5 %
 CALM: Final = ("no_height", "coarse", "wrong_file", "fahrenheit")  # in which nothing is left out either
@@ -79,6 +81,7 @@ def figures(cases: Sequence[Case]) -> tuple[Figure, ...]:
         *_energies(cases),
         *_few(cases),
         *_field(cases),
+        *_against_baselines(cases),
         *_other_makers(cases),
         share("all worlds", "the tool broke", (case.answer.error is not None for case in cases), Target(high=0.0)),
     )
@@ -117,7 +120,7 @@ def _of_nothing(cases: Sequence[Case]) -> tuple[Figure, ...]:
 
 def _recall(cases: Sequence[Case]) -> tuple[Figure, ...]:
     single, several = _of(cases, WorldKind.SINGLE), _of(cases, WorldKind.SEVERAL)
-    targets = {0.05: Target(low=0.95), 0.12: Target(low=1.0)}
+    targets = {0.05: Target(low=0.9), 0.12: Target(low=0.98)}
     found = []
     for size in SIZES:
         own = [case for case in single if size_of(case) == size]
@@ -189,9 +192,9 @@ def _outside(cases: Sequence[Case]) -> tuple[Figure, ...]:
     located = [case.label.outside is not None and locates(case.answer, case.label.outside) for case in outside]
     group = "outside the library"
     return (
-        share(group, "flagged", (bool(case.answer.spots) for case in outside), Target(low=0.85)),
+        share(group, "flagged", (bool(case.answer.spots) for case in outside), Target(low=0.9)),
         share(group, "located", located, Target(low=0.8)),
-        share(group, "misattributed", (misattributes(case.answer) for case in outside), Target(high=0.1)),
+        share(group, "misattributed", (misattributes(case.answer) for case in outside), Target(high=0.05)),
     )
 
 
@@ -208,7 +211,7 @@ def _energies(cases: Sequence[Case]) -> tuple[Figure, ...]:
             lambda chosen: float(np.median(np.sqrt(chosen[:, 0] / chosen[:, 1]))),
         ),
         drawn(group, "gap from base to oracle closed", rows, gap_closed, Target(low=0.8), is_share=True),
-        share("intervals", "95 % intervals hold the true energy", cover, Target(0.9, 0.98)),
+        share("intervals", "95 % intervals hold the true energy", cover, Target(0.93, 0.97)),
     )
 
 
@@ -269,6 +272,28 @@ def _field(cases: Sequence[Case]) -> tuple[Figure, ...]:
         share(group, "no height, cabin heated, 12 %: thermal named clearly", _named(heated, names_clearly)),
         share(group, "no height, cabin heated, 12 %: named or among rivals", _named(heated, names_at_all)),
     )
+
+
+def _against_baselines(cases: Sequence[Case]) -> tuple[Figure, ...]:
+    """Held-out error by the best of the refitted base, the ridge and the regression on trip sums, world by world."""
+    ratios = np.array(
+        [
+            [mape_frac(case.answer, _energies_of(case, "after_kwh")) / max(_best_baseline(case), LEAST_MAPE_FRAC)]
+            for case in cases
+            if case.answer.rules and case.answer.held_out and case.label.kind is not WorldKind.FEW_TRIPS
+        ]
+    ).reshape(-1, 1)
+    group = "held-out error against the best of refit, ridge and regression on trip sums"
+    return (
+        drawn(group, "mean over worlds", ratios, lambda rows: float(rows.mean()), Target(high=0.9)),
+        share(group, "worlds in which it is more than 1.05 times as large", ratios[:, 0] > 1.05, Target(high=0.02)),
+    )
+
+
+def _best_baseline(case: Case) -> float:
+    known = [rule.held_out_kwh for rule in case.answer.rules if rule.name in (RIDGE_NAME, SUMS_NAME)]
+    predicted = [*known, _energies_of(case, "before_kwh")]
+    return min(mape_frac(case.answer, energies) for energies in predicted)
 
 
 def _is_false_anywhere(case: Case) -> bool:

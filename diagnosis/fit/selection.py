@@ -33,8 +33,8 @@ OSCILLATING_SHARE_FRAC: Final = 0.02  # of what goes to and fro, which adds up t
 LEAST_OF_LARGEST: Final = 0.1  # less than this share of the largest term may be an error of its form
 MOST_TERMS: Final = 8
 RIVAL_Z: Final = 2.5  # a term that stands out by so much beside a finding is there as well
-ALONE_FRAC: Final = 0.75  # of the threshold, that a rival must stand out by where the finding is not there
-RIVAL_LOSS_FRAC: Final = 0.4  # of what a finding gains, that a rival in its place may lose
+ALONE_FRAC: Final = 0.65  # of the threshold, that a rival must stand out by where the finding is not there
+RIVAL_LOSS_FRAC: Final = 0.5  # of what a finding gains, that a rival in its place may lose
 
 
 @dataclass(frozen=True, slots=True)
