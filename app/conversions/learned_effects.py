@@ -10,7 +10,7 @@ from pydantic import TypeAdapter, ValidationError
 from app.conversions.effects import schema_name
 from app.schemas.effects import CELSIUS_FIELDS, TEMPERATURE_DIGITS, EffectsSent
 from app.schemas.learned_effects import LearnedEffects, LearnedFrom, LearnedParameters
-from energy.units import ZERO_CELSIUS_K
+from energy.units import KMH_PER_MPS, ZERO_CELSIUS_K
 from energy.vehicle.coefficients import COEFFICIENT_FLAGS
 
 if TYPE_CHECKING:
@@ -41,10 +41,25 @@ def learned_effects(diagnosis: Diagnosis, *, diagnosis_id: str | None, date: str
             date=date,
             trips=len(diagnosis.fitted_trips),
             held_out_trips=len(diagnosis.held_out_trips),
+            verdict=diagnosis.verdict.value,
+            ambient_c=_ambient_c(diagnosis),
+            speed_kmh=_fastest_kmh(diagnosis),
             ci95={schema_name(name): _interval(name, ci95) for name, ci95 in diagnosis.effects_ci95.items()},
             not_carried=refused,
         ),
     )
+
+
+def _ambient_c(diagnosis: Diagnosis) -> list[float] | None:
+    """The coldest and the hottest of the fitted trips [°C]."""
+    known = [trip.ambient_c for trip in diagnosis.trips if not trip.held_out and trip.ambient_c is not None]
+    return [round(min(known), TEMPERATURE_DIGITS), round(max(known), TEMPERATURE_DIGITS)] if known else None
+
+
+def _fastest_kmh(diagnosis: Diagnosis) -> float | None:
+    """The fastest window of the fitted trips [km/h]."""
+    fastest = [float(trip.timeline.speed_mps.max(initial=0.0)) for trip in diagnosis.trips if not trip.held_out]
+    return round(KMH_PER_MPS * max(fastest), 1) if fastest else None
 
 
 def _accepted(

@@ -38,13 +38,20 @@ class LearnedParameters(Sent):
 
 
 class LearnedFrom(Sent):
-    """Where learned effects come from; told back, and used for nothing but a warning about another vehicle."""
+    """Where learned effects come from; told back, and used for nothing but warnings."""
 
     vehicle: str | None = Field(default=None, max_length=200, description="id of the vehicle that was diagnosed")
     diagnosis: str | None = Field(default=None, max_length=200, description="id of the diagnosis")
     date: str | None = Field(default=None, max_length=40, description="day of the diagnosis, YYYY-MM-DD")
     trips: Count | None = Field(default=None, ge=0, description="trips that were fitted")
     held_out_trips: Count | None = Field(default=None, ge=0, description="trips that were kept out of the fit")
+    verdict: Annotated[str, Field(max_length=40)] | None = Field(
+        default=None, description="of the diagnosis; at `cannot_tell` requests are warned"
+    )
+    ambient_c: Bounds | None = Field(
+        default=None, description="coldest and hottest of the fitted trips [°C]; beyond it requests are warned"
+    )
+    speed_kmh: Number | None = Field(default=None, ge=0, description="fastest window of the fitted trips [km/h]")
     ci95: dict[Name, Bounds | None] = Field(
         default={}, max_length=MAX_NAMES, description="95 % interval of a learned number by its field, in its unit"
     )

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from app.store.diagnoses import LearnedEffectsStore
 
 DIAGNOSIS_ID_PATTERN: Final = r"^[a-z0-9-]{1,100}$"
+NEAR_K: Final = 3.0  # beyond the temperatures that were driven at, within which nothing is said
+CANNOT_TELL: Final = "cannot_tell"  # diagnosis.answer.results.Verdict, which takes a while to import
 NAMED_IN_ERRORS: Final = 20  # ids of learned effects that the error of an unknown one names
 
 
@@ -44,11 +46,20 @@ class LearnedEffectsShelf:
             raise DiagnosisDamagedError(effects_id, validation_detail(error)) from error
 
 
-def warnings_of(effects: LearnedEffects | None, vehicle_id: str) -> tuple[str, ...]:
-    """What is to be said where effects were learned on another vehicle than the one asked for."""
+def warnings_of(effects: LearnedEffects | None, vehicle_id: str, ambient_c: float | None = None) -> tuple[str, ...]:
+    """What is to be said of learned effects: of another vehicle, at other temperatures, or of causes left open."""
     learned_from = None if effects is None else effects.learned_from
-    if learned_from is None or learned_from.vehicle in (None, vehicle_id):
+    if learned_from is None:
         return ()
-    asked = "an inline vehicle" if vehicle_id == INLINE_ID else f"vehicle {vehicle_id!r}"
-    learned = "an inline vehicle" if learned_from.vehicle == INLINE_ID else f"vehicle {learned_from.vehicle!r}"
-    return (f"the effects were learned on {learned}, this is {asked}",)
+    found = []
+    if learned_from.vehicle not in (None, vehicle_id):
+        asked = "an inline vehicle" if vehicle_id == INLINE_ID else f"vehicle {vehicle_id!r}"
+        learned = "an inline vehicle" if learned_from.vehicle == INLINE_ID else f"vehicle {learned_from.vehicle!r}"
+        found.append(f"the effects were learned on {learned}, this is {asked}")
+    if learned_from.ambient_c is not None and ambient_c is not None:
+        low, high = learned_from.ambient_c
+        if not low - NEAR_K <= ambient_c <= high + NEAR_K:
+            found.append(f"the effects were learned at {low:g} to {high:g} °C, this is {ambient_c:g} °C")
+    if learned_from.verdict == CANNOT_TELL:
+        found.append("the effects were learned from drives that could not tell their causes apart")
+    return tuple(found)

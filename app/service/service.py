@@ -204,7 +204,8 @@ class Service:
         """The vehicle of a request with the effects that it asks for, the choice of it, and warnings."""
         vehicle, choice = self.chosen_vehicle(sent.vehicle)
         effects = self.learned.chosen(sent.effects)
-        return vehicle_with_effects(vehicle, effects), choice, warnings_of(effects, vehicle.id)
+        ambient_c = None if sent.conditions is None else sent.conditions.ambient_c
+        return vehicle_with_effects(vehicle, effects), choice, warnings_of(effects, vehicle.id, ambient_c)
 
     def chosen_vehicle(self, choice: VehicleChoice | None) -> tuple[AnyVehicle, VehicleChoice]:
         """The vehicle of a choice, the default one without; raises VehicleNotFoundError or VehicleError."""

@@ -12,7 +12,8 @@ import pytest
 
 from app.conversions.conditions import vehicle_with_effects
 from app.conversions.learned_effects import learned_effects
-from app.schemas.learned_effects import LearnedEffects
+from app.schemas.learned_effects import LearnedEffects, LearnedFrom
+from app.service.learned import warnings_of
 from app.store.diagnoses import DiagnosisDocuments, DiagnosisStore, NewDiagnosis
 from diagnosis.answer.results import Diagnosis, Verdict
 from diagnosis.engine import diagnose
@@ -229,3 +230,20 @@ def test_cold_shrinks_the_range_after_learning_from_recorded_drives_of_an_i3(
     recordings, errors = read_recordings(every_third, ["*Heat*", "*AirCon*", "*coolant*", "*vent*"])
     assert errors == []
     assert_cold_shrinks_the_range(client, service, diagnose(recordings, i3), soc=0.016)
+
+
+@pytest.mark.parametrize(
+    ("ambient_c", "verdict", "told"),
+    [
+        (None, "left_out_physics", ()),
+        (-6.0, "left_out_physics", ()),  # near enough
+        (-12.0, "left_out_physics", ("the effects were learned at -4 to 31 °C, this is -12 °C",)),
+        (38.0, "parameter_error", ("the effects were learned at -4 to 31 °C, this is 38 °C",)),
+        (10.0, "cannot_tell", ("the effects were learned from drives that could not tell their causes apart",)),
+    ],
+)
+def test_requests_are_warned_beyond_what_was_driven_and_where_causes_are_open(ambient_c, verdict, told):
+    effects = LearnedEffects(
+        learned_from=LearnedFrom(vehicle="bmw-i3-60ah", ambient_c=[-4.0, 31.0], speed_kmh=130.0, verdict=verdict)
+    )
+    assert warnings_of(effects, "bmw-i3-60ah", ambient_c) == told
