@@ -26,6 +26,7 @@ from diagnosis.fit.selection import LEAST_TRIPS
 from diagnosis.fit.windows import WINDOW_S, trip_of, windows_of
 from diagnosis.recordings.charge import with_power_of_charge
 from diagnosis.recordings.notes import NoteKind
+from diagnosis.recordings.recording import Detail
 from diagnosis.recordings.soundness.temperatures import with_doubts
 from energy.errors import EnergyError
 from energy.units import JOULE_PER_KWH
@@ -149,7 +150,8 @@ def diagnose(
     strange = (*map(odd.__getitem__, odd), *odd_among(model, held), *unexplained(model))
     off = _file_is_off(accounts, odd)
     wrong = tuple(error for error in parameter_errors(model) if off is not None or error.parameter in SEEN_IN_WINDOWS)
-    other_car = is_other_car(wrong, off)
+    sums_alone = any(trip.recording.detail is Detail.TOTALS for trip in fitted)
+    other_car = not sums_alone and is_other_car(wrong, off)
     if other_car:
         wrong = ()  # of so many numbers none is told for sure
     lacking = missing_channels([trip.recording for trip in fitted])
@@ -259,8 +261,8 @@ def _doubts(recordings: Sequence[Recording]) -> str:
 
 def _is_of_totals(recordings: Sequence[Recording], held_out: Collection[str]) -> bool:
     """Whether too few drives have power, so that each drive is one number."""
-    powered = [recording for recording in recordings if not recording.charge_only and recording.id not in held_out]
-    return len(powered) < LEAST_TRIPS and any(recording.charge_only for recording in recordings)
+    powered = [recording for recording in recordings if not recording.is_one_number and recording.id not in held_out]
+    return len(powered) < LEAST_TRIPS and any(recording.is_one_number for recording in recordings)
 
 
 def _fit_for_it(trips: Sequence[WindowedTrip], whole: bool) -> tuple[list[WindowedTrip], list[WindowedTrip]]:
@@ -270,7 +272,7 @@ def _fit_for_it(trips: Sequence[WindowedTrip], whole: bool) -> tuple[list[Window
         for trip in trips
         if not _too_coarse(trip)
         and bool((trip.window >= 0).any())
-        and (not trip.recording.charge_only or (whole and bool(trip.recording.power_w.any())))
+        and (not trip.recording.is_one_number or (whole and bool(trip.recording.power_w.any())))
     ]
     if fine and not any(trip.drive.profile.step_m().any() for trip in fine):
         raise DiagnosisError("no recording moves: allowed: drives of more than 0 m")
@@ -292,7 +294,7 @@ def _window_s(recordings: Sequence[Recording], least_s: float) -> float:
 def _why_unfit(trip: WindowedTrip) -> QualityNote:
     step_s = float(np.median(np.diff(trip.recording.time_s)))
     text = f"not fitted: a sample each {step_s:.1f} s, at most {COARSEST_STEP_S:g} s are needed to see accelerations"
-    if trip.recording.charge_only:
+    if trip.recording.is_one_number:
         text = "not fitted: only the charge was recorded, other drives have power, or it hardly falls"
     elif step_s <= COARSEST_STEP_S:
         text = "not fitted: nothing is left beside its gaps"

@@ -15,7 +15,7 @@ from diagnosis.fit.jackknife import FORM_SD_FRAC
 from diagnosis.fit.levels import levels, trip_wind
 from diagnosis.fit.model import BOX
 from diagnosis.fit.scan import CELL_M, DRAWS, cell_centre_deg
-from diagnosis.fit.windows import FINE_WINDOW_S, is_heightless, measured_size_j
+from diagnosis.fit.windows import FINE_WINDOW_S, TOTALS_S, is_heightless, measured_size_j
 from energy.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
 
 MOST_REGIMES: Final = 4
 LEAST_SHARE_FRAC: Final = 0.01
-TOTALS_S: Final = 3600.0  # windows of that length hold whole drives
 NEED_ACCELERATIONS: Final = (Family.RECUPERATION, Family.DRIVETRAIN, Family.BATTERY, Family.MASS)
 LIKE_HILLS: Final = (Family.WIND, Family.MASS, Family.RECUPERATION, Family.DRIVETRAIN)
 # standard deviation of an effect's energy by its real form being another than the library's, by family: measured on
@@ -115,6 +114,10 @@ def _finding(model: Model, effect: str, terms: Sequence[Candidate], beside: Sequ
     )
     family = terms[0].term.family
     rivals |= model.stability.instead(family)
+    if (
+        model.noise.window_s > TOTALS_S and family is Family.THERMAL
+    ):  # sums tell no standstill, which would tell them apart
+        rivals |= {"rolling_temperature": Family.ROLLING}
     first = next(iter(rivals.values()), None)
     share = moved_j / measured_j
     text = (

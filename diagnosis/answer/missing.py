@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from diagnosis.recordings.recording import Detail
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
@@ -38,10 +40,17 @@ class _Needed:
 
 NEEDED: Final = (
     _Needed(
+        "speed_mps",
+        "speed",
+        "each drive is replayed at its mean speed, without stops and accelerations, and is one number",
+        lambda recording: recording.detail is not Detail.TOTALS,
+        decisive=True,
+    ),
+    _Needed(
         "power_w",
         "power",
         "each drive is one number, the fall of its charge, so that little more than heat and a constant draw is told",
-        lambda recording: not recording.charge_only,
+        lambda recording: recording.detail is not Detail.CHARGE,
         decisive=True,
     ),
     _Needed(

@@ -12,7 +12,7 @@ from diagnosis.answer.results import ParameterError
 from diagnosis.causes.nuisance import PARAMETERS, SENSOR_COLUMNS
 from diagnosis.fit.jackknife import additions, equations, first_least, solve
 from diagnosis.fit.model import priors
-from diagnosis.fit.windows import FINE_WINDOW_S, SENSOR_NAMES, is_heightless, measured_size_j
+from diagnosis.fit.windows import FINE_WINDOW_S, SENSOR_NAMES, TOTALS_S, is_heightless, measured_size_j
 from energy.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
@@ -83,10 +83,10 @@ def parameter_errors(model: Model) -> tuple[ParameterError, ...]:
 def _can_be_told(model: Model, parameter: Parameter) -> bool:
     """Whether drives tell a number at all.
 
-    The linear part of the road load only bends what A and C make. Where samples are too far apart to see accelerations,
-    or no height was recorded, mass and efficiencies take what is lost between.
+    The linear part of the road load only bends what A and C make. Of whole drives alone none can be told. Where samples
+    are too far apart to see accelerations, or no height was recorded, mass and efficiencies take what is lost between.
     """
-    if parameter.name == "road_load_b_n_per_mps":
+    if parameter.name == "road_load_b_n_per_mps" or model.noise.window_s > TOTALS_S:
         return False
     if parameter.name == "aux_power_w":  # without a temperature it takes what climate draws
         return any(trip.ambient_k is not None for trip in model.windows)

@@ -16,7 +16,7 @@ from diagnosis.fit.model import BOX, Model, refitted, with_companion_priors
 from diagnosis.fit.noise import estimated
 from diagnosis.fit.scan import Box, boxes, leading, only, scan, strongest
 from diagnosis.fit.selection import scatter_of, still_standing
-from diagnosis.fit.windows import FREE
+from diagnosis.fit.windows import FREE, TOTALS_S
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,6 +34,8 @@ def with_structures(model: Model, seed: int) -> Model:
 
     Axes on which found effects live themselves are left out: what departs there is their own form.
     """
+    if model.noise.window_s > TOTALS_S:
+        return model  # whole drives lie nowhere
     places = boxes(model.windows, _own_axes(model.found))
     while len(model.structures) < MOST_STRUCTURES:
         grown = _grown(model, places, seed + len(model.structures))

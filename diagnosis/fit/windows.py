@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from energy.replay.replay import DrivenProfile
 
 HILL_FRAC: Final = 0.01
+TOTALS_S: Final = 3600.0  # windows of that length hold whole drives
 FINE_WINDOW_S: Final = 13.0  # windows are no longer where samples are close enough to see accelerations
 WINDOW_S: Final = 10.0  # long against the lag between speed and current, short against what changes in a drive
 PARAMETER_NAMES: Final = tuple(parameter.name for parameter in PARAMETERS)

@@ -24,11 +24,15 @@ def with_power_of_charge(recordings: Sequence[Recording], capacity_wh: float) ->
     Only the energy of the whole drive is known of these; in between, their power means nothing. A drive whose charge
     falls by fewer than LEAST_STEPS of its resolution keeps a power of 0.
     """
-    return [_with_power(recording, capacity_wh) if recording.charge_only else recording for recording in recordings]
+    return [
+        _with_power(recording, capacity_wh) if recording.is_one_number and not recording.power_w.any() else recording
+        for recording in recordings
+    ]
 
 
 def _with_power(recording: Recording, capacity_wh: float) -> Recording:
-    assert recording.soc_frac is not None, "a recording without power has the charge"
+    if recording.soc_frac is None:
+        return recording
     known = np.flatnonzero(~np.isnan(recording.soc_frac))
     if known.size < 2:
         return recording

@@ -12,13 +12,14 @@ from diagnosis.recordings.formats.named_columns import FORMAT_NAMES, I3_NEEDS, r
 from diagnosis.recordings.formats.obd import LONG, OBD_NAMES, is_parameter, is_wide, read_long, read_wide
 from diagnosis.recordings.formats.parquet import PARQUET_MAGIC, parquet_table
 from diagnosis.recordings.formats.tables import LogTable, csv_table, json_table
+from diagnosis.recordings.formats.totals import TOTALS_NAMES, is_totals, read_totals
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError, shown
 from diagnosis.recordings.recording import Recording
 from diagnosis.recordings.soundness.checks import checked
 
 __all__ = ["Note", "NoteKind", "Recording", "RecordingError", "read_recording", "read_recordings"]
 
-FIXED_NAMES: Final = FORMAT_NAMES | OBD_NAMES
+FIXED_NAMES: Final = FORMAT_NAMES | OBD_NAMES | TOTALS_NAMES
 OnProgress = Callable[[int, int], None]
 
 
@@ -28,12 +29,21 @@ def read_recording(path: Path, hidden: Sequence[str] = ()) -> Recording:
     hidden: patterns such as "Heat*" of names of columns that are dropped before anything is read, letter case aside.
     Raises RecordingError naming file, row, column, value and what is allowed; OSError where the file can't be opened.
     """
-    table = _table(path, hidden)
+    return _read(_table(path, hidden), hidden)
+
+
+def _read(table: LogTable, hidden: Sequence[str]) -> Recording:
     for form in FORMATS:
         if form.recognises(table.names):
             return checked(form.read(table, hidden), table.path)
     known = "; ".join(f"{form.name}: {', '.join(form.needs)}" for form in FORMATS)
     raise RecordingError(table.path, 1, "the header", shown(", ".join(table.names)), f"columns of a format ({known})")
+
+
+def read_drives(path: Path, hidden: Sequence[str] = ()) -> list[Recording]:
+    """The drives in a file: one, or one a row where it is a table of sums; raises as read_recording."""
+    table = _table(path, hidden)
+    return read_totals(table) if is_totals(table.names) else [_read(table, hidden)]
 
 
 def read_recordings(
@@ -55,7 +65,10 @@ def read_recordings(
                 raise RecordingError(
                     str(path), 1, "its id", recording_id(path), f"one that {before} does not have already"
                 )
-            found.append(read_recording(path, hidden))
+            for recording in read_drives(path, hidden):
+                if any(recording.id == known.id for known in found):
+                    raise RecordingError(str(path), 1, "its id", recording.id, "one that no file has already")
+                found.append(recording)
         except RecordingError as error:
             errors.append(error)
         except OSError as error:

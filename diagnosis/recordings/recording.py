@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from enum import StrEnum
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -19,6 +20,14 @@ PROFILE_STEP_S: Final = 1.0
 REQUIRED: Final = ("time_s", "speed_mps", "power_w")
 
 
+class Detail(StrEnum):
+    """How much of a drive was recorded."""
+
+    SAMPLES = "samples"
+    CHARGE = "charge"
+    TOTALS = "totals"
+
+
 @dataclass(frozen=True, slots=True)
 class Recording:
     """One recorded drive: n samples, each channel float64 (n,), NaN where a channel has no value; None: not recorded.
@@ -28,7 +37,8 @@ class Recording:
     soc_frac: as the file has it, of whatever capacity it means. heater_w, aircon_w: electric; hvac_w: both together.
     heading_rad: clockwise from north; wind_from_rad: direction that it comes from. wet_frac: 1 on a wet road.
     payload_kg: beyond the vehicle's mass. notes: what the reader has found and what it did.
-    charge_only: power was not recorded, but the state of charge was: power_w is 0 until a vehicle's capacity is known.
+    detail: whether power, only the charge, or only sums of the drive were recorded. Of the latter two one energy is
+    known; where that is by the charge, power_w is 0 until a vehicle's capacity is known.
     gaps: begin and end [s] of each stretch in which nothing was recorded, rising, each from one sample to the next.
     """
 
@@ -54,7 +64,12 @@ class Recording:
     notes: tuple[Note, ...] = ()
     hvac_w: NDArray[np.float64] | None = None
     gaps: tuple[tuple[float, float], ...] = ()
-    charge_only: bool = False
+    detail: Detail = Detail.SAMPLES
+
+    @property
+    def is_one_number(self) -> bool:
+        """Whether one energy is all that is known of the battery's power."""
+        return self.detail is not Detail.SAMPLES
 
     def energy_j(self) -> float:
         """Energy that left the battery, ∫P dt by the trapezoidal rule [J]; not counted is what left it in gaps."""

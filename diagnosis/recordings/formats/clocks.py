@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError
-from diagnosis.recordings.recording import Recording
+from diagnosis.recordings.recording import Detail, Recording
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -132,7 +132,14 @@ def recording_of_series(path: str, trip_id: str, series: Sequence[Series], notes
         text = f"brought to the clock of the speed: {', '.join(sorted(others))}"
         found.append(Note(NoteKind.READ, "", text))
     kept = {name: values[keep] for name, values in channels.items()}
-    return Recording(id=trip_id, time_s=time_s[keep], **kept, notes=tuple(found), gaps=(), charge_only=charge_only)
+    return Recording(
+        id=trip_id,
+        time_s=time_s[keep],
+        **kept,
+        notes=tuple(found),
+        gaps=(),
+        detail=Detail.CHARGE if charge_only else Detail.SAMPLES,
+    )
 
 
 def _at(series: Series, time_s: NDArray[np.float64]) -> NDArray[np.float64]:

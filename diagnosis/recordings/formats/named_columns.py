@@ -10,7 +10,7 @@ import numpy as np
 from diagnosis.recordings.formats.clocks import LEAST_STEP_S, recording_of_series, series_of
 from diagnosis.recordings.formats.tables import Column, LogTable
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError
-from diagnosis.recordings.recording import REQUIRED, Recording
+from diagnosis.recordings.recording import REQUIRED, Detail, Recording
 from diagnosis.recordings.soundness.charging import without_charging
 from energy.units import KMH_PER_MPS, ZERO_CELSIUS_K
 
@@ -87,7 +87,8 @@ def _recording(table: LogTable, columns: Sequence[Column]) -> Recording:
         )
     if channels["time_s"].size < 2:
         raise RecordingError(table.path, table.lines[-1], columns[0].name, "always the same", "rising")
-    return Recording(id=table.id, **channels, notes=tuple(notes), gaps=(), charge_only=charge_only)
+    detail = Detail.CHARGE if charge_only else Detail.SAMPLES
+    return Recording(id=table.id, **channels, notes=tuple(notes), gaps=(), detail=detail)
 
 
 def _unused(table: LogTable, known: set[str]) -> list[Note]:

@@ -54,7 +54,7 @@ def checked(recording: Recording, path: str) -> Recording:
     Raises RecordingError where power has the wrong sign, the clock or the speed the wrong unit.
     """
     _check_clock(recording, path)
-    if recording.charge_only:
+    if recording.is_one_number:
         recording = _with_gaps(recording)
         check_way(recording, path)
         recording = without_empty(recording)

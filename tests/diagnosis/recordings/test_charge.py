@@ -13,6 +13,7 @@ from diagnosis.engine import diagnose
 from diagnosis.recordings.charge import with_power_of_charge
 from diagnosis.recordings.notes import RecordingError
 from diagnosis.recordings.reading import read_recording
+from diagnosis.recordings.recording import Detail
 from energy.vehicle.files import load_vehicle
 from tests.diagnosis.planted_drives import drive
 
@@ -36,13 +37,13 @@ def falling(recording, car, resolution=1e-4):
         ([0.0], np.cumsum(0.5 * (recording.power_w[1:] + recording.power_w[:-1]) * np.diff(recording.time_s)))
     )
     charge = np.round((0.9 - drawn_j / 3600.0 / car.usable_capacity_wh) / resolution) * resolution
-    return replace(recording, power_w=np.zeros_like(recording.power_w), soc_frac=charge, charge_only=True)
+    return replace(recording, power_w=np.zeros_like(recording.power_w), soc_frac=charge, detail=Detail.CHARGE)
 
 
 def test_a_file_with_charge_and_no_power_is_read(tmp_path):
     rows = [f"{k},{30 + k % 7},{0.8 - 1e-5 * k:.5f}" for k in range(300)]
     recording = read_recording(written(tmp_path, "time_s,speed_kmh,soc_frac", rows))
-    assert recording.charge_only
+    assert recording.detail is Detail.CHARGE
     assert not recording.power_w.any()
     (known,) = with_power_of_charge([recording], 20_000.0)
     assert known.energy_j() / 3.6e6 == pytest.approx(299e-5 * 20.0, rel=1e-6)
@@ -50,7 +51,7 @@ def test_a_file_with_charge_and_no_power_is_read(tmp_path):
 
 def test_telemetry_with_charge_and_no_power_is_read(tmp_path):
     rows = [f"{1.6e9 + 2 * k:.0f},{40 + k % 5},{80.0 - 0.01 * k:.2f}" for k in range(200)]
-    assert read_recording(written(tmp_path, "utc,speed,soc", rows)).charge_only
+    assert read_recording(written(tmp_path, "utc,speed,soc", rows)).detail is Detail.CHARGE
 
 
 def test_a_file_without_power_and_charge_is_refused(tmp_path):

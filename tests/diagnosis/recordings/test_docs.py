@@ -42,7 +42,7 @@ def test_example_is_read(tmp_path, name, kind, text):
 def test_table_has_every_channel_and_every_column():
     table = PAGE.partition("## Channels")[2].partition("**One clock.**")[0]
     named = set(re.findall(r"`(\w+)`", table))
-    assert {field.name for field in fields(Recording)} - {"id", "notes", "gaps", "charge_only"} <= named
+    assert {field.name for field in fields(Recording)} - {"id", "notes", "gaps", "detail"} <= named
     assert {column.name for column in (*PLAIN_COLUMNS, *ABRP_COLUMNS)} <= named
 
 
