@@ -116,6 +116,16 @@ def prove(order: ProofOrder, progress: Progress | None = None) -> Proof:
     )
 
 
+def sealed_worlds(order: ProofOrder, report: Progress) -> Seal:
+    """The worlds of an order, made and sealed where they are not there yet; raises as `prove`."""
+    planned = places(order.plan, order.seed)
+    before = _sealed_before(order.folder, planned)
+    if before is not None:
+        return before
+    with workers(order.processes, order.scheduler) as spread:
+        return _made_and_sealed(spread, planned, order.folder, report)
+
+
 def plan_digest(planned: Sequence[PlannedWorld]) -> str:
     """SHA-256 of all that makes the worlds of a plan."""
     return hashlib.sha256("".join(place.digest() for place in planned).encode()).hexdigest()

@@ -17,7 +17,10 @@ from app.errors.raised import CommandError
 from app.settings import Settings
 
 if TYPE_CHECKING:
-    from proof.runs import Proof
+    from collections.abc import Sequence
+
+    from proof.figures import Figure
+    from proof.runs import Proof, ProofOrder
 
 proving = typer.Typer()
 
@@ -54,6 +57,14 @@ def prove(
         Path, typer.Option(help="folder for worlds, answers, proof.json and proof.md; taken up again", metavar="DIR")
     ] = Path("build/proof"),
     as_json: Annotated[bool, typer.Option("--json", help="print proof.json instead of tables")] = False,
+    export: Annotated[
+        Path | None,
+        typer.Option(help="only make and seal the worlds into a folder, with a page for other tools", metavar="DIR"),
+    ] = None,
+    score: Annotated[
+        Path | None,
+        typer.Option(help="score another tool's answers to the worlds that --export has put into --out", metavar="DIR"),
+    ] = None,
 ) -> None:
     """Prove the diagnosis on sealed worlds whose truth is known, and show every target beside its result."""
     from diagnosis.errors import DiagnosisError
@@ -63,6 +74,10 @@ def prove(
     from proof.telling import as_json as json_of
     from proof.telling import write_proof
 
+    if score is not None:
+        _score(Console(), out, score)
+        return
+    out = out if export is None else export
     if out.exists() and not out.is_dir():
         raise CommandError(f"--out is {str(out)!r}, allowed: a folder, or nothing there yet")
     if recordings is not None and not recordings.is_dir():
@@ -79,6 +94,9 @@ def prove(
         processes=processes or os.cpu_count() or 1,
         scheduler=scheduler,
     )
+    if export is not None:
+        _export(order)
+        return
     try:
         with stage_bars() as bars:
             proof = carried_out(order, reporter(bars))
@@ -91,23 +109,55 @@ def prove(
     _print(Console(), proof)
 
 
+def _export(order: ProofOrder) -> None:
+    from diagnosis.errors import DiagnosisError
+    from proof.exchange import PAGE_FILE
+    from proof.exchange import export as exported
+
+    try:
+        with stage_bars() as bars:
+            seal = exported(order, reporter(bars))
+    except DiagnosisError as error:
+        raise CommandError(str(error)) from error
+    typer.echo(f"{len(seal.worlds)} worlds in {order.folder}, sealed with {seal.sha256}; see {PAGE_FILE} there")
+
+
+def _score(console: Console, folder: Path, answers: Path) -> None:
+    from diagnosis.errors import DiagnosisError
+    from proof.exchange import score as scored
+
+    if not answers.is_dir():
+        raise CommandError(f"--score is {str(answers)!r}, allowed: a folder of answers, WORLD.json each")
+    try:
+        figures = scored(folder, answers)
+    except DiagnosisError as error:
+        raise CommandError(str(error)) from error
+    _print_figures(console, [figure for figure in figures if figure.value is not None])
+
+
 def _print(console: Console, proof: Proof) -> None:
-    from proof.telling import COMPARED_HEADER, HEADER, MISSED, compared_row, every_figure, figure_row, met_text, summary
+    from proof.telling import COMPARED_HEADER, compared_row, every_figure, summary
+
+    _print_figures(console, every_figure(proof))
+    table = _table(f"simpler rules, on {proof.compared_worlds} of the worlds", COMPARED_HEADER)
+    for line in proof.compared:
+        table.add_row(*compared_row(line))
+    console.print(table)
+    console.print(summary(proof), markup=False, highlight=False)
+
+
+def _print_figures(console: Console, figures: Sequence[Figure]) -> None:
+    from proof.telling import HEADER, MISSED, figure_row, met_text
 
     table = _table("proof", HEADER)
     group = ""
-    for figure in every_figure(proof):
+    for figure in figures:
         if figure.group != group:
             group = figure.group
             table.add_section()
             table.add_row(group, style="bold")
         table.add_row(*figure_row(figure), style="red" if met_text(figure) == MISSED else "")
     console.print(table)
-    table = _table(f"simpler rules, on {proof.compared_worlds} of the worlds", COMPARED_HEADER)
-    for line in proof.compared:
-        table.add_row(*compared_row(line))
-    console.print(table)
-    console.print(summary(proof), markup=False, highlight=False)
 
 
 def _table(title: str, header: tuple[str, ...]) -> Table:
