@@ -95,14 +95,15 @@ def learned(model: Model) -> Learned:
     """What routes can use of a fitted model; nothing where that meets the fitted drives no better than the file."""
     terms = _in_routes_form([candidate for candidate in _fitted(model) if not _reason(model, candidate)])
     solution = _without_sensors(model, terms)
-    found = _carried(model, terms, solution)
+    shown = _shown(model)
+    found = _carried(model, terms, solution, shown)
     beyond = {
         candidate.term.name: REASONS[candidate.term.name] for candidate in _fitted(model) if _reason(model, candidate)
     }
     try:
         applied(model.nameplate, found)
         left_out = [
-            applied(model.nameplate, _carried(model, terms, replace(solution, coefficients=beta)))
+            applied(model.nameplate, _carried(model, terms, replace(solution, coefficients=beta), shown))
             for beta in solution.without
         ]
     except EnergyError as error:
@@ -175,8 +176,18 @@ def _reason(model: Model, candidate: Candidate) -> bool:
     return candidate.term.name in REASONS
 
 
-def _carried(model: Model, terms: Sequence[Candidate], solution: Solution) -> Learned:
-    """What a solution of terms in the routes' form says, as fields of vehicle and effects."""
+def _shown(model: Model) -> frozenset[str]:
+    """Terms that would have stood out in these drives at their usual size."""
+    usual = {name: size for name, (_, size) in SAME.items()}
+    usual |= {"heating_w_per_k": USUAL_W_PER_K, "cooling_w_per_k": USUAL_W_PER_K}
+    return frozenset(name for name, size in usual.items() if _would_have_shown(model, name, size))
+
+
+def _carried(model: Model, terms: Sequence[Candidate], solution: Solution, shown: frozenset[str]) -> Learned:
+    """What a solution of terms in the routes' form says, as fields of vehicle and effects.
+
+    shown: terms that would have stood out, so that those which did not are none.
+    """
     limits = [candidate for candidate in terms if candidate.term.name in LIMITS]
     vehicle = moved(model.vehicle, solution)
     values: dict[str, float] = {}
@@ -204,10 +215,10 @@ def _carried(model: Model, terms: Sequence[Candidate], solution: Solution) -> Le
             values |= {"regen_cold_full_k": 231.0, "regen_cold_none_k": 221.0}
         else:
             values["regen_min_speed_mps"] = candidate.shape / 3.6
-    for name, (field, usual) in SAME.items():
-        if field not in values and _would_have_shown(model, name, usual):
+    for name, (field, _) in SAME.items():
+        if field not in values and name in shown:
             values[field] = 0.0
-    _cabin(model, terms, solution, values, intervals)
+    _cabin(model, terms, solution, shown, values, intervals)
     parameters = {parameter.name: float(getattr(vehicle, parameter.name)) for parameter in PARAMETERS}
     return Learned(parameters, values, intervals, {})
 
@@ -259,6 +270,7 @@ def _cabin(
     model: Model,
     terms: Sequence[Candidate],
     solution: Solution,
+    shown: frozenset[str],
     values: dict[str, float],
     intervals: dict[str, Interval],
 ) -> None:
@@ -266,8 +278,8 @@ def _cabin(
     by_name = {candidate.term.name: candidate for candidate in terms if candidate.label in solution.names}
     heats = any(name in by_name for name in HEATING)
     cools = any(name in by_name for name in COOLING)
-    no_heat = not heats and _would_have_shown(model, "heating_w_per_k", USUAL_W_PER_K)
-    no_cool = not cools and _would_have_shown(model, "cooling_w_per_k", USUAL_W_PER_K)
+    no_heat = not heats and "heating_w_per_k" in shown
+    no_cool = not cools and "cooling_w_per_k" in shown
     if not (heats or cools or no_heat or no_cool):
         return
     usual = model.nameplate.effects

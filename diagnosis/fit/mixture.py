@@ -14,6 +14,8 @@ ROUNDS: Final = 12
 SEED: Final = 20180307
 SPREADS: Final = (1.0, 1.5, 2.2, 3.3, 5.0, 8.0, 12.0)  # of days, in units of what they differ by anyway
 LEAST_SIDE: Final = 3  # trips before and after a step
+MOST_TRIED: Final = 48  # sizes of groups, or places of steps; expectation maximisation finds what lies between
+MOST_CELLS: Final = 4_000_000  # of arrays that are settled at once
 RIDGE: Final = 1e-9
 UNKNOWN_SD: Final = 1e6  # in units of the days' spread, of a trip that does not tell its value
 
@@ -95,7 +97,7 @@ class _Days:
         """Rows to be settled: of which values each is, its spread, and the chances that it begins with."""
         mean, _ = self.fitted(values, null_spread)
         rank = np.argsort(np.argsort(mean - values, axis=1), axis=1)  # 0 for the highest
-        sizes = np.arange(1, values.shape[1] - 1)
+        sizes = _spread_out(1, values.shape[1] - 2)
         spreads = self.days * np.array(SPREADS)
         rows = np.arange(values.shape[0])
         row, size = (np.repeat(part.ravel(), spreads.size) for part in np.meshgrid(rows, sizes, indexing="ij"))
@@ -109,7 +111,7 @@ class _Days:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """Each step of S at each spread: log likelihoods (B, S), which trips carry it (S, K), usual, sizes, spreads."""
         count = values.shape[1]
-        firsts = np.arange(LEAST_SIDE, count - LEAST_SIDE + 1)
+        firsts = _spread_out(LEAST_SIDE, count - LEAST_SIDE)
         place = np.argsort(order)
         each = [(place >= first).astype(np.float64) for first in firsts]
         belongs = np.repeat(np.array(each), len(SPREADS), axis=0)
@@ -204,10 +206,19 @@ def drawn_gains(
     if order is not None:
         return np.asarray(trips.steps(values, order)[0].max(axis=1) - null, np.float64)
     gains = np.zeros(draws)
-    row, spreads, belongs = trips.starts(values, null_spread)
-    likelihood, _, _, _ = trips.settled(values[row], spreads, belongs)
-    np.maximum.at(gains, row, likelihood - null[row])
+    rows_a_draw = MOST_TRIED * len(SPREADS)
+    step = max(MOST_CELLS // (rows_a_draw * sd.size), 1)
+    for begin in range(0, draws, step):
+        part = slice(begin, min(begin + step, draws))
+        row, spreads, belongs = trips.starts(values[part], null_spread[part])
+        likelihood, _, _, _ = trips.settled(values[part][row], spreads, belongs)
+        np.maximum.at(gains[part], row, likelihood - null[part][row])
     return gains
+
+
+def _spread_out(first: int, last: int) -> NDArray[np.int64]:
+    """Whole numbers from first to last, MOST_TRIED of them at most."""
+    return np.unique(np.rint(np.linspace(first, last, min(last - first + 1, MOST_TRIED))).astype(np.int64))
 
 
 def _days(sd: NDArray[np.float64], covariates: NDArray[np.float64], days: float) -> _Days:
