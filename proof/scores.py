@@ -283,17 +283,41 @@ def _against_baselines(cases: Sequence[Case]) -> tuple[Figure, ...]:
             if case.answer.rules and case.answer.held_out and case.label.kind is not WorldKind.FEW_TRIPS
         ]
     ).reshape(-1, 1)
+    errors = np.array([_errors_of(case) for case in cases if case.answer.rules and case.label.effects]).reshape(-1, 4)
     group = "held-out error against the best of refit, ridge and regression on trip sums"
     return (
-        drawn(group, "mean over worlds", ratios, lambda rows: float(rows.mean()), Target(high=0.9)),
-        share(group, "worlds in which it is more than 1.05 times as large", ratios[:, 0] > 1.05, Target(high=0.02)),
+        drawn(
+            group,
+            "worlds with an effect: mean error by that of the best baseline",
+            errors,
+            lambda rows: float(rows[:, 0].mean() / rows[:, 1:].mean(axis=0).min()),
+            Target(high=0.9),
+        ),
+        drawn(
+            group,
+            "best baseline of each world, chosen on its held-out trips: mean ratio",
+            ratios,
+            lambda rows: float(rows.mean()),
+            Target(high=0.9),
+        ),
+        share(
+            group,
+            "the same: worlds in which it is more than 1.05 times as large",
+            ratios[:, 0] > 1.05,
+            Target(high=0.02),
+        ),
     )
 
 
 def _best_baseline(case: Case) -> float:
-    known = [rule.held_out_kwh for rule in case.answer.rules if rule.name in (RIDGE_NAME, SUMS_NAME)]
-    predicted = [*known, _energies_of(case, "before_kwh")]
-    return min(mape_frac(case.answer, energies) for energies in predicted)
+    return min(_errors_of(case)[1:])
+
+
+def _errors_of(case: Case) -> tuple[float, float, float, float]:
+    """Mean errors of held-out trips by the tool, the base refitted, the ridge and the sums; NaN where not asked."""
+    rules = {rule.name: mape_frac(case.answer, rule.held_out_kwh) for rule in case.answer.rules}
+    before, after = (mape_frac(case.answer, _energies_of(case, which)) for which in ("before_kwh", "after_kwh"))
+    return after, before, rules.get(RIDGE_NAME, before), rules.get(SUMS_NAME, before)
 
 
 def _is_false_anywhere(case: Case) -> bool:
