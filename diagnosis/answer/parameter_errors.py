@@ -24,6 +24,7 @@ if TYPE_CHECKING:
 
 
 GAINS: Final = ("acceleration_gain", "grade_gain")  # together the same as mass
+STEADY_CLIMATE: Final = ("heating_w_per_k", "cooling_w_per_k")
 BOUND_FRAC: Final = 1e-4  # of the way between its bounds, so near to one of them a number is at it
 
 
@@ -88,8 +89,10 @@ def _can_be_told(model: Model, parameter: Parameter) -> bool:
     """
     if parameter.name == "road_load_b_n_per_mps" or model.noise.window_s > TOTALS_S:
         return False
-    if parameter.name == "aux_power_w":  # without a temperature it takes what climate draws
-        return any(trip.ambient_k is not None for trip in model.windows)
+    if parameter.name == "aux_power_w":
+        # without a temperature it takes what climate draws, and beside a climate what another threshold of it would
+        known = any(trip.ambient_k is not None for trip in model.windows)
+        return known and not any(candidate.term.name in STEADY_CLIMATE for candidate in model.found)
     seen = model.noise.window_s <= FINE_WINDOW_S and not is_heightless(model.windows)
     return seen or parameter.name == "road_load_c_n_per_mps2"
 
