@@ -11,17 +11,17 @@ import numpy as np
 
 from diagnosis.comparison.tables import markdown_table
 from diagnosis.recordings.reading import read_recordings
+from docs.field_splits import HELD_OUT, SPLITS, SUBSETS, VARIANTS, agreement, split_errors
 from docs.proof_table import with_results
 from energy.vehicle.files import load_vehicle
 from energy.vehicle.vehicle import Vehicle
 from proof.carriers import HIDDEN
-from proof.field import HELD_OUT, SPLITS, SUBSETS, VARIANTS, agreement, split_errors
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from diagnosis.recordings.reading import Recording
-    from proof.field import SplitErrors
+    from docs.field_splits import SplitErrors
 
 PAGE: Final = Path(__file__).resolve().parent / "field.md"
 SEED: Final = 20261130

@@ -110,9 +110,9 @@ def prove(
 
 
 def _export(order: ProofOrder) -> None:
+    from app.cli.proof_exchange import PAGE_FILE
+    from app.cli.proof_exchange import export as exported
     from diagnosis.errors import DiagnosisError
-    from proof.exchange import PAGE_FILE
-    from proof.exchange import export as exported
 
     try:
         with stage_bars() as bars:
@@ -123,8 +123,8 @@ def _export(order: ProofOrder) -> None:
 
 
 def _score(console: Console, folder: Path, answers: Path) -> None:
+    from app.cli.proof_exchange import score as scored
     from diagnosis.errors import DiagnosisError
-    from proof.exchange import score as scored
 
     if not answers.is_dir():
         raise CommandError(f"--score is {str(answers)!r}, allowed: a folder of answers, WORLD.json each")

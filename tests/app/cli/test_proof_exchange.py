@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
+from app.cli.proof_exchange import HELD_OUT_FILE, PAGE_FILE, export, given, score
 from diagnosis.engine import diagnose
 from proof.answers import answer_of
 from proof.errors import ProofError
-from proof.exchange import HELD_OUT_FILE, PAGE_FILE, export, given, score
 from proof.runs import ProofOrder
 from proof.sealed import LABELS, WORLDS
 from proof.tool import read

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from diagnosis.recordings.recording import Recording
+from docs.field_splits import VARIANTS, SplitErrors, Variant, agreement, split_errors, thinned
 from energy.vehicle.files import load_vehicle
 from energy.vehicle.vehicle import Vehicle
-from proof.field import VARIANTS, SplitErrors, Variant, agreement, split_errors, thinned
 from tests.diagnosis.planted_drives import drive, heater
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -54,7 +54,7 @@ def test_baselines_stand_beside_it(split: SplitErrors) -> None:
 def test_subsets_name_what_all_drives_name(
     car: Vehicle, drives: list[Recording], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("proof.field.SUBSETS", 3)
+    monkeypatch.setattr("docs.field_splits.SUBSETS", 3)
     agreeing, total = agreement(drives, car, 5)
     assert agreeing == total
 
