@@ -114,9 +114,8 @@ def _finding(model: Model, effect: str, terms: Sequence[Candidate], beside: Sequ
     )
     family = terms[0].term.family
     rivals |= model.stability.instead(family)
-    if (
-        model.noise.window_s > TOTALS_S and family is Family.THERMAL
-    ):  # sums tell no standstill, which would tell them apart
+    # sums have no standstill, which is what tells heat from tyres
+    if model.noise.window_s > TOTALS_S and family is Family.THERMAL:
         rivals |= {"rolling_temperature": Family.ROLLING}
     first = next(iter(rivals.values()), None)
     share = moved_j / measured_j

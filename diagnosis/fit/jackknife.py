@@ -73,10 +73,6 @@ class Prior:
             np.append(self.high, without),
         )
 
-    def without_normal(self) -> Prior:
-        """The bounds alone."""
-        return Prior(np.zeros_like(self.precision), np.zeros_like(self.mean), self.low, self.high)
-
 
 def no_prior(count: int) -> Prior:
     """The prior of so many columns of which nothing is known."""

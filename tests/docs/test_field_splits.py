@@ -56,7 +56,7 @@ def test_subsets_name_what_all_drives_name(
 ) -> None:
     monkeypatch.setattr("docs.field_splits.SUBSETS", 3)
     agreeing, total = agreement(drives, car, 5)
-    assert agreeing == total
+    assert agreeing == total > 0
 
 
 def test_variants_are_told_by_different_names() -> None:
