@@ -17,6 +17,7 @@ from diagnosis.answer.parameter_errors import parameter_errors
 from diagnosis.answer.regimes import EDGES, regimes
 from diagnosis.answer.results import Diagnosis, QualityNote, TripAccount
 from diagnosis.answer.verdict import FAR_FRAC, Off, Rest, is_other_car, verdict_of
+from diagnosis.causes.battery import battery_loss
 from diagnosis.causes.driven import driven, with_vehicle
 from diagnosis.errors import DiagnosisCancelled, DiagnosisError
 from diagnosis.fit.fitting import fit
@@ -108,11 +109,12 @@ def diagnose(
     on_step(STAGES[0])
     recordings = with_power_of_charge(with_doubts(recordings), vehicle.usable_capacity_wh)
     whole = _is_of_totals(recordings, held_out)
+    battery = battery_loss([recording for recording in recordings if recording.id not in held_out])
     trips = []
     window_s = WHOLE_TRIP_S if whole else _window_s(recordings, settings.window_s)
     for recording in recordings:
         try:
-            trips.append(trip_of(recording, driven(recording, vehicle), window_s))
+            trips.append(trip_of(recording, driven(recording, vehicle, battery), window_s))
         except EnergyError as error:
             raise DiagnosisError(f"trip {recording.id} cannot be replayed: {error}") from error
         if cancelled is not None and cancelled():
@@ -188,6 +190,7 @@ def diagnose(
         not_carried=carried.not_carried,
         missing=lacking,
         other_car=other_car,
+        battery=battery,
         model=_settings_used(model, settings),
     )
 

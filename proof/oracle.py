@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from diagnosis.causes.battery import battery_loss
 from diagnosis.causes.driven import driven, with_vehicle
 from diagnosis.causes.library import LIBRARY
 from diagnosis.fit.fitting import moved
@@ -39,6 +40,7 @@ KNOWN_AS: Final[Mapping[str, tuple[str, ...]]] = MappingProxyType(
         "tyre_temperature": ("rolling_temperature", "tyre_warm_up"),
         "wet_road": ("wet_road",),
         "air_density": ("air_density",),
+        "resistance_known": ("battery_resistance",),
         "wind_known": ("wind", "side_wind"),
         "payload_known": ("payload",),
         "copper_loss": ("load_loss",),
@@ -60,7 +62,8 @@ def true_terms(effects: Iterable[str]) -> tuple[Term, ...]:
 
 def oracle(recordings: Sequence[Recording], vehicle: Vehicle, held_out: Collection[str], terms: Sequence[Term]) -> Rule:
     """Energies of the held-out trips by a fit of exactly these terms, as the tool fits: twice, with shapes profiled."""
-    trips = [trip_of(recording, driven(recording, vehicle)) for recording in recordings]
+    battery = battery_loss([recording for recording in recordings if recording.id not in held_out])
+    trips = [trip_of(recording, driven(recording, vehicle, battery)) for recording in recordings]
     _, solution = _fit(trips, held_out, vehicle, vehicle, terms)
     better = moved(vehicle, solution)
     again: Sequence[WindowedTrip] = [replace(trip, drive=with_vehicle(trip.drive, better)) for trip in trips]

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from diagnosis.causes.battery import battery_loss
 from diagnosis.causes.driven import driven
 from diagnosis.causes.library import LIBRARY, candidates
 from diagnosis.fit.jackknife import equations, no_prior, solve
@@ -44,7 +45,8 @@ def prepared(
     library: Sequence[Term] = LIBRARY,
 ) -> Prepared:
     """Recordings made ready about the vehicle as its file has it; the noise is what its own parameters leave."""
-    trips = [trip_of(recording, driven(recording, vehicle)) for recording in recordings]
+    battery = battery_loss([recording for recording in recordings if recording.id not in held_out])
+    trips = [trip_of(recording, driven(recording, vehicle, battery)) for recording in recordings]
     return windowed_and_weighed(trips, held_out, vehicle, vehicle, library)
 
 
@@ -59,7 +61,7 @@ def windowed_and_weighed(
     fitted = [trip for trip in trips if trip.recording.id not in held_out]
     tried = candidates([trip.drive for trip in fitted], library)
     in_windows = tuple(windows_of(trip, tried) for trip in fitted)
-    prior = priors(in_windows[0].names, vehicle, nameplate)
+    prior = priors(in_windows[0].names, vehicle, nameplate, trips[0].drive.battery)
     residuals_w = [trip.residual_j() / trip.duration_s for trip in in_windows]
     system = weighed(in_windows, residuals_w, prior)
     base = solve(system, FREE)

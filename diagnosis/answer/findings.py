@@ -42,6 +42,7 @@ FORM_SD_FRACS: Final = {
     Family.WIND: 0.3,
     Family.RECUPERATION: 0.17,
     Family.MASS: 0.15,
+    Family.BATTERY: 0.1,
 }
 SHOWN_AXES: Final = (Axis.AMBIENT, Axis.SINCE_START, Axis.SPEED, Axis.STANDSTILL, Axis.POWER, Axis.SOC)
 

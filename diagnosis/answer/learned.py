@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from diagnosis.causes.library import CABIN_K
+from diagnosis.causes.library import CABIN_K, LIBRARY
 from diagnosis.causes.nuisance import PARAMETERS
 from diagnosis.causes.terms import Candidate
 from diagnosis.fit.fitting import moved
 from diagnosis.fit.jackknife import additions, equations, solve
-from diagnosis.fit.model import priors, residual_w, with_companions, with_wholes
+from diagnosis.fit.model import BATTERY_LOSS, priors, residual_w, with_companions, with_wholes
 from diagnosis.fit.windows import PARAMETER_NAMES, windows_of
 from energy.conditions import Conditions
 from energy.errors import EnergyError
@@ -57,6 +57,7 @@ SAME: Final = {
     "drive_loss_w_per_n2": ("drive_loss_w_per_n2", 2e-4),
     "cold_battery_resistance_ohm": ("battery_resistance_ohm", 0.09),
 }
+COLD_BATTERY: Final = next(term for term in LIBRARY if term.name == "cold_battery_resistance_ohm")
 HEATING: Final = ("heating_w_per_k", "warm_up_w_per_k")
 COOLING: Final = ("cooling_w_per_k", "pull_down_w_per_k")
 USUAL_W_PER_K: Final = 100.0
@@ -228,6 +229,9 @@ def _in_routes_form(terms: Sequence[Candidate]) -> list[Candidate]:
     names = {candidate.term.name for candidate in terms}
     formed = []
     for candidate in terms:
+        if candidate.term.name == BATTERY_LOSS:  # what it loses when warm is in the routes' efficiencies
+            formed.append(Candidate(COLD_BATTERY, candidate.shape))
+            continue
         steady = candidate.term.name in ("heating_w_per_k", "cooling_w_per_k")
         transient = "warm_up_w_per_k" if candidate.term.name == "heating_w_per_k" else "pull_down_w_per_k"
         formed.append(Candidate(candidate.term, CABIN_C) if steady and transient in names else candidate)
@@ -237,7 +241,7 @@ def _in_routes_form(terms: Sequence[Candidate]) -> list[Candidate]:
 def _without_sensors(model: Model, terms: Sequence[Candidate]) -> Solution:
     """Parameters and terms fitted without sensor columns, trips' whole energies counted beside their windows."""
     windows = [windows_of(trip, terms) for trip in model.trips]
-    prior = priors(windows[0].names, model.vehicle, model.nameplate)
+    prior = priors(windows[0].names, model.vehicle, model.nameplate, model.trips[0].drive.battery)
     system = equations(windows, model.roots, prior)
     companions = [candidate.label for candidate in terms if candidate not in model.found]
     system = with_companions(system, windows, companions)

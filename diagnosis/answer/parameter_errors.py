@@ -100,7 +100,7 @@ def _can_be_told(model: Model, parameter: Parameter) -> bool:
 def _about_nameplate(model: Model) -> Equations:
     """The equations of what the vehicle's file leaves, its parameters about those of the file."""
     shifts = {parameter.name: _shift(model, parameter) for parameter in PARAMETERS}
-    known = priors(model.system.names, model.nameplate, model.nameplate)
+    known = priors(model.system.names, model.nameplate, model.nameplate, model.trips[0].drive.battery)
     precision = np.where([_is_parameter(name) for name in model.system.names], 0.0, known.precision)
     known = replace(known, precision=precision)
     moved = []

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from diagnosis.answer.missing import MissingChannel
     from diagnosis.answer.regimes import RegimeResidual
+    from diagnosis.causes.battery import BatteryLoss
 
 Interval = tuple[float, float] | None
 
@@ -207,7 +208,7 @@ class Diagnosis:
     carry, replayed at the recorded speed and temperature.
 
     missing: channels that the fitted trips lack, and what that leaves open. other_car: so much of the vehicle's file is
-    contradicted that the drives may be of another one.
+    contradicted that the drives may be of another one. battery: what its voltage tells of its resistance.
 
     effects: the model that was learned, as energy.vehicle.coefficients.EffectCoefficients has it (fields that the
     drives say something about only). parameters: fields of the vehicle that replace its own. not_carried: findings
@@ -237,3 +238,4 @@ class Diagnosis:
     model: Mapping[str, Any] = field(default_factory=dict)
     missing: tuple[MissingChannel, ...] = ()
     other_car: bool = False
+    battery: BatteryLoss | None = None

@@ -9,6 +9,7 @@ from diagnosis.answer.results import Diagnosis, FitScore, Interval
 
 if TYPE_CHECKING:
     from diagnosis.answer.regimes import RegimeResidual
+    from diagnosis.causes.battery import BatteryLoss
 
 
 SIGNIFICANT_DIGITS: Final = 6
@@ -83,6 +84,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             {"channel": lack.channel, "trips": list(lack.trips), "decisive": lack.decisive, "text": lack.text}
             for lack in diagnosis.missing
         ],
+        "battery": _battery(diagnosis.battery),
         "fit": {
             "fitted_trips": list(diagnosis.fitted_trips),
             "held_out_trips": list(diagnosis.held_out_trips),
@@ -134,6 +136,18 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             "not_carried": dict(diagnosis.not_carried),
         },
         "model": {"vehicle": diagnosis.vehicle_id, **diagnosis.model},
+    }
+
+
+def _battery(battery: BatteryLoss | None) -> dict[str, Any] | None:
+    if battery is None:
+        return None
+    return {
+        "ohm": _n(battery.ohm),
+        "ohm_ci95": _ci(battery.ohm_ci95),
+        "doubling_k": _n(battery.doubling_k),
+        "loss_in_power": None if battery.share is None else _n(battery.share),
+        "trips": battery.trips,
     }
 
 

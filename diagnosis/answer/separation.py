@@ -21,7 +21,7 @@ SENTENCES: Final = {
     "steady_wind": "A steady wind that was not recorded",
     "payload": "The recorded payload",
     "load_loss": "Losses of the drive that grow with load",
-    "battery_resistance": "Resistance of the battery",
+    "battery_resistance": "Resistance of the battery, as its voltage tells it,",
     "cold_battery": "Resistance of a cold battery",
     "recuperation_cap": "A cap on what recuperation gives back",
     "recuperation_low_speed": "Recuperation that ends at low speed",

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from diagnosis.causes.battery import BatteryLoss
     from diagnosis.recordings.reading import Recording
     from energy.replay.replay import DrivenProfile
     from energy.vehicle.vehicle import Vehicle
@@ -34,6 +35,7 @@ class ReplayedDrive:
     of the force. power_w: simulated, at the battery. since_s: from the first sample to the middle of the step.
     ambient_k: median of the drive. channels: what else was recorded, by the names of Recording; altitude_m and heading
     (radian, clockwise from north) among them, curvature_per_m with the latter.
+    battery: what voltage tells of it.
     """
 
     vehicle: Vehicle
@@ -48,6 +50,7 @@ class ReplayedDrive:
     since_s: NDArray[np.float64]
     ambient_k: float | None
     channels: Mapping[str, NDArray[np.float64]]
+    battery: BatteryLoss | None = None
 
     def work_j(self, force_n: NDArray[np.float64] | float) -> NDArray[np.float64]:
         """Battery energy of an extra force against the way, float64 (n,) [J]; small against the force that is there."""
@@ -59,8 +62,11 @@ class ReplayedDrive:
         return np.asarray(-self.vehicle.recuperation_eff * work_w, np.float64)
 
 
-def driven(recording: Recording, vehicle: Vehicle) -> ReplayedDrive:
-    """A recording replayed with a vehicle without any effect; raises replay's errors where it cannot be driven."""
+def driven(recording: Recording, vehicle: Vehicle, battery: BatteryLoss | None = None) -> ReplayedDrive:
+    """A recording replayed with a vehicle without any effect; raises replay's errors where it cannot be driven.
+
+    battery: what voltage has told of the vehicle's battery, on this drive or others.
+    """
     profile = graded(recording.profile())
     duration_s = np.diff(profile.time_s)
     speed = 0.5 * (profile.speed_mps[:-1] + profile.speed_mps[1:])
@@ -84,6 +90,7 @@ def driven(recording: Recording, vehicle: Vehicle) -> ReplayedDrive:
         since_s=middle_s - profile.time_s[0],
         ambient_k=ambient_k,
         channels=_channels(recording, profile, middle_s, speed),
+        battery=battery,
     )
 
 

@@ -124,6 +124,14 @@ def _resistance(drive: ReplayedDrive, _: float) -> NDArray[np.float64]:
     return np.asarray((drive.power_w / volt) ** 2 * drive.duration_s, np.float64)
 
 
+def _measured_resistance(drive: ReplayedDrive, _: float) -> NDArray[np.float64]:
+    """Loss of the battery by the resistance that its voltage tells, at the battery's temperature or else the air's."""
+    battery = drive.battery
+    assert battery is not None, "terms that need the voltage are not asked without it"
+    kelvin = drive.channels.get("battery_k", RESISTANCE_REFERENCE_K if drive.ambient_k is None else drive.ambient_k)
+    return np.asarray((drive.power_w / battery.volt) ** 2 * battery.ohm_at(kelvin) * drive.duration_s, np.float64)
+
+
 def _cold_resistance(drive: ReplayedDrive, _: float) -> NDArray[np.float64]:
     cold_k = max(RESISTANCE_REFERENCE_K - _known_k(drive), 0.0)
     rise = np.exp2(cold_k / drive.vehicle.effects.resistance_doubling_k) - 1.0
@@ -309,6 +317,16 @@ LIBRARY: Final[tuple[Term, ...]] = (
         _cold_resistance,
         needs_ambient=True,
         most=0.5,
+        by_voltage=False,
+    ),
+    Term(
+        "battery_resistance",
+        "battery_loss_share",
+        "1",
+        Family.BATTERY,
+        _measured_resistance,
+        most=1.3,
+        by_voltage=True,
     ),
     Term("recuperation_cap", "lost_beyond_cap_frac", "1", Family.RECUPERATION, _beyond_cap, REGEN_CAP, most=1.0),
     Term("recuperation_low_speed", "lost_below_frac", "1", Family.RECUPERATION, _below_cut_off, REGEN_LOW, most=1.0),
@@ -340,6 +358,8 @@ def candidates(drives: Sequence[ReplayedDrive], library: Sequence[Term] = LIBRAR
     found = []
     for term in library:
         if not any(term.known_on(drive) for drive in drives):
+            continue
+        if term.by_voltage is False and any(drive.battery is not None for drive in drives):
             continue
         found += [Candidate(term, value) for value in (term.shape.grid if term.shape else (float("nan"),))]
     return tuple(found)

@@ -34,7 +34,8 @@ class Term:
 
     energy_j: of one unit of it on a drive, for a value of the shape (NaN without one), float64 (n,). positive: whether
     it can only be ≥ 0; most: what no such thing exceeds. channels: what must have been recorded. oscillates: whether it
-    adds and gives back in turn, so that its size is not its sum.
+    adds and gives back in turn, so that its size is not its sum. by_voltage: True where the battery's resistance must
+    be known by its voltage, False where the term is not needed then.
     """
 
     effect: str
@@ -48,10 +49,13 @@ class Term:
     needs_ambient: bool = False
     oscillates: bool = False
     most: float = float("inf")
+    by_voltage: bool | None = None
 
     def known_on(self, drive: ReplayedDrive) -> bool:
         """Whether a drive has recorded what the term needs."""
         if self.needs_ambient and drive.ambient_k is None:
+            return False
+        if self.by_voltage and drive.battery is None:
             return False
         return all(name in drive.channels for name in self.channels)
 

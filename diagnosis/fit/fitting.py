@@ -14,7 +14,7 @@ from diagnosis.causes.nuisance import PARAMETERS
 from diagnosis.causes.terms import Candidate
 from diagnosis.fit.jackknife import additions, equations, first_least, solve
 from diagnosis.fit.model import BOX, Model, priors, refitted, residual_w, weighed_equations, with_companion_priors
-from diagnosis.fit.selection import Selection, scatter_of, select, still_standing, threshold
+from diagnosis.fit.selection import Selection, measured_loss, scatter_of, select, still_standing, threshold
 from diagnosis.fit.stability import Stability, stability
 from diagnosis.fit.structures import with_structures
 from diagnosis.fit.windows import FREE, windows_of
@@ -78,7 +78,7 @@ def _linear_fit(
 ) -> Model:
     tried = candidates([trip.drive for trip in trips])
     windows = [windows_of(trip, tried) for trip in trips]
-    prior = priors(windows[0].names, vehicle, nameplate)
+    prior = priors(windows[0].names, vehicle, nameplate, trips[0].drive.battery)
     residuals_w = [trip.residual_j() / trip.duration_s for trip in windows]
     noise, roots, system = weighed_equations(windows, residuals_w, window_s, prior)
     base = solve(system, FREE)
@@ -137,7 +137,7 @@ def _refined(model: Model) -> Model:
     others = [candidate for candidate in model.found if candidate.term.shape is None]
     columns = [*others, *dict.fromkeys(v for shapes in variants.values() for v in shapes)]
     windows = [windows_of(trip, columns) for trip in model.trips]
-    prior = priors(windows[0].names, model.vehicle, model.nameplate)
+    prior = priors(windows[0].names, model.vehicle, model.nameplate, model.trips[0].drive.battery)
     system = equations(windows, model.roots, prior)
     chosen = {candidate.label: candidate for candidate in model.found}
     spread: dict[str, tuple[float, float]] = {}
@@ -154,7 +154,7 @@ def _refined(model: Model) -> Model:
     found = tuple(chosen[candidate.label] for candidate in model.found)
     tried = tuple(dict.fromkeys((*found, *candidates([trip.drive for trip in model.trips]))))
     windows = [windows_of(trip, tried) for trip in model.trips]
-    prior = priors(windows[0].names, model.vehicle, model.nameplate)
+    prior = priors(windows[0].names, model.vehicle, model.nameplate, model.trips[0].drive.battery)
     system = equations(windows, model.roots, prior)
     standing = still_standing(system, FREE, found, windows, model.threshold.z)
     return refitted(replace(model, windows=tuple(windows), system=system, shape_ci95=spread), standing)
@@ -166,7 +166,11 @@ def _lasting(model: Model, seed: int) -> Model:
         return model
     tried = tuple(dict.fromkeys((*model.found, *candidates([trip.drive for trip in model.trips]))))
     found = stability(model.system, FREE, tried, model.windows, model.nameplate, model.threshold.z, seed)
-    standing = [candidate for candidate in model.found if found.stands(candidate.term.family)]
+    standing = [
+        candidate
+        for candidate in model.found
+        if found.stands(candidate.term.family) or measured_loss(model.system, candidate.label) > model.threshold.z**2
+    ]
     return refitted(replace(model, stability=found), standing)
 
 

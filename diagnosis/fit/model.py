@@ -19,6 +19,7 @@ from diagnosis.fit.windows import FREE, measured_size_j
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from diagnosis.causes.battery import BatteryLoss
     from diagnosis.fit.jackknife import Equations, Prior, Solution
     from diagnosis.fit.noise import Noise
     from diagnosis.fit.scan import Structure
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 
 
 TRIP_SD_FRAC: Final = 0.02  # of a trip's energy, that its whole may be off
+LEAST_SHARE_SD: Final = 0.1  # of the battery's loss that is in the power, as voltage times current tells it
+BATTERY_LOSS: Final = "battery_loss_share"
 COMPANION_SHARE: Final = 0.03  # of the energy: how much a term that does not stand out may well hold
 BOX: Final = "structure"
 
@@ -73,12 +76,17 @@ def residual_w(trip: Windows, solution: Solution, beta: NDArray[np.float64]) -> 
     return np.asarray((trip.residual_j() - columns @ beta) / trip.duration_s, np.float64)
 
 
-def priors(names: Sequence[str], vehicle: Vehicle, nameplate: Vehicle) -> Prior:
+def priors(names: Sequence[str], vehicle: Vehicle, nameplate: Vehicle, battery: BatteryLoss | None = None) -> Prior:
     """What is known of each column: parameters about the file's values and as a car can have them, sensors about none.
 
-    Coefficients of parameters are what is added to those of the vehicle.
+    Coefficients of parameters are what is added to those of the vehicle. battery: what voltage tells of its loss, and
+    with the current how much of that is in the power.
     """
     prior = no_prior(len(names))
+    if battery is not None and battery.share is not None and battery.share_sd is not None and BATTERY_LOSS in names:
+        k = names.index(BATTERY_LOSS)
+        prior.precision[k] = 1.0 / max(battery.share_sd, LEAST_SHARE_SD) ** 2
+        prior.mean[k] = battery.share
     for parameter in PARAMETERS:
         k = names.index(parameter.name)
         own, file = (float(getattr(car, parameter.name)) for car in (vehicle, nameplate))

@@ -125,9 +125,11 @@ def chosen(
         names = [*free, *(candidate.label for candidate in found)]
         added = additions(system, names, [candidate.label for candidate in open_])
         gain = float(solve(system, names).losses.sum()) - added.losses.sum(axis=0)
+        known = [measured_loss(system, candidate.label) for candidate in open_]
+        gain = gain + np.array(known)
         passes = np.array(
             [
-                _stands_out(candidate, added, k, sizes[candidate.label] / measured_j, least_z)
+                _stands_out(candidate, added, k, sizes[candidate.label] / measured_j, least_z, known[k])
                 for k, candidate in enumerate(open_)
             ]
         ) & (gain > 0.0)
@@ -168,12 +170,13 @@ def rivals(
     alone = additions(system, others, labels)
     own = additions(system, others, [candidate.label])
     by_effect: dict[str, list[tuple[float, Candidate]]] = {}
-    gain = float((solve(system, others).losses - own.losses[:, 0]).sum())
+    known = measured_loss(system, candidate.label)
+    gain = float((solve(system, others).losses - own.losses[:, 0]).sum()) + known
     for k, other in enumerate(open_):
         sign = 1.0 if other.term.positive else np.sign(alone.z[k])
         if sign * alone.z[k] < ALONE_FRAC * least_z or _beyond(other, alone, k):
             continue
-        if float((alone.losses[:, k] - own.losses[:, 0]).sum()) > RIVAL_LOSS_FRAC * gain:
+        if float((alone.losses[:, k] - own.losses[:, 0]).sum()) + known > RIVAL_LOSS_FRAC * gain:
             continue
         beside = additions(system, [*others, other.label], [candidate.label]).z[0]
         reverse = additions(system, [*others, candidate.label], [other.label]).z[0]
@@ -182,6 +185,12 @@ def rivals(
         by_effect.setdefault(other.term.effect, []).append((float(alone.losses[:, k].sum()), other))
     best = [shapes[int(first_least(np.array([loss for loss, _ in shapes])))] for shapes in by_effect.values()]
     return tuple(best[k][1] for k in ranked(np.array([loss for loss, _ in best])))
+
+
+def measured_loss(system: Equations, label: str) -> float:
+    """What was measured of a coefficient beside the energies, as the loss of leaving it out: (value / sd)²."""
+    k = system.names.index(label)
+    return float(system.prior.precision[k] * system.prior.mean[k] ** 2)
 
 
 def still_standing(
@@ -204,7 +213,8 @@ def still_standing(
             added = tried[candidate.label]
             size = abs(float(added.coefficients[0])) * sizes[candidate.label]
             passes = size >= LEAST_OF_LARGEST * largest
-            passes = passes and _stands_out(candidate, added, 0, sizes[candidate.label] / measured_j, least_z)
+            known = measured_loss(system, candidate.label)
+            passes = passes and _stands_out(candidate, added, 0, sizes[candidate.label] / measured_j, least_z, known)
             z[candidate.label] = abs(float(added.z[0])) if passes else -1.0
         weakest = min(kept, key=lambda candidate: z[candidate.label])
         if z[weakest.label] >= 0.0:
@@ -213,14 +223,18 @@ def still_standing(
     return kept
 
 
-def _stands_out(candidate: Candidate, added: Additions, k: int, unit_share: float, least_z: float) -> bool:
-    z, coefficient = float(added.z[k]), float(added.coefficients[k])
+def _stands_out(
+    candidate: Candidate, added: Additions, k: int, unit_share: float, least_z: float, known: float
+) -> bool:
+    """Whether a term passes; known: what was measured of it beside the energies, as a loss of leaving it out."""
+    coefficient = float(added.coefficients[k])
+    z = max(abs(float(added.z[k])), known**0.5)
     if candidate.term.positive and coefficient <= 0.0:
         return False
     if _beyond(candidate, added, k):
         return False
     least = OSCILLATING_SHARE_FRAC if candidate.term.oscillates else LEAST_SHARE_FRAC
-    return abs(z) >= least_z and abs(coefficient) * unit_share >= least
+    return z >= least_z and abs(coefficient) * unit_share >= least
 
 
 def _beyond(candidate: Candidate, added: Additions, k: int) -> bool:

@@ -89,6 +89,15 @@ CAUSES: Final = {
         Cause("regen_cap", "recuperation", "regen_cap", 4.0, regime=_HILLS),
         Cause("regen_cold", "recuperation", "regen_cold", 2.0, channels=("battery_c",), regime=_COLD_HILLS),
         Cause("regen_cutoff", "recuperation", "regen_cutoff", 8.0, (0.02, 0.05), regime=_DOWN_TOWN),
-        Cause("battery_resistance", "battery", "battery_resistance", 4.0, (0.02, 0.05), regime=_HILLS),
+        Cause(
+            "resistance_known",
+            "battery",
+            "battery_resistance",
+            4.0,
+            (0.02, 0.05),
+            channels=("voltage_v", "current_a"),
+            regime=_HILLS,
+        ),
+        Cause("resistance_unknown", "battery", "battery_resistance", 4.0, (0.02, 0.05), regime=_HILLS),
     )
 }

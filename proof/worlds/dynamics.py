@@ -32,15 +32,18 @@ COPPER, DRAW, JOULE, DRIVE_MECH, DRIVE_ELECTRIC, BRAKING_MECH, BRAKING_ELECTRIC 
 SUMS: Final = 18
 
 # columns of the drive's second-by-second record
-HEIGHT, BATTERY_C, CHARGE, PLACE, HEADING_RAD, CABIN_C, TYRE_C, CABIN_W, AIR_C = range(9)
-RECORDED: Final = 9
+HEIGHT, BATTERY_C, CHARGE, PLACE, HEADING_RAD, CABIN_C, TYRE_C, CABIN_W, AIR_C, VOLT, AMPERE = range(11)
+RECORDED: Final = 11
 
 # where a draw from outside the library acts
 NOWHERE, ALTITUDE, PLACE_AXIS, SPEED, TRIP_TIME, STATE_OF_CHARGE, DIRECTION = range(7)
 
 
 class Strengths(NamedTuple):
-    """How strong each effect is, 1 being its standard size and 0 off; draw_w: of an outside draw."""
+    """How strong each effect is, 1 being its standard size and 0 off; draw_w: of an outside draw.
+
+    battery_resistance: times the usual one, whose loss is then in the power that is recorded.
+    """
 
     cabin_heating: float = 0.0
     air_conditioning: float = 0.0
@@ -202,12 +205,16 @@ def _motor_and_brake_n(
 
 
 @njit(nogil=True, cache=True)
-def _battery(car: Car, charge: float, battery_c: float, terminal_w: float) -> tuple[float, float, float]:
-    """Open-circuit voltage [V], current [A] and heat in the inner resistance [W] at a power of the terminals."""
+def _battery(
+    car: Car, on: Strengths, charge: float, battery_c: float, terminal_w: float
+) -> tuple[float, float, float, float]:
+    """Open-circuit voltage [V], current [A], heat in the inner resistance [W] and the terminals' voltage [V]."""
     open_v = car.open_volt + car.open_volt_rise * (0.6 * charge + 0.4 * charge**5)
     ohm = car.resistance_ohm * (0.7 + 0.6 * np.exp(-(battery_c + 5.0) / 22.0))
+    if on.battery_resistance > 0.0:
+        ohm *= on.battery_resistance
     current_a = (open_v - np.sqrt(max(open_v * open_v - 4.0 * ohm * terminal_w, 1.0))) / (2.0 * ohm)
-    return open_v, current_a, current_a * current_a * ohm
+    return open_v, current_a, current_a * current_a * ohm, open_v - current_a * ohm
 
 
 @njit(nogil=True, cache=True)
@@ -336,8 +343,8 @@ def _drive(
         ):
             draw_w = on.draw_w
         terminal_w = electric_w + copper_w + aux_w + climate_w + warming_w + draw_w
-        open_v, current_a, joule_w = _battery(car, charge, battery, terminal_w)
-        upstream_w = on.battery_resistance * joule_w
+        open_v, current_a, joule_w, volt = _battery(car, on, charge, battery, terminal_w)
+        upstream_w = joule_w if on.battery_resistance > 0.0 else 0.0  # the power is told before the resistance then
 
         # books, then states
         for at, value in (
@@ -367,7 +374,7 @@ def _drive(
             row = driven.states[second]
             row[HEIGHT], row[BATTERY_C], row[CHARGE], row[PLACE] = height, battery, charge, node % nodes
             row[HEADING_RAD], row[CABIN_C], row[TYRE_C] = heading, cabin, tyre
-            row[CABIN_W], row[AIR_C] = climate_w, air_c
+            row[CABIN_W], row[AIR_C], row[VOLT], row[AMPERE] = climate_w, air_c, volt, current_a
         driven.speed_mps[k] = speed
         driven.power_w[k] = terminal_w + upstream_w
         tyre += (0.7 * rolling_n * speed - car.tyre_w_per_k * (1.0 + 0.06 * speed) * (tyre - air_c)) * (

@@ -41,6 +41,7 @@ ATTEMPTS: Final = 12
 OPTIONAL: Final = (
     ("heading_deg", "lat", "lon"),
     ("battery_c",),
+    ("voltage_v", "current_a"),
     ("wet",),
     ("payload_kg",),
     ("wind_speed_mps", "wind_from_deg"),
@@ -152,6 +153,8 @@ def _channel_names(rng: np.random.Generator, effects: Sequence[WantedEffect], sp
         names.update(CAUSES[wanted.effect].channels)
         if wanted.effect == "payload_unknown":
             names.discard("payload_kg")
+        if wanted.effect == "resistance_unknown":
+            names -= {"voltage_v", "current_a"}
         if wanted.effect == "wind_unknown":
             names -= {"wind_speed_mps", "wind_from_deg"}
     if spot is not None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from proof.worlds.dynamics import AIR_C, BATTERY_C, CHARGE, HEADING_RAD, HEIGHT, PLACE
+from proof.worlds.dynamics import AIR_C, AMPERE, BATTERY_C, CHARGE, HEADING_RAD, HEIGHT, PLACE, VOLT
 from proof.worlds.loop import EARTH_M_PER_DEG
 from proof.worlds.traffic import STEPS_PER_S, wander
 
@@ -26,6 +26,8 @@ ALWAYS: Final = ("time_s", "speed_kmh", "power_w", "elevation_m", "ambient_c", "
 HEIGHT_NODE_M: Final = 90.0  # three arc seconds, the mesh of widely used terrain models
 HEIGHT_MEMORY_M: Final = 700.0
 PLACE_NOISE_M: Final = 3.0  # of a satellite fix in the open
+VOLT_STEP: Final = 0.5
+AMPERE_STEP: Final = 0.1
 WET_FROM: Final = 0.3  # water at which a rain sensor calls the road wet
 
 
@@ -73,6 +75,8 @@ def recorded(
         "elevation_m": _height_reading_m(rng, sensors, states[:, HEIGHT], driven.speed_mps),
         "ambient_c": _rounded(states[:, AIR_C] + 0.3 * wander(rng, seconds, 400.0), sensors.air_step_c),
         "soc_frac": np.clip(_rounded(states[:, CHARGE], 0.005), 0.0, 1.0),
+        "voltage_v": _rounded(states[:, VOLT] + rng.normal(0.0, 0.3, seconds), VOLT_STEP),
+        "current_a": _rounded(sensors.gain * states[:, AMPERE] + rng.normal(0.0, 0.3, seconds), AMPERE_STEP),
         "battery_c": _rounded(states[:, BATTERY_C], 0.5),
         "heading_deg": (np.degrees(states[:, HEADING_RAD]) + rng.normal(0.0, 1.5, seconds)) % 360.0,
         "wind_speed_mps": np.full(seconds, day.wind_mps if trip.winds else day.breeze_mps),

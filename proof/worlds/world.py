@@ -31,6 +31,8 @@ DECIMALS: Final = MappingProxyType(
         "lon": 6,
         "soc_frac": 4,
         "battery_c": 1,
+        "voltage_v": 1,
+        "current_a": 1,
         "wind_speed_mps": 1,
         "wind_from_deg": 0,
         "wet": 0,
