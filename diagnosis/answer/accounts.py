@@ -10,6 +10,7 @@ from diagnosis.answer.results import FitScore, TripAccount, TripTimeline
 from diagnosis.causes.families import Family
 from diagnosis.causes.library import LIBRARY
 from diagnosis.causes.nuisance import PARAMETERS
+from diagnosis.fit.model import model_w, residual_w
 from diagnosis.fit.windows import FREE, summed
 from energy.force.parts import PART_NAMES
 from energy.replay.replay import replay
@@ -18,9 +19,6 @@ from energy.units import JOULE_PER_KWH, ZERO_CELSIUS_K
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from numpy.typing import NDArray
-
-    from diagnosis.fit.jackknife import Solution
     from diagnosis.fit.model import Model
     from diagnosis.fit.windows import WindowedTrip, Windows
 
@@ -70,17 +68,20 @@ def trip_account(
     """One trip's account; k: its place among the fitted trips, which predicts it by the fit of the others, or None."""
     before = model.base.coefficients if k is None else model.base.without[k]
     after = model.solution.coefficients if k is None else model.solution.without[k]
-    before_w = _model_w(windows, model.base, before)
-    after_w = _model_w(windows, model.solution, after)
-    own_w = _model_w(windows, model.solution, model.solution.coefficients)
+    before_w = model_w(windows, model.base, before)
+    after_w = model_w(windows, model.solution, after)
     measured_w = windows.measured_j / windows.duration_s
-    expected = model.noise.expected_w(windows, measured_w - own_w)
+    expected = model.noise.expected_w(windows, residual_w(windows, model.solution, model.solution.coefficients))
     thermal = any(candidate.term.family is Family.THERMAL for candidate in model.found)
-    level_family = Family.THERMAL if thermal else Family.AUXILIARY
+    recorded_j = windows.climate_j
+    level_family = Family.THERMAL if thermal and recorded_j is None else Family.AUXILIARY
     by_family = _parts_j(model, trip)
     for name, value in zip(model.solution.names, model.solution.coefficients, strict=True):
         family = TERM_FAMILY.get(name.partition("@")[0], Family.UNEXPLAINED)
-        _add(by_family, family, float(value * windows.column(name).sum()))
+        if recorded_j is None or name not in windows.climate_names:
+            _add(by_family, family, float(value * windows.column(name).sum()))
+    if recorded_j is not None:
+        _add(by_family, Family.THERMAL, float(recorded_j.sum()))
     for kernel, power_w in expected.items():
         kept = {"rolling": Family.ROLLING, "drag": Family.AERODYNAMIC}.get(kernel)
         if kernel in SLOW:
@@ -146,11 +147,6 @@ def scored(accounts: Sequence[TripAccount]) -> list[TripAccount]:
     sizes = [abs(account.measured_kwh) for account in accounts]
     least_kwh = LEAST_OF_MEDIAN * float(np.median(sizes)) if sizes else 0.0
     return [account for account in accounts if account.measured_kwh >= least_kwh and account.measured_kwh > 0.0]
-
-
-def _model_w(windows: Windows, solution: Solution, beta: NDArray[np.float64]) -> NDArray[np.float64]:
-    columns = windows.columns_j[:, [windows.names.index(name) for name in solution.names]]
-    return np.asarray((windows.simulated_j + columns @ beta) / windows.duration_s, np.float64)
 
 
 def _parts_j(model: Model, trip: WindowedTrip) -> dict[Family, float]:

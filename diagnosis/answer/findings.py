@@ -15,6 +15,7 @@ from diagnosis.fit.jackknife import FORM_SD_FRAC
 from diagnosis.fit.levels import levels, trip_wind
 from diagnosis.fit.model import BOX
 from diagnosis.fit.scan import CELL_M, DRAWS, cell_centre_deg
+from diagnosis.fit.standstill import at_standstill
 from diagnosis.fit.windows import FINE_WINDOW_S, TOTALS_S, is_heightless, measured_size_j
 from energy.units import JOULE_PER_KWH
 
@@ -44,6 +45,7 @@ FORM_SD_FRACS: Final = {
     Family.MASS: 0.15,
     Family.BATTERY: 0.1,
 }
+SEEN_STANDING: Final = 0.75  # of heat, that standstill must show, or part of it moves with the car
 SHOWN_AXES: Final = (Axis.AMBIENT, Axis.SINCE_START, Axis.SPEED, Axis.STANDSTILL, Axis.POWER, Axis.SOC)
 
 
@@ -118,12 +120,18 @@ def _finding(model: Model, effect: str, terms: Sequence[Candidate], beside: Sequ
     # sums have no standstill, which is what tells heat from tyres
     if model.noise.window_s > TOTALS_S and family is Family.THERMAL:
         rivals |= {"rolling_temperature": Family.ROLLING}
+    standing = at_standstill(model, labels) if family is Family.THERMAL else None
+    if standing is not None and standing.high < SEEN_STANDING:
+        rivals |= {"rolling_temperature": Family.ROLLING}
     first = next(iter(rivals.values()), None)
     share = moved_j / measured_j
     text = (
         f"{sentence(effect)} took {energy_j / JOULE_PER_KWH:.2f} kWh in {len(model.windows)} drives,"
         f" {energy_j / measured_j:.1%} of all."
     )
+    if standing is not None:
+        ratio, low, high = (max(value, 0.0) for value in (standing.ratio, standing.low, standing.high))
+        text += f" Standstill shows {ratio:.0%} of it ({low:.0%} to {high:.0%})."
     if rivals:
         text += f" It cannot be told from {' or '.join(sentence(name).lower() for name in rivals)}."
     return Finding(
@@ -138,6 +146,8 @@ def _finding(model: Model, effect: str, terms: Sequence[Candidate], beside: Sequ
         located=_located(model, labels),
         ambiguous_with=tuple(Rival(name, other) for name, other in rivals.items()),
         separating_recording=None if first is None else f"A recording with {separating(family, first)}.",
+        standing_ratio=None if standing is None else standing.ratio,
+        standing_ratio_ci95=None if standing is None else (standing.low, standing.high),
     )
 
 

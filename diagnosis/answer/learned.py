@@ -17,7 +17,7 @@ from diagnosis.causes.nuisance import PARAMETERS
 from diagnosis.causes.terms import Candidate
 from diagnosis.fit.fitting import moved
 from diagnosis.fit.jackknife import additions, equations, solve
-from diagnosis.fit.model import BATTERY_LOSS, priors, residual_w, with_companions, with_wholes
+from diagnosis.fit.model import BATTERY_LOSS, model_w, priors, with_companions, with_wholes
 from diagnosis.fit.windows import PARAMETER_NAMES, windows_of
 from energy.conditions import Conditions
 from energy.errors import EnergyError
@@ -156,7 +156,7 @@ def _errors(model: Model, left_out: Sequence[Vehicle], parameters: Solution) -> 
     carried = [replayed_j(vehicle, trip) for vehicle, trip in zip(left_out, model.trips, strict=True)]
     file = [replayed_j(model.nameplate, trip, still=True) for trip in model.trips]
     refitted = [
-        float(windows.measured_j.sum() - residual_w(windows, parameters, beta) @ windows.duration_s)
+        float(model_w(windows, parameters, beta) @ windows.duration_s)
         for windows, beta in zip(model.windows, parameters.without, strict=True)
     ]
     size = np.where(counted, np.maximum(np.abs(measured), 1.0), np.inf)

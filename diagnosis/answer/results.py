@@ -62,7 +62,8 @@ class Finding:
     t: of its strongest coefficient. located: regimes in which the mismatch that it explains shows. trips: where the
     effect is a level of single trips (payload, roof load), which ones. ambiguous_with: effects of other families that
     cannot be told from it; separating_recording: what drive would tell them apart, None where nothing is ambiguous.
-    text: one sentence for a reader without the library's names.
+    text: one sentence for a reader without the library's names. standing_ratio: of heat, the power that standstill
+    shows over what the finding says of it, with its interval; None where too little standstill was recorded.
     """
 
     effect: str
@@ -77,6 +78,8 @@ class Finding:
     trips: tuple[str, ...] = ()
     ambiguous_with: tuple[Rival, ...] = ()
     separating_recording: str | None = None
+    standing_ratio: float | None = None
+    standing_ratio_ci95: Interval = None
 
 
 @dataclass(frozen=True, slots=True)

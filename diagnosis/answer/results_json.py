@@ -43,6 +43,8 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
                     {"effect": rival.effect, "family": rival.family.value} for rival in finding.ambiguous_with
                 ],
                 "separating_recording": finding.separating_recording,
+                "standing_ratio": None if finding.standing_ratio is None else _n(finding.standing_ratio),
+                "standing_ratio_ci95": _ci(finding.standing_ratio_ci95),
             }
             for finding in diagnosis.findings
         ],

@@ -13,7 +13,16 @@ from diagnosis.causes.library import candidates
 from diagnosis.causes.nuisance import PARAMETERS
 from diagnosis.causes.terms import Candidate
 from diagnosis.fit.jackknife import additions, equations, first_least, solve
-from diagnosis.fit.model import BOX, Model, priors, refitted, residual_w, weighed_equations, with_companion_priors
+from diagnosis.fit.model import (
+    BOX,
+    CAPPED,
+    Model,
+    priors,
+    refitted,
+    residual_w,
+    weighed_equations,
+    with_companion_priors,
+)
 from diagnosis.fit.selection import Selection, measured_loss, scatter_of, select, still_standing, threshold
 from diagnosis.fit.stability import Stability, stability
 from diagnosis.fit.structures import with_structures
@@ -29,7 +38,6 @@ if TYPE_CHECKING:
 
 ROUNDS: Final = 3  # of noise and selection, which depend on each other
 SHAPES: Final = 9  # tried between the neighbours of a shape of the grid
-ACCOMPANYING: Final = ("rolling_temp_per_k",)  # beside thermal terms
 
 
 def fit(
@@ -99,6 +107,8 @@ def _linear_fit(
         if selection.found in seen:
             break
         seen.append(selection.found)
+    if any(trip.climate_j is not None for trip in windows):  # the vehicle alone does not know it
+        base = solve(equations([replace(trip, climate_j=None) for trip in windows], roots, prior), FREE)
     return Model(
         vehicle=vehicle,
         nameplate=nameplate,
@@ -195,7 +205,7 @@ def _accompanied(model: Model) -> Model:
     open_ = [
         candidate
         for candidate in candidates([trip.drive for trip in model.trips])
-        if (candidate.term.family is Family.THERMAL or candidate.term.name in ACCOMPANYING)
+        if (candidate.term.family is Family.THERMAL or candidate.term.name in CAPPED)
         and all(candidate.term is not other.term for other in model.found)
     ]
     system = with_companion_priors(model, [candidate.label for candidate in open_])
@@ -205,7 +215,7 @@ def _accompanied(model: Model) -> Model:
         beside = [*FREE, *(candidate.label for candidate in (*model.found, *chosen))]
         added = additions(system, beside, [candidate.label for candidate in shapes])
         best = int(first_least(added.losses.sum(axis=0)))
-        if 0.0 < float(added.coefficients[best]) <= term.most:
+        if float(added.coefficients[best]) > 0.0 and (term.name in CAPPED or added.coefficients[best] <= term.most):
             chosen.append(shapes[best])
     return refitted(replace(model, companions=tuple(chosen)), model.found)
 

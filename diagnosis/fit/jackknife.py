@@ -13,7 +13,7 @@ import numpy as np
 from scipy import stats
 from scipy.optimize import lsq_linear
 
-from diagnosis.fit.noise import whitened
+from diagnosis.fit.noise import climate_root, whitened
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -192,11 +192,17 @@ def equations(
     roots: Sequence[NDArray[np.float64]],
     prior: Prior,
 ) -> Equations:
-    """Normal equations of trips' residual powers on all their columns; roots: of each trip's covariance."""
+    """Normal equations of trips' residual powers on all their columns; roots: of each trip's covariance.
+
+    Where the cabin's climate was recorded, it has equations of its own, and none in the residual power.
+    """
     grams, vectors, squares, counts = [], [], [], []
     for trip, root in zip(trips, roots, strict=True):
-        both = np.column_stack((trip.columns_j, trip.residual_j())) / trip.duration_s[:, None]
+        both = np.column_stack((trip.fitted_columns_j(), trip.residual_j())) / trip.duration_s[:, None]
         turned = whitened(root, both)
+        if trip.climate_j is not None:
+            climate = np.column_stack((trip.climate_columns_j(), trip.climate_j)) / trip.duration_s[:, None]
+            turned = np.vstack((turned, whitened(climate_root(trip), climate)))
         columns, residual = turned[:, :-1], turned[:, -1]
         grams.append(columns.T @ columns)
         vectors.append(columns.T @ residual)

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 TRIP_SD_FRAC: Final = 0.02  # of a trip's energy, that its whole may be off
 LEAST_SHARE_SD: Final = 0.1  # of the battery's loss that is in the power, as voltage times current tells it
+CAPPED: Final = ("rolling_temp_per_k",)  # companions that all tyres have: where drives ask for too much, the most
 BATTERY_LOSS: Final = "battery_loss_share"
 COMPANION_SHARE: Final = 0.03  # of the energy: how much a term that does not stand out may well hold
 BOX: Final = "structure"
@@ -71,9 +72,18 @@ class Model:
 
 
 def residual_w(trip: Windows, solution: Solution, beta: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Residual power of a trip's windows after coefficients of a solution, float64 (n,) [W]."""
-    columns = trip.columns_j[:, [trip.names.index(name) for name in solution.names]]
+    """Residual power of a trip's windows after coefficients of a solution, float64 (n,) [W].
+
+    A recorded climate is taken as it was recorded.
+    """
+    columns = trip.fitted_columns_j()[:, [trip.names.index(name) for name in solution.names]]
     return np.asarray((trip.residual_j() - columns @ beta) / trip.duration_s, np.float64)
+
+
+def model_w(trip: Windows, solution: Solution, beta: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Power of a trip's windows by coefficients of a solution, float64 (n,) [W]; a recorded climate has no part."""
+    columns = trip.columns_j[:, [trip.names.index(name) for name in solution.names]]
+    return np.asarray((trip.simulated_j + columns @ beta) / trip.duration_s, np.float64)
 
 
 def priors(names: Sequence[str], vehicle: Vehicle, nameplate: Vehicle, battery: BatteryLoss | None = None) -> Prior:
@@ -134,15 +144,28 @@ def _solution(model: Model, found: Sequence[Candidate]) -> Solution:
         candidate for candidate in model.companions if all(candidate.term is not other.term for other in found)
     ]
     labels = [candidate.label for candidate in companions]
-    system = with_wholes(with_companion_priors(model, labels), model.windows)
+    most = {candidate.label: candidate.term.most for candidate in companions}
+    capped = {label: value for label, value in most.items() if label in CAPPED}
+    system = with_wholes(_capped(with_companion_priors(model, labels), capped), model.windows)
     boxed = [f"{BOX}{k}" for k in range(len(model.structures))]
     while True:
         solution = solve(system, [*FREE, *(candidate.label for candidate in found), *labels, *boxed])
-        most = {candidate.label: candidate.term.most for candidate in companions}
-        wrong = [label for label in labels if not 0.0 <= solution.value(label) <= most[label]]
+        wrong = [
+            label
+            for label in labels
+            if solution.value(label) < 0.0 or (label not in CAPPED and solution.value(label) > most[label])
+        ]
         if not wrong:
             return solution
         labels = [label for label in labels if label not in wrong]
+
+
+def _capped(system: Equations, most: Mapping[str, float]) -> Equations:
+    """The equations with some columns held to what no such thing exceeds."""
+    high = system.prior.high.copy()
+    for label, value in most.items():
+        high[system.names.index(label)] = value
+    return replace(system, prior=replace(system.prior, high=high))
 
 
 def with_wholes(system: Equations, trips: Sequence[Windows]) -> Equations:
@@ -153,9 +176,13 @@ def with_wholes(system: Equations, trips: Sequence[Windows]) -> Equations:
     gram, vector = system.gram.copy(), system.vector.copy()
     for k, trip in enumerate(trips):
         size_j = TRIP_SD_FRAC * max(abs(float(trip.measured_j.sum())), 1.0)
-        whole = trip.columns_j.sum(axis=0) / size_j
+        whole = trip.fitted_columns_j().sum(axis=0) / size_j
         gram[k] += np.outer(whole, whole)
         vector[k] += whole * float(trip.residual_j().sum()) / size_j
+        if trip.climate_j is not None:
+            climate = trip.climate_columns_j().sum(axis=0) / size_j
+            gram[k] += np.outer(climate, climate)
+            vector[k] += climate * float(trip.climate_j.sum()) / size_j
     return replace(system, gram=gram, vector=vector)
 
 

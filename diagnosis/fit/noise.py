@@ -32,6 +32,10 @@ BINS: Final = 8
 MOST_WINDOWS: Final = 400  # of a trip, for the estimate of noise
 OUTLIER: Final = 5.0  # windows beyond so many typical sizes count as that many when scatter is estimated
 FULL_WINDOW_FRAC: Final = 0.3  # ends of trips are shorter and noisier, but not without bound
+CLIMATE_WHITE_W: Final = 100.0
+CLIMATE_WANDER_W: Final = 400.0
+CLIMATE_WANDER_S: Final = 300.0
+CLIMATE_LEVEL_W: Final = 300.0
 KERNELS: Final = (
     "white",
     "white_dynamic",
@@ -75,6 +79,16 @@ class Noise:
     def root(self, trip: Windows) -> NDArray[np.float64]:
         """Lower Cholesky factor of the covariance, float64 (n, n) [W]."""
         return np.asarray(np.linalg.cholesky(self.covariance_w2(trip)), np.float64)
+
+
+def climate_root(trip: Windows) -> NDArray[np.float64]:
+    """Lower Cholesky factor of the covariance of a recorded climate's powers about terms of temperature, (n, n) [W].
+
+    How drivers set it and how heaters switch is assumed: what counts for inference is how trips differ.
+    """
+    apart_s = np.abs(trip.begin_s[:, None] - trip.begin_s[None, :])
+    wander = CLIMATE_WANDER_W**2 * np.exp(-apart_s / CLIMATE_WANDER_S) + CLIMATE_LEVEL_W**2
+    return np.asarray(np.linalg.cholesky(wander + CLIMATE_WHITE_W**2 * np.eye(trip.begin_s.size)), np.float64)
 
 
 def whitened(root: NDArray[np.float64], values_w: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -107,7 +107,7 @@ def _own_axes(found: Sequence[Candidate]) -> frozenset[Axis]:
 
 
 def _powers(trip: Windows, names: Sequence[str]) -> NDArray[np.float64]:
-    columns = trip.columns_j[:, [trip.names.index(name) for name in names]]
+    columns = trip.fitted_columns_j()[:, [trip.names.index(name) for name in names]]
     return np.asarray(columns / trip.duration_s[:, None], np.float64)
 
 

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from diagnosis.causes.climate import CLIMATE_EFFECTS, climate_w
 from diagnosis.causes.driven import ROUGHER_M, rougher_grade
 from diagnosis.causes.nuisance import PARAMETERS, SENSOR_COLUMNS
 from energy.units import GRAVITY_MPS2
@@ -37,7 +38,8 @@ class Windows:
     measured_j, simulated_j: from the battery; the latter by the vehicle without effects. dynamic_w: root mean square of
     the simulated power, which tells how much a sensor's error matters. hill_w: power that a grade of 1 % would take
     where no height was recorded, 0 where it was. places: means of what was recorded, by name.
-    columns_j: float64 (n, p) in the order of names.
+    columns_j: float64 (n, p) in the order of names. climate_j: what heater and air conditioning took by their recorded
+    columns, None where these do not say; climate_names: columns that stand for it.
     """
 
     trip_id: str
@@ -53,10 +55,24 @@ class Windows:
     places: Mapping[str, NDArray[np.float64]]
     names: tuple[str, ...]
     columns_j: NDArray[np.float64]
+    climate_j: NDArray[np.float64] | None = None
+    climate_names: frozenset[str] = frozenset()
 
     def residual_j(self) -> NDArray[np.float64]:
-        """Measured less simulated energy of each window, float64 (n,) [J]."""
-        return self.measured_j - self.simulated_j
+        """Measured less simulated energy of each window, and less that of the recorded climate, float64 (n,) [J]."""
+        known_j = 0.0 if self.climate_j is None else self.climate_j
+        return np.asarray(self.measured_j - self.simulated_j - known_j, np.float64)
+
+    def fitted_columns_j(self) -> NDArray[np.float64]:
+        """Columns that residual_j is fitted by: those that stand for a recorded climate are 0, float64 (n, p) [J]."""
+        return self.columns_j if self.climate_j is None else self.columns_j * ~self._of_climate()
+
+    def climate_columns_j(self) -> NDArray[np.float64]:
+        """Columns that climate_j is fitted by, all others 0, float64 (n, p) [J]."""
+        return self.columns_j * self._of_climate()
+
+    def _of_climate(self) -> NDArray[np.bool_]:
+        return np.array([name in self.climate_names for name in self.names], np.bool_)
 
     def column(self, name: str) -> NDArray[np.float64]:
         """Energy of one unit of a column, float64 (n,) [J]."""
@@ -92,9 +108,7 @@ def windows_of(trip: WindowedTrip, candidates: Sequence[Candidate]) -> Windows:
     columns = [parameter.column_j(drive) for parameter in PARAMETERS]
     columns += [sensor.column_j(drive, trip.rougher) for sensor in SENSOR_COLUMNS]
     columns += [candidate.term.column_j(drive, candidate.shape) for candidate in candidates]
-    step_s = np.diff(recording.time_s)
-    drawn_j = np.concatenate(([0.0], np.cumsum(0.5 * (recording.power_w[1:] + recording.power_w[:-1]) * step_s)))
-    measured_j = np.diff(np.interp(drive.profile.time_s, recording.time_s, drawn_j))
+    climate = climate_w(recording)
     way_m = drive.profile.step_m()
     duration_s = summed(trip, drive.duration_s)
     since = summed(trip, (drive.since_s - 0.5 * drive.duration_s) * drive.duration_s) / duration_s
@@ -105,7 +119,7 @@ def windows_of(trip: WindowedTrip, candidates: Sequence[Candidate]) -> Windows:
         duration_s=duration_s,
         distance_m=summed(trip, way_m),
         standing_s=summed(trip, np.where(way_m <= 0.0, drive.duration_s, 0.0)),
-        measured_j=summed(trip, measured_j),
+        measured_j=summed(trip, _drawn_j(trip, recording.power_w)),
         simulated_j=summed(trip, drive.power_w * drive.duration_s),
         dynamic_w=np.sqrt(summed(trip, drive.power_w**2 * drive.duration_s) / duration_s),
         hill_w=_hill_w(trip, duration_s),
@@ -118,7 +132,18 @@ def windows_of(trip: WindowedTrip, candidates: Sequence[Candidate]) -> Windows:
         | {"grade_frac": summed(trip, drive.grade_frac * drive.duration_s) / duration_s},
         names=FREE + tuple(candidate.label for candidate in candidates),
         columns_j=np.column_stack([summed(trip, column) for column in columns]),
+        climate_j=None if climate is None else summed(trip, _drawn_j(trip, climate)),
+        climate_names=frozenset(
+            candidate.label for candidate in candidates if candidate.term.effect in CLIMATE_EFFECTS
+        ),
     )
+
+
+def _drawn_j(trip: WindowedTrip, power_w: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Energy of each step of the replay by a power at the recording's samples, float64 (steps,) [J]."""
+    time_s = trip.recording.time_s
+    drawn_j = np.concatenate(([0.0], np.cumsum(0.5 * (power_w[1:] + power_w[:-1]) * np.diff(time_s))))
+    return np.diff(np.interp(trip.drive.profile.time_s, time_s, drawn_j))
 
 
 def is_heightless(trips: Sequence[Windows]) -> bool:

@@ -12,10 +12,14 @@ from energy.replay.replay import replay
 from energy.vehicle.self_check import bundled_cycle
 
 
-def drive(car, number, more_w=None, ambient_c=None):
-    """A regulatory cycle at a pace of its own over hills, with noise, and power that the model does not know of."""
+def drive(car, number, more_w=None, ambient_c=None, stands_s=0):
+    """A regulatory cycle at a pace of its own over hills, with noise, and power that the model does not know of.
+
+    stands_s: before it begins to move.
+    """
     rng = np.random.default_rng(number)
     speed = bundled_cycle("udds" if number % 2 else "hwfet").speed_mps * rng.uniform(0.8, 1.1)
+    speed = np.concatenate((np.zeros(stands_s), speed))
     time = np.arange(speed.size, dtype=float)
     way = np.concatenate(([0.0], np.cumsum(0.5 * (speed[1:] + speed[:-1]))))
     height = 500.0 + 40.0 * np.sin(way / rng.uniform(400.0, 1500.0))

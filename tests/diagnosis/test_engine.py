@@ -188,3 +188,22 @@ def test_the_same_drives_give_the_same_answer(heated, car):
     drives, found = heated
     again = diagnose(drives, car, held_out=("T3", "T8", "T12"))
     assert json.dumps(as_json(again)) == json.dumps(as_json(found))
+
+
+def test_a_heater_that_was_recorded_is_taken_as_it_was_and_the_rest_of_the_cold_is_not_heat(car):
+    def heat_and_tyres(time, ambient_c, plain, steps):
+        tyres_w = 0.02 * max(20.0 - ambient_c, 0.0) * car.road_load_a_n * plain.speed_mps / car.drive_eff
+        return tyres_w + heater(time, ambient_c, plain, steps)
+
+    def with_column(recording):
+        watts = heater(recording.time_s, float(recording.ambient_k[0]) - 273.15, recording, None)
+        return replace(recording, hvac_w=watts)
+
+    drives = [with_column(drive(car, number, heat_and_tyres)) for number in range(TRIPS)]
+    found = diagnose(drives, car)
+    by_effect = {finding.effect: finding for finding in found.findings}
+    assert {"cabin_heating", "rolling_temperature"} <= by_effect.keys()
+    recorded_kwh = {one.id: float(np.trapezoid(one.hvac_w, one.time_s)) / 3.6e6 for one in drives}
+    for account in found.trips:
+        assert account.by_family_kwh.get("thermal", 0.0) == pytest.approx(recorded_kwh[account.id], abs=0.01)
+    assert by_effect["cabin_heating"].energy_kwh == pytest.approx(sum(recorded_kwh.values()), rel=0.1)

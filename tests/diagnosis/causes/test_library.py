@@ -114,7 +114,7 @@ def test_terms_are_nothing_where_their_channel_was_not_recorded(car):
         if term.needs_ambient or term.channels:
             assert not term.column_j(drive, 1.0).any(), term.name
     names = {candidate.term.name for candidate in candidates([drive])}
-    assert names == {term.name for term in LIBRARY if not term.needs_ambient and not term.channels}
+    assert names == {term.name for term in LIBRARY if not (term.needs_ambient or term.channels or term.by_voltage)}
 
 
 def test_every_term_is_finite_and_names_are_unique(car):
