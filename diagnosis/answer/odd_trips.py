@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -11,6 +12,7 @@ from diagnosis.fit.levels import levels
 from diagnosis.fit.model import residual_w
 from diagnosis.fit.noise import whitened
 from diagnosis.fit.selection import LEAST_TRIPS, NULL_DRAWS
+from diagnosis.fit.windows import FINE_WINDOW_S
 from energy.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
@@ -27,6 +29,16 @@ ODD_TYPICAL: Final = 6.0  # typical errors
 RESTLESS: Final = 2.0  # times the scatter of windows that trips usually have about the fit of the others
 RESTLESS_TYPICAL: Final = 8.0  # typical departures of that
 MOST_ODD_FRAC: Final = 0.2
+OWN_SD_FRACS: Final = {
+    "mass_kg": 0.15,
+    "road_load_a_n": 0.25,
+    "road_load_c_n_per_mps2": 0.25,
+    "drive_eff": 0.03,
+    "recuperation_eff": 0.1,
+}
+DRAW_W: Final = 200.0
+OWN_TYPICAL: Final = 14.0  # times what trips usually gain with numbers of their own
+LEAST_OWN_GAIN: Final = 30.0
 
 
 def odd_trips(model: Model) -> dict[str, Unexplained]:
@@ -34,8 +46,9 @@ def odd_trips(model: Model) -> dict[str, Unexplained]:
 
     Only few can be; more would say that the model is wrong for all.
     """
-    errors, scatter = _departures(model)
-    odd = _far(errors, errors, scatter, scatter)
+    usual = _departures(model)
+    odd = _far(usual, usual)
+    errors = usual.errors
     if not 0 < int(odd.sum()) <= MOST_ODD_FRAC * odd.size or odd.size - int(odd.sum()) < LEAST_TRIPS:
         return {}
     names = [trip.trip_id for trip in model.windows]
@@ -52,13 +65,9 @@ def odd_among(model: Model, kept: Sequence[Windows]) -> tuple[Unexplained, ...]:
     """Trips that were not fitted and are as far off from those that were; none where most of them are."""
     if not kept:
         return ()
-    errors, scatter = _departures(model)
     residuals = [residual_w(trip, model.solution, model.solution.coefficients) for trip in kept]
-    own = np.array([_error(trip, residual) for trip, residual in zip(kept, residuals, strict=True)])
-    own_scatter = np.array(
-        [_scatter(model.noise.root(trip), residual) for trip, residual in zip(kept, residuals, strict=True)]
-    )
-    odd = _far(own, errors, own_scatter, scatter)
+    departures = _departures_of(model, kept, [model.noise.root(trip) for trip in kept], residuals)
+    odd, own = _far(departures, _departures(model)), departures.errors
     if int(odd.sum()) > max(MOST_ODD_FRAC * len(kept), 1.0):
         return ()
     count = len(model.windows)
@@ -67,12 +76,52 @@ def odd_among(model: Model, kept: Sequence[Windows]) -> tuple[Unexplained, ...]:
     )
 
 
-def _departures(model: Model) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Of each fitted trip by the fit of the others: the share that is left, and how its windows scatter, (K,) each."""
+@dataclass(frozen=True, slots=True)
+class _Departures:
+    """How far K trips are from a model, float64 (K,) each.
+
+    errors: share of the energy that is left; scatter: of windows, over what the noise makes of them; own: log
+    likelihood that a trip gains with numbers of the vehicle of its own, 0 where samples are too rare to tell.
+    """
+
+    errors: NDArray[np.float64]
+    scatter: NDArray[np.float64]
+    own: NDArray[np.float64]
+
+
+def _departures(model: Model) -> _Departures:
+    """Of each fitted trip by the fit of the others."""
     residuals = [model.residual_w(k, left_out=True) for k in range(len(model.windows))]
-    errors = [_error(trip, residual) for trip, residual in zip(model.windows, residuals, strict=True)]
-    scatter = [_scatter(root, residual) for root, residual in zip(model.roots, residuals, strict=True)]
-    return np.array(errors), np.array(scatter)
+    return _departures_of(model, model.windows, model.roots, residuals)
+
+
+def _departures_of(
+    model: Model,
+    trips: Sequence[Windows],
+    roots: Sequence[NDArray[np.float64]],
+    residuals: Sequence[NDArray[np.float64]],
+) -> _Departures:
+    fine = model.noise.window_s <= FINE_WINDOW_S
+    each = list(zip(trips, roots, residuals, strict=True))
+    return _Departures(
+        np.array([_error(trip, residual) for trip, _, residual in each]),
+        np.array([_scatter(root, residual) for _, root, residual in each]),
+        np.array([_own_gain(model, trip, root, residual) if fine else 0.0 for trip, root, residual in each]),
+    )
+
+
+def _own_gain(model: Model, trip: Windows, root: NDArray[np.float64], residual: NDArray[np.float64]) -> float:
+    """Log likelihood that a trip gains with a car of its own, beyond what a constant draw of its own gains.
+
+    Its numbers are about those of the vehicle by OWN_SD_FRACS, as cars differ that somebody takes for one another.
+    """
+    columns = np.column_stack([*(trip.column(name) for name in OWN_SD_FRACS), trip.duration_s])
+    sizes = [share * abs(float(getattr(model.vehicle, name))) for name, share in OWN_SD_FRACS.items()]
+    turned = whitened(root, columns / trip.duration_s[:, None]) * np.array([*sizes, DRAW_W])
+    side = turned.T @ whitened(root, residual)
+    gram = turned.T @ turned + np.eye(side.size)
+    draw = float(side[-1] ** 2 / gram[-1, -1])
+    return 0.5 * (float(side @ np.linalg.solve(gram, side)) - draw)
 
 
 def _error(trip: Windows, residual: NDArray[np.float64]) -> float:
@@ -83,20 +132,16 @@ def _scatter(root: NDArray[np.float64], residual: NDArray[np.float64]) -> float:
     return float(np.sqrt(np.mean(np.square(whitened(root, residual)))))
 
 
-def _far(
-    errors: NDArray[np.float64],
-    usual_errors: NDArray[np.float64],
-    scatter: NDArray[np.float64],
-    usual_scatter: NDArray[np.float64],
-) -> NDArray[np.bool_]:
-    """Which trips err far more than is usual, or have windows that scatter far more, bool (n,)."""
-    away = np.abs(errors - np.median(usual_errors))
-    typical = 1.4826 * float(np.median(np.abs(usual_errors - np.median(usual_errors))))
-    sizes, usual = (np.log(np.maximum(values, 1e-9)) for values in (scatter, usual_scatter))
-    restless = sizes - float(np.median(usual))
-    typically = 1.4826 * float(np.median(np.abs(usual - np.median(usual))))
+def _far(trips: _Departures, usual: _Departures) -> NDArray[np.bool_]:
+    """Which trips err far more than is usual, have windows that scatter far more, or ask for another car, bool (n,)."""
+    away = np.abs(trips.errors - np.median(usual.errors))
+    typical = 1.4826 * float(np.median(np.abs(usual.errors - np.median(usual.errors))))
+    sizes, usually = (np.log(np.maximum(values, 1e-9)) for values in (trips.scatter, usual.scatter))
+    restless = sizes - float(np.median(usually))
+    typically = 1.4826 * float(np.median(np.abs(usually - np.median(usually))))
     far = away > max(ODD_FRAC, ODD_TYPICAL * typical)
-    return np.asarray(far | (restless > max(np.log(RESTLESS), RESTLESS_TYPICAL * typically)), np.bool_)
+    far |= restless > max(np.log(RESTLESS), RESTLESS_TYPICAL * typically)
+    return np.asarray(far | (trips.own > max(LEAST_OWN_GAIN, OWN_TYPICAL * float(np.median(usual.own)))), np.bool_)
 
 
 def _told(trip: Windows, residual: NDArray[np.float64], error: float, place: int, fate: str) -> Unexplained:
