@@ -10,6 +10,7 @@ import numpy as np
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError
 from diagnosis.recordings.recording import channels_of
 from diagnosis.recordings.soundness.charging import charging_at_standstill, without_charging
+from diagnosis.recordings.soundness.heights import with_telling_height
 from diagnosis.recordings.soundness.lag import without_lag
 from diagnosis.recordings.soundness.plausibility import check_way, plausibility_notes
 from diagnosis.recordings.soundness.repairs import (
@@ -36,7 +37,6 @@ GAP_S: Final = 2.0
 SURE_GAP_S: Final = 60.0  # and one of this length is in any case
 HOUR_S: Final = 3600.0
 JUMP_SOC_FRAC: Final = 0.05
-FLAT_M: Final = 5000.0  # way over which a height that never changes is worth a note
 DRIFT_M: Final = 3.0  # heights that change by more than that at standstill are late or drift
 DISTINCT: Final = 20
 WHOLE_TIMES: Final = 5.0
@@ -57,15 +57,26 @@ def checked(recording: Recording, path: str) -> Recording:
     if recording.is_one_number:
         recording = _with_gaps(recording)
         check_way(recording, path)
-        recording = without_empty(recording)
-        return _with_notes(recording, (_missing, _gaps, _flat, _late_height, _coarse))
+        recording = with_telling_height(without_empty(recording))
+        return _with_notes(recording, (_missing, _gaps, _whole_metres, _late_height, _coarse))
     recording = without_charging(recording, charging_at_standstill(recording), "while standing", path)
     recording = repaired(recording)
     _check_sign(recording, path)
     recording = _with_gaps(recording)
     check_way(recording, path)
-    recording = without_impossible(without_empty(without_lag(recording)))
-    checks = (_missing, _gaps, _frozen, _jumps, _flat, _late_height, _capacity, _twice, _coarse, plausibility_notes)
+    recording = with_telling_height(without_impossible(without_empty(without_lag(recording))))
+    checks = (
+        _missing,
+        _gaps,
+        _frozen,
+        _jumps,
+        _whole_metres,
+        _late_height,
+        _capacity,
+        _twice,
+        _coarse,
+        plausibility_notes,
+    )
     return _with_notes(recording, checks)
 
 
@@ -160,16 +171,11 @@ def _jumps(recording: Recording) -> Iterator[Note]:
             yield Note(NoteKind.JUMP, name, text)
 
 
-def _flat(recording: Recording) -> Iterator[Note]:
+def _whole_metres(recording: Recording) -> Iterator[Note]:
     height = recording.elevation_m
     if height is None:
         return
     lowest, highest = float(np.nanmin(height)), float(np.nanmax(height))
-    if recording.distance_m() > FLAT_M and lowest == highest:
-        way_km = recording.distance_m() / 1000.0
-        yield Note(
-            NoteKind.STUCK, "elevation_m", f"always {lowest:g} m over {way_km:.1f} km: a flat road or a stuck sensor"
-        )
     if highest - lowest >= DRIFT_M and _in_whole_metres(height[~np.isnan(height)]):
         text = "in whole metres: a grade is known over some 200 m of way only, over which replays smooth it"
         yield Note(NoteKind.SUSPECT, "elevation_m", text)

@@ -222,10 +222,12 @@ def test_jumps_of_speed_height_and_charge_are_noted(plain_file):
     assert found["elevation_m"] == "jumps: 1, the largest 30.00 m at 299.0 s"
 
 
-def test_height_that_never_changes_over_a_long_way_is_noted(plain_file):
+def test_height_that_never_changes_over_a_long_way_is_none(plain_file):
     header, rows = with_column(plain_rows(), "elevation_m", ["500"] * SAMPLES)
-    found = notes(read_recording(plain_file(rows, header)), NoteKind.STUCK)
-    assert found == [("elevation_m", "always 500 m over 6.7 km: a flat road or a stuck sensor")]
+    recording = read_recording(plain_file(rows, header))
+    assert recording.elevation_m is None
+    text = "taken out: always 500 m over 6.7 km: a flat road or a stuck sensor"
+    assert notes(recording, NoteKind.STUCK) == [("elevation_m", text)]
 
 
 def test_rows_with_the_time_of_the_row_before_are_dropped(plain_file):

@@ -240,6 +240,23 @@ def test_height_in_whole_metres_is_noted_also_between_them(read):
         assert any("whole metres" in note.text for note in found) == noted
 
 
+def test_height_known_on_less_than_half_of_the_way_is_none(read):
+    driven = drive()
+    way_m = np.concatenate(([0.0], np.cumsum(0.5 * (driven.speed_mps[1:] + driven.speed_mps[:-1]))))
+    rise = 500.0 + 0.01 * way_m
+    for known_frac, kept in ((0.4, False), (0.6, True)):
+        column = [f"{h:.2f}" if x <= known_frac * way_m[-1] else "" for h, x in zip(rise, way_m, strict=True)]
+        recording = read(plain_csv(driven, elevation_m=column))
+        assert (recording.elevation_m is not None) == kept
+        assert ("taken out: known on 40% of 9.0 km only" in texts(recording, NoteKind.MISSING)) != kept
+
+
+def test_height_known_now_and_then_is_kept(read):
+    driven = drive()
+    column = [f"{500.0 + 0.1 * k:.1f}" if k % 45 == 0 else "" for k in range(driven.time_s.size)]
+    assert read(plain_csv(driven, elevation_m=column)).elevation_m is not None
+
+
 def test_height_that_changes_at_standstill_is_late(read):
     driven = drive()
     way_m = np.concatenate(([0.0], np.cumsum(0.5 * (driven.speed_mps[1:] + driven.speed_mps[:-1]))))
