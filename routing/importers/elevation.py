@@ -16,6 +16,7 @@ from scipy.ndimage import distance_transform_edt, gaussian_filter
 from scipy.spatial import cKDTree
 
 from routing.errors import ImportFailedError
+from routing.graph.earth import METRE_PER_DEGREE
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -36,7 +37,8 @@ class Tile:
 
     height_m: float32 (rows, columns) [m], at the centres of cells; crs: its coordinate system, None for lon and lat.
     column_x, column_y, row_x, row_y, origin: inverse affine map, column = origin[0] + column_x·x + column_y·y.
-    bounds: west, south, east, north [deg], for messages; void_cells: how many heights were filled.
+    bounds: west, south, east, north [deg], for messages; void: bool (rows, columns), heights that were filled; None
+    where none was.
     """
 
     name: str
@@ -44,10 +46,40 @@ class Tile:
     crs: str | None
     inverse: tuple[float, float, float, float, float, float]
     bounds: tuple[float, float, float, float]
-    void_cells: int
+    void: NDArray[np.bool_] | None
+
+    @property
+    def void_cells(self) -> int:
+        """How many heights were filled."""
+        return 0 if self.void is None else int(self.void.sum())
+
+    @property
+    def cell_m(self) -> float:
+        """Width of a cell from north to south [m]."""
+        return float((self.bounds[3] - self.bounds[1]) * METRE_PER_DEGREE / self.height_m.shape[0])
 
     def sample(self, lon_deg: NDArray[np.float64], lat_deg: NDArray[np.float64]) -> NDArray[np.float64]:
         """Heights by bilinear interpolation, float64 (k,) [m]; NaN more than half a cell outside the cell centres."""
+        column, row, inside = self._cells(lon_deg, lat_deg)
+        rows, columns = self.height_m.shape
+        j, i = np.minimum(column.astype(np.int64), columns - 2), np.minimum(row.astype(np.int64), rows - 2)
+        u, v = column - j, row - i
+        z = self.height_m
+        top = z[i, j] * (1.0 - u) + z[i, j + 1] * u
+        bottom = z[i + 1, j] * (1.0 - u) + z[i + 1, j + 1] * u
+        return np.where(inside, top * (1.0 - v) + bottom * v, np.nan)
+
+    def measured(self, lon_deg: NDArray[np.float64], lat_deg: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Whether points lie in a cell that has a height of its own, bool (k,)."""
+        column, row, inside = self._cells(lon_deg, lat_deg)
+        if self.void is None:
+            return inside
+        return inside & ~self.void[np.rint(row).astype(np.int64), np.rint(column).astype(np.int64)]
+
+    def _cells(
+        self, lon_deg: NDArray[np.float64], lat_deg: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
+        """Columns and rows of points, from the centre of the first cell, and whether they lie within the raster."""
         x, y = lon_deg, lat_deg
         if self.crs is not None:
             xs, ys = transform("EPSG:4326", self.crs, lon_deg, lat_deg)[:2]
@@ -58,13 +90,7 @@ class Tile:
         slack = 0.5 + 1e-6
         inside = (column >= -slack) & (column <= columns - 1 + slack) & (row >= -slack) & (row <= rows - 1 + slack)
         column = np.clip(np.where(inside, column, 0.0), 0.0, columns - 1.0)
-        row = np.clip(np.where(inside, row, 0.0), 0.0, rows - 1.0)
-        j, i = np.minimum(column.astype(np.int64), columns - 2), np.minimum(row.astype(np.int64), rows - 2)
-        u, v = column - j, row - i
-        z = self.height_m
-        top = z[i, j] * (1.0 - u) + z[i, j + 1] * u
-        bottom = z[i + 1, j] * (1.0 - u) + z[i + 1, j + 1] * u
-        return np.where(inside, top * (1.0 - v) + bottom * v, np.nan)
+        return column, np.clip(np.where(inside, row, 0.0), 0.0, rows - 1.0), inside
 
 
 def sample_heights(
@@ -144,10 +170,10 @@ def _hgt_tile(path: Path, name: str, data: bytes) -> Tile:
     south = float(corner[2]) * (1.0 if corner[1].upper() == "N" else -1.0)
     west = float(corner[4]) * (1.0 if corner[3].upper() == "E" else -1.0)
     raw = np.frombuffer(data, ">i2").reshape(size, size)
-    height_m, voids = _filled(path, raw.astype(np.float32), raw == _HGT_VOID)
+    height_m, void = _filled(path, raw.astype(np.float32), raw == _HGT_VOID)
     scale = float(size - 1)  # samples lie on the tile's edges, cell centres in the terms of Tile: hence the half
     inverse = (scale, 0.0, -west * scale + 0.5, 0.0, -scale, (south + 1.0) * scale + 0.5)
-    return Tile(path.name, height_m, None, inverse, (west, south, west + 1.0, south + 1.0), voids)
+    return Tile(path.name, height_m, None, inverse, (west, south, west + 1.0, south + 1.0), void)
 
 
 def _geotiff_tile(path: Path) -> Tile:
@@ -167,17 +193,19 @@ def _geotiff_tile(path: Path) -> Tile:
     except RasterioError as error:
         raise ImportFailedError("dem", path, f"not a readable raster ({error})") from error
     height = np.asarray(raw.data, np.float32) * np.float32(scale) + np.float32(offset)
-    height_m, voids = _filled(path, height, np.ma.getmaskarray(raw))
-    return Tile(path.name, height_m, crs, tuple(inverse)[:6], bounds, voids)
+    height_m, void = _filled(path, height, np.ma.getmaskarray(raw))
+    return Tile(path.name, height_m, crs, tuple(inverse)[:6], bounds, void)
 
 
-def _filled(path: Path, height_m: NDArray[np.float32], void: NDArray[np.bool_]) -> tuple[NDArray[np.float32], int]:
-    """Heights with voids filled: the nearest known height, then blurred inside the void by its own depth."""
+def _filled(
+    path: Path, height_m: NDArray[np.float32], void: NDArray[np.bool_]
+) -> tuple[NDArray[np.float32], NDArray[np.bool_] | None]:
+    """Heights with voids filled: the nearest known height, then blurred inside the void by its own depth; which."""
     with np.errstate(invalid="ignore"):
         void = void | ~np.isfinite(height_m) | (height_m < _LOWEST_M) | (height_m > _HIGHEST_M)
     count = int(void.sum())
     if count == 0:
-        return height_m, 0
+        return height_m, None
     if count == height_m.size:
         raise ImportFailedError("dem", path, f"all {count} cells are void or outside {_LOWEST_M:g}..{_HIGHEST_M:g} m")
     depth, nearest = distance_transform_edt(void, return_indices=True)
@@ -185,4 +213,4 @@ def _filled(path: Path, height_m: NDArray[np.float32], void: NDArray[np.bool_]) 
     for _ in range(3):  # takes away the seams between regions of nearest heights
         blurred = gaussian_filter(filled, sigma=min(float(depth.max()), 20.0) / 2.0 + 0.5)
         filled = np.where(void, blurred, filled).astype(np.float32)
-    return filled, count
+    return filled, void

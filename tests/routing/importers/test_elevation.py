@@ -117,6 +117,15 @@ def test_voids_are_filled_from_their_rim(tmp_path: Path) -> None:
     assert tile.height_m == pytest.approx(500.0)
 
 
+def test_only_cells_with_a_height_of_their_own_are_measured(tmp_path: Path) -> None:
+    height = np.full((1201, 1201), 500)
+    height[600, 600] = -32768  # at 42.5 N 1.5 E
+    tile = read_tile(write_hgt(tmp_path / "N42E001.hgt", height))
+    lon, lat = np.array([1.5, 1.5 + 0.4 / 1200, 1.5 + 0.6 / 1200, 3.0]), np.full(4, 42.5)
+    assert tile.measured(lon, lat).tolist() == [False, False, True, False]
+    assert tile.cell_m == pytest.approx(111_195.0 / 1201, rel=1e-3)
+
+
 def test_voids_of_every_kind_are_seen(tmp_path: Path) -> None:
     height = np.full((20, 20), 7.0, np.float32)
     height[3, 3], height[5, 5], height[7, 7] = np.nan, -9999.0, 1e20
