@@ -11,7 +11,7 @@ from diagnosis.answer.accounts import nameplate_j, score, scored, trip_account
 from diagnosis.answer.few_trips import few_trips
 from diagnosis.answer.findings import findings, unexplained
 from diagnosis.answer.learned import NOTHING, applied, learned, replayed_j
-from diagnosis.answer.missing import missing_channels
+from diagnosis.answer.missing import filled_text, missing_channels
 from diagnosis.answer.odd_trips import odd_among, odd_trips
 from diagnosis.answer.parameter_errors import parameter_errors
 from diagnosis.answer.regimes import EDGES, regimes
@@ -157,13 +157,14 @@ def diagnose(
     if other_car:
         wrong = ()  # of so many numbers none is told for sure
     lacking = missing_channels([trip.recording for trip in fitted])
+    remarks = " ".join(filter(None, (filled_text([trip.recording for trip in fitted]), _doubts(recordings))))
     departing = _all_regimes(model, after=True)
     verdict, text = verdict_of(
         found,
         wrong,
         strange,
         off,
-        Rest(after, departing, lacking, len(fitted), bool(held_out), other_car, _doubts(recordings)),
+        Rest(after, departing, lacking, len(fitted), bool(held_out), other_car, remarks),
     )
     is_off = off is not None and (off.clear or off.nameplate >= FAR_FRAC)
     carried = learned(model) if found or wrong or is_off else NOTHING

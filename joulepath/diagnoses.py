@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,11 +17,12 @@ from joulepath.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
-    from pathlib import Path
 
     from diagnosis.answer.results import Diagnosis as DiagnosisResult
     from diagnosis.answer.results import Finding
+    from diagnosis.heights.sources import HeightSource
     from diagnosis.recordings.recording import Recording
+    from joulepath.graph import Graph
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,23 +78,35 @@ def diagnose(
     held_out: Sequence[str] = (),
     held_out_frac: float = 0.0,
     seed: int = 1,
+    dem: Sequence[Path | str] = (),
+    graph: Graph | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> Diagnosis:
     """What recordings say that the vehicle's model leaves out; files, folders or patterns (docs/recordings.md).
 
     hidden_columns: patterns of columns that are dropped while reading. held_out: ids of trips, or patterns of them,
-    that are kept out of the fit; held_out_frac: and of all trips this share, drawn by the seed. progress: called with
-    the name of a stage and the share of it that is done.
+    that are kept out of the fit; held_out_frac: and of all trips this share, drawn by the seed. dem: elevation files
+    (GeoTIFF, .hgt, .hgt.zip), and graph: whose links the drives are matched to; of the first of them that knows it,
+    drives with positions and without height get their height. progress: called with the name of a stage and the share
+    of it that is done.
 
-    Raises DiagnosisError where no recording can be used, or where the vehicle is a consumption table.
+    Raises DiagnosisError where no recording can be used, or where the vehicle is a consumption table, and RoutingError
+    where an elevation file can't be read.
     """
     from diagnosis.engine import DiagnosisSettings  # takes a while to import
     from diagnosis.engine import diagnose as diagnose_recordings
+    from diagnosis.heights.filling import with_heights
+
+    def filled(done: float) -> None:
+        if progress is not None:
+            progress("filling in heights", done)
 
     driven = _physical(vehicle)
+    sources = _height_sources(dem, graph)
     found, errors = read_recordings(recordings, hidden_columns)
     if not found:
         raise DiagnosisError("; ".join(map(str, errors)) or "no recordings")
+    found = with_heights(found, sources, filled)
     trip_ids = [recording.id for recording in found]
     drawn = drawn_trips(trip_ids, [_mean_ambient_k(recording) for recording in found], held_out_frac, seed)
     result = diagnose_recordings(
@@ -103,6 +117,14 @@ def diagnose(
         progress=progress,
     )
     return Diagnosis(result, tuple(map(str, errors)))
+
+
+def _height_sources(dem: Sequence[Path | str], graph: Graph | None) -> list[HeightSource]:
+    from diagnosis.heights.sources import ElevationFiles, GraphHeights
+    from diagnosis.matching.matched_drives import MatchedDrives
+
+    found: list[HeightSource] = [ElevationFiles(tuple(map(Path, dem)))] if dem else []
+    return found if graph is None else [*found, GraphHeights(MatchedDrives(graph.planner.graph))]
 
 
 def _physical(vehicle: Vehicle) -> PhysicalVehicle:

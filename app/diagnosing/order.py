@@ -17,13 +17,17 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from diagnosis.answer.results import Diagnosis
+    from diagnosis.heights.sources import HeightSource
+    from diagnosis.matching.matched_drives import MatchedDrives
     from diagnosis.recordings.reading import Recording
     from energy.vehicle.vehicle import Vehicle
 
     Progress = Callable[[str, float], None]
 
 READING: Final = "reading"
+FILLING: Final = "filling in heights"
 READING_SHARE: Final = 0.2  # of all the time, about
+FILLING_SHARE: Final = 0.1  # of it, where heights may be filled in
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,7 +35,8 @@ class DiagnosisOrder:
     """What is to be diagnosed: files of recordings, the vehicle that drove them, and how they are used.
 
     hidden: patterns of columns that are dropped while reading. held_out: ids of trips, or patterns of ids, that are
-    kept out of the fit; held_out_frac: and of all trips this share, drawn at random by the seed [-].
+    kept out of the fit; held_out_frac: and of all trips this share, drawn at random by the seed [-]. dem: elevation
+    files, from which drives without height get theirs.
     """
 
     files: tuple[Path, ...]
@@ -40,6 +45,7 @@ class DiagnosisOrder:
     held_out: tuple[str, ...] = ()
     held_out_frac: float = 0.0
     seed: int = 1
+    dem: tuple[Path, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,14 +58,25 @@ class Diagnosed:
 
 
 def carry_out(
-    order: DiagnosisOrder, progress: Progress | None = None, cancelled: Callable[[], bool] | None = None
+    order: DiagnosisOrder,
+    progress: Progress | None = None,
+    cancelled: Callable[[], bool] | None = None,
+    *,
+    drives: MatchedDrives | None = None,
 ) -> Diagnosed:
     """Read the recordings, choose what is held out, and diagnose; a file that can't be used is left aside and named.
 
-    progress: called with the name of a stage and the share of the whole that is done. Raises UnusableRecordingsError
-    where no file is left, HoldoutError, other DiagnosisErrors of the engine, and DiagnosisCancelled.
+    progress: called with the name of a stage and the share of the whole that is done. drives: of the graph from which
+    drives without height get theirs, where the order's elevation files do not have it. Raises UnusableRecordingsError
+    where no file is left, ImportFailedError of an elevation file, HoldoutError, other DiagnosisErrors of the engine,
+    and DiagnosisCancelled.
     """
-    from diagnosis.engine import DiagnosisSettings, diagnose  # takes a while to import, and only here it is needed
+    # these take a while to import, and only here they are needed
+    from diagnosis.engine import DiagnosisSettings, diagnose
+    from diagnosis.heights.filling import with_heights
+
+    sources = _height_sources(order, drives)
+    begun = READING_SHARE + (FILLING_SHARE if sources else 0.0)
 
     def file_read(done: int, count: int) -> None:
         if cancelled is not None and cancelled():
@@ -67,14 +84,21 @@ def carry_out(
         if progress is not None:
             progress(READING, READING_SHARE * done / count)
 
+    def filled(done: float) -> None:
+        if cancelled is not None and cancelled():
+            raise DiagnosisCancelled("cancelled while heights were filled in")
+        if progress is not None:
+            progress(FILLING, READING_SHARE + FILLING_SHARE * done)
+
     def advanced(stage: str, done: float) -> None:
         if progress is not None:
-            progress(stage, READING_SHARE + (1.0 - READING_SHARE) * done)
+            progress(stage, begun + (1.0 - begun) * done)
 
     recordings, errors = read_recordings(order.files, order.hidden, file_read)
     refused = tuple(RefusedFile(storable(error.path), storable(str(error))) for error in errors)
     if not recordings:
         raise UnusableRecordingsError(refused)
+    recordings = with_heights(recordings, sources, filled)
     diagnosis = diagnose(
         recordings,
         order.vehicle,
@@ -84,6 +108,13 @@ def carry_out(
         cancelled=cancelled,
     )
     return Diagnosed(diagnosis, tuple(recordings), refused)
+
+
+def _height_sources(order: DiagnosisOrder, drives: MatchedDrives | None) -> list[HeightSource]:
+    from diagnosis.heights.sources import ElevationFiles, GraphHeights
+
+    found: list[HeightSource] = [ElevationFiles(order.dem)] if order.dem else []
+    return found if drives is None else [*found, GraphHeights(drives)]
 
 
 def held_out_trips(recordings: Sequence[Recording], order: DiagnosisOrder) -> frozenset[str]:

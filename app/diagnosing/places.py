@@ -14,7 +14,6 @@ from diagnosis.answer.places import TripResidual, link_features, link_residuals
 from diagnosis.answer.profile_split import profile_split
 from diagnosis.causes.driven import median_ambient
 from diagnosis.errors import DiagnosisError
-from diagnosis.matching.map_matcher import MapMatcher
 from energy.errors import EnergyError
 
 if TYPE_CHECKING:
@@ -23,6 +22,7 @@ if TYPE_CHECKING:
     from app.diagnosing.order import Diagnosed
     from diagnosis.answer.results import ProfileSplit, TripTimeline
     from diagnosis.matching.map_matcher import Match
+    from diagnosis.matching.matched_drives import MatchedDrives
     from diagnosis.recordings.reading import Recording
     from energy.vehicle.vehicle import Vehicle
     from routing.planner import Planner
@@ -43,14 +43,17 @@ class OnGraph:
 
 
 def on_graph(
-    diagnosed: Diagnosed, planner: Planner, vehicle: Vehicle, progress: Callable[[str, float], None]
+    diagnosed: Diagnosed,
+    planner: Planner,
+    drives: MatchedDrives,
+    vehicle: Vehicle,
+    progress: Callable[[str, float], None],
 ) -> OnGraph:
-    """Match the recordings of a diagnosis to a graph.
+    """Match the recordings of a diagnosis to a graph; drives: those of this graph that are matched already.
 
     Residuals are what was measured less the model with all findings. A recording that can't be matched, or be driven on
     the graph's heights, is left out and named with the reason.
     """
-    matcher = MapMatcher(planner.graph)
     timelines = {trip.id: trip.timeline for trip in diagnosed.diagnosis.trips}
     residuals: list[tuple[TripResidual, Match]] = []
     splits: list[ProfileSplit] = []
@@ -58,7 +61,7 @@ def on_graph(
     for done, recording in enumerate(diagnosed.recordings):
         progress(STAGE, done / len(diagnosed.recordings))
         try:
-            match = matcher.match(recording)
+            match = drives.match(recording)
             split = profile_split(recording, match, planner, vehicle)
             splits.append(replace(split, forecast_kwh=_forecast_kwh(diagnosed, recording, match, planner, vehicle)))
             if recording.id in timelines and timelines[recording.id].begin_s.size:

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
     from pathlib import Path
 
-    from app.diagnosing.order import Diagnosed, DiagnosisOrder, Progress
+    from app.diagnosing.order import DiagnosisOrder, Progress
     from diagnosis.answer.results import Diagnosis
 
 LOG: Final = logging.getLogger(__name__)
@@ -112,17 +112,27 @@ def refused_json(refused: Sequence[RefusedFile]) -> str:
 def _documents(task: Task, advanced: Progress, cancelled: Callable[[], bool]) -> DiagnosisDocuments:
     """What a task leaves; raises what carrying it out raises."""
     # what is imported here takes a while, and the process that serves needs none of it
+    from app.diagnosing.places import on_graph
     from app.diagnosing.timelines import trip_documents
     from app.diagnosing.tracks import track_features
+    from diagnosis.matching.matched_drives import MatchedDrives
+    from routing.graph.files import load_graph
+    from routing.planner import Planner
 
-    share = 1.0 if task.graph_dir is None else DIAGNOSING_SHARE
-    diagnosed = carry_out(task.order, lambda stage, done: advanced(stage, share * done), cancelled)
+    planner = None if task.graph_dir is None else Planner(load_graph(task.graph_dir))
+    drives = None if planner is None else MatchedDrives(planner.graph)
+    share = 1.0 if planner is None else DIAGNOSING_SHARE
+    diagnosed = carry_out(task.order, lambda stage, done: advanced(stage, share * done), cancelled, drives=drives)
     residuals: str | None = None
     warnings: tuple[str, ...] = ()
-    if task.graph_dir is not None:
-        diagnosed, residuals, warnings = _on_graph(
-            task, task.graph_dir, diagnosed, lambda stage, done: advanced(stage, share + (1.0 - share) * done)
-        )
+    if planner is not None and drives is not None:
+
+        def laid_out(stage: str, done: float) -> None:
+            advanced(stage, share + (1.0 - share) * done)
+
+        laid = on_graph(diagnosed, planner, drives, task.order.vehicle, laid_out)
+        diagnosed, residuals = laid.diagnosed, laid.places
+        warnings = tuple(f"not on the graph: {trip}" for trip in laid.unmatched)
     documents = documents_of(diagnosed, diagnosis_id=task.diagnosis_id)
     return DiagnosisDocuments(
         result=documents.result,
@@ -135,19 +145,6 @@ def _documents(task: Task, advanced: Progress, cancelled: Callable[[], bool]) ->
         residuals=storable(residuals or json.dumps(track_features(diagnosed), ensure_ascii=False, allow_nan=False)),
         trips=trip_documents(diagnosed, task.diagnosis_id),
     )
-
-
-def _on_graph(
-    task: Task, graph_dir: Path, diagnosed: Diagnosed, advanced: Progress
-) -> tuple[Diagnosed, str | None, tuple[str, ...]]:
-    """A diagnosis laid upon the graph of a folder, its residuals on links, and which trips are not on it."""
-    from app.diagnosing.places import STAGE, on_graph
-    from routing.graph.files import load_graph
-    from routing.planner import Planner
-
-    advanced(STAGE, 0.0)
-    laid = on_graph(diagnosed, Planner(load_graph(graph_dir)), task.order.vehicle, advanced)
-    return laid.diagnosed, laid.places, tuple(f"not on the graph: {trip}" for trip in laid.unmatched)
 
 
 class _Reporter:

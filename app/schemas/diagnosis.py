@@ -44,7 +44,8 @@ class DiagnosisOptions(Sent):
     graph: str | None = Field(
         default=None,
         max_length=200,
-        description="name of a graph to which recordings with positions are matched; without it, to none",
+        description="name of a graph to which recordings with positions are matched, and from which those without"
+        " height get it; without it, to none",
     )
 
 

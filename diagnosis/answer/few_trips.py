@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from diagnosis.answer.accounts import PART_FAMILY
-from diagnosis.answer.missing import missing_channels
+from diagnosis.answer.missing import filled_text, missing_channels
 from diagnosis.answer.results import Diagnosis, TripAccount, TripTimeline, Verdict
 from diagnosis.causes.nuisance import PARAMETERS
 from diagnosis.fit.selection import LEAST_TRIPS
@@ -41,11 +41,12 @@ def few_trips(
         f"{len(fitted)} trips to fit; at least {LEAST_TRIPS} are needed to tell how trips differ, and to name a cause."
     )
     lacking = missing_channels([trip.recording for trip in fitted])
+    filled = filled_text([trip.recording for trip in fitted])
     told = [_text(account, _sd_kwh(trip, vehicle)) for account, trip in zip(accounts, fitted, strict=False)]
     return Diagnosis(
         vehicle_id=vehicle.id,
         verdict=Verdict.TOO_FEW_TRIPS,
-        text=" ".join([few, *told[:TOLD], *(lack.text for lack in lacking if lack.decisive)]),
+        text=" ".join([few, *told[:TOLD], *(lack.text for lack in lacking if lack.decisive), *filter(None, [filled])]),
         findings=(),
         parameter_errors=(),
         unexplained=(),

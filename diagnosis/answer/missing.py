@@ -100,3 +100,13 @@ def missing_channels(recordings: Sequence[Recording]) -> tuple[MissingChannel, .
             decisive = needed.decisive and len(without) >= DECISIVE_FRAC * len(recordings)
             found.append(MissingChannel(needed.channel, without, text, decisive))
     return tuple(found)
+
+
+def filled_text(recordings: Sequence[Recording]) -> str:
+    """That the height of trips was filled in, and from what; nothing where it was not."""
+    filled = [recording.elevation_source for recording in recordings if recording.elevation_source]
+    if not filled:
+        return ""
+    which = "all drives" if len(filled) == len(recordings) else f"{len(filled)} of {len(recordings)} drives"
+    sources = " and ".join(dict.fromkeys(filled))
+    return f"Height was filled in from {sources} on {which}; its grades are less sure than recorded ones."

@@ -24,6 +24,7 @@ class NoteKind(StrEnum):
     LAG = "lag"
     SUSPECT = "suspect"
     UNIT = "unit"  # of a channel that is doubted
+    FILLED = "filled"  # a channel that was not recorded, from elsewhere
 
 
 @dataclass(frozen=True, slots=True)

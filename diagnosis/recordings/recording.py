@@ -39,6 +39,7 @@ class Recording:
     payload_kg: beyond the vehicle's mass. notes: what the reader has found and what it did.
     detail: whether power, only the charge, or only sums of the drive were recorded. Of the latter two one energy is
     known; where that is by the charge, power_w is 0 until a vehicle's capacity is known.
+    elevation_source: what elevation_m was filled in from; empty where it was recorded.
     gaps: begin and end [s] of each stretch in which nothing was recorded, rising, each from one sample to the next.
     """
 
@@ -65,6 +66,7 @@ class Recording:
     hvac_w: NDArray[np.float64] | None = None
     gaps: tuple[tuple[float, float], ...] = ()
     detail: Detail = Detail.SAMPLES
+    elevation_source: str = ""
 
     @property
     def is_one_number(self) -> bool:

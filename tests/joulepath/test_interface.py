@@ -25,6 +25,7 @@ from routing.planner import Planner
 from routing.queries import RouteQuery
 from tests.app.conftest import VEHICLES, street_grid
 from tests.app.recorded import write_winter
+from tests.app.street_drives import write_street_drive
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -260,6 +261,20 @@ def test_diagnosis_says_what_is_left_out_and_a_vehicle_can_take_it(tmp_path: Pat
     assert found.learned_vehicle(car).model != car.model
     with pytest.raises(joulepath.DiagnosisError, match=r"broken\.csv"):
         joulepath.diagnose([tmp_path / "broken.csv"], car)
+
+
+def test_drives_without_height_get_that_of_a_graph_or_of_files(grid: Graph, tmp_path: Path) -> None:
+    car = Vehicle.load("bmw-i3-60ah")
+    model = load_vehicle(VEHICLES / "bmw-i3-60ah.toml")
+    write_street_drive(tmp_path / "street.csv", model)
+    stages: list[str] = []
+    found = joulepath.diagnose(
+        [tmp_path / "street.csv"], car, graph=grid, progress=lambda stage, _: stages.append(stage)
+    )
+    assert "Height was filled in from graph grid on all drives" in found.text
+    assert "filling in heights" in stages
+    with pytest.raises(joulepath.RoutingError, match=r"gone\.tif: no such file"):
+        joulepath.diagnose([tmp_path / "street.csv"], car, dem=[tmp_path / "gone.tif"])
 
 
 def test_importing_it_brings_no_web_framework_and_no_database() -> None:

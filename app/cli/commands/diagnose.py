@@ -57,6 +57,12 @@ def diagnose(
     ] = 0.0,
     seed: Annotated[int, typer.Option(help="the same seed draws the same", min=0, max=2**31 - 1)] = 1,
     graph: GraphOption = None,
+    dem: Annotated[
+        list[Path] | None,
+        typer.Option(
+            help="elevation file for drives without height: GeoTIFF, .hgt or .hgt.zip; repeatable", metavar="TILE"
+        ),
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="print diagnosis.json instead of tables")] = False,
 ) -> None:
     """Find the physics that the model left out on recorded drives, and show what adding it mends."""
@@ -66,6 +72,7 @@ def diagnose(
     from app.diagnosing.places import on_graph
     from app.errors.diagnosing import DiagnosingError
     from diagnosis.errors import DiagnosisError
+    from diagnosis.matching.matched_drives import MatchedDrives
     from diagnosis.recordings.files import recording_files
 
     if out.exists() and not out.is_dir():
@@ -81,14 +88,17 @@ def diagnose(
         held_out=tuple(holdout or ()),
         held_out_frac=holdout_fraction,
         seed=seed,
+        dem=tuple(dem or ()),
     )
+    planner = None if graph is None else _planner(service)
+    drives = None if planner is None else MatchedDrives(planner.graph)
     try:
         with stage_bars() as bars:
-            diagnosed = carry_out(order, whole_reporter(bars))
+            diagnosed = carry_out(order, whole_reporter(bars), drives=drives)
             places: str | None = None
             unmatched: tuple[str, ...] = ()
-            if graph is not None:
-                laid = on_graph(diagnosed, _planner(service), order.vehicle, reporter(bars))
+            if planner is not None and drives is not None:
+                laid = on_graph(diagnosed, planner, drives, order.vehicle, reporter(bars))
                 diagnosed, places, unmatched = laid.diagnosed, laid.places, laid.unmatched
             documents = documents_of(diagnosed, places=places)
     except (DiagnosisError, DiagnosingError) as error:

@@ -62,7 +62,8 @@ FORM_SCHEMA: Final[dict[str, Any]] = {
         "graph": {
             "type": "string",
             "maxLength": 200,
-            "description": "name of a graph to which recordings with positions are matched",
+            "description": "name of a graph to which recordings with positions are matched, and from which those"
+            " without height get it",
         },
     },
 }

@@ -139,6 +139,7 @@ def recording_of_series(path: str, trip_id: str, series: Sequence[Series], notes
         notes=tuple(found),
         gaps=(),
         detail=Detail.CHARGE if charge_only else Detail.SAMPLES,
+        elevation_source="",
     )
 
 

@@ -88,7 +88,7 @@ def _recording(table: LogTable, columns: Sequence[Column]) -> Recording:
     if channels["time_s"].size < 2:
         raise RecordingError(table.path, table.lines[-1], columns[0].name, "always the same", "rising")
     detail = Detail.CHARGE if charge_only else Detail.SAMPLES
-    return Recording(id=table.id, **channels, notes=tuple(notes), gaps=(), detail=detail)
+    return Recording(id=table.id, **channels, notes=tuple(notes), gaps=(), detail=detail, elevation_source="")
 
 
 def _unused(table: LogTable, known: set[str]) -> list[Note]:

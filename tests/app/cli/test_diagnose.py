@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
+import rasterio
+from rasterio import Affine
 from typer.testing import CliRunner
 
 from app.cli.main import cli
@@ -186,6 +188,31 @@ def test_graph_adds_where_on_its_links_differences_stay(car: Vehicle, tmp_path: 
     assert len(splits) == 8
     assert all(split["planned_kwh"] > 0.0 for split in splits)
     assert all(split["forecast_kwh"] > 0.0 for split in splits)
+
+
+def test_elevation_file_gives_drives_their_height(car: Vehicle, tmp_path: Path) -> None:
+    write_on_south_street(tmp_path / "drives", car)
+    with rasterio.open(
+        tmp_path / "dem.tif",
+        "w",
+        driver="GTiff",
+        width=4,
+        height=4,
+        count=1,
+        dtype="float32",
+        crs="EPSG:4326",
+        transform=Affine(SPACING_DEG, 0.0, WEST - SPACING_DEG, 0.0, -SPACING_DEG, SOUTH + 2.0 * SPACING_DEG),
+    ) as raster:
+        raster.write(np.full((4, 4), 700.0, np.float32), 1)
+    arguments = ("--vehicle", CAR, "--out", tmp_path / "out")
+    result = run(tmp_path / "drives", *arguments, "--dem", tmp_path / "dem.tif")
+    assert result.exit_code == 0, result.output
+    diagnosis = written(tmp_path / "out")
+    assert "Height was filled in from dem.tif on all drives" in diagnosis["text"]
+    assert [note["kind"] for note in diagnosis["data_quality"] if note["channel"] == "elevation_m"] == 8 * ["filled"]
+    assert "elevation_m" not in [lack["channel"] for lack in diagnosis["missing"]]
+    gone = run(tmp_path / "drives", *arguments, "--dem", tmp_path / "gone.tif")
+    assert (gone.exit_code, "gone.tif: no such file" in gone.output) == (2, True)
 
 
 def test_recordings_that_do_not_lie_on_the_graph_are_named_and_diagnosed_without_it(few: Path, tmp_path: Path) -> None:

@@ -52,7 +52,7 @@ def running(
 @pytest.fixture(scope="module")
 def on_graph(running: TestClient) -> dict[str, Any]:
     """A finished diagnosis of all drives on the graph."""
-    body = {"recordings": ["*.csv"], "vehicle": CAR, "graph": "grid", "holdout": ["fast"]}
+    body = {"recordings": ["*.csv"], "vehicle": CAR, "graph": "level", "holdout": ["fast"]}
     return finished(running, running.post("/diagnoses", json=body))
 
 
@@ -76,18 +76,37 @@ def trips(client: TestClient, diagnosis: dict[str, Any]) -> dict[str, dict[str, 
 
 def test_diagnosis_on_a_graph_has_profiles_and_tells_which_trips_are_not_on_it(on_graph: dict[str, Any]) -> None:
     assert on_graph["state"] == "done", on_graph
-    assert on_graph["request"]["graph"] == "grid"
+    assert on_graph["request"]["graph"] == "level"
     assert {split["trip"] for split in on_graph["result"]["profile"]} == {"slow", "fast", ODD_NAME}
     (warning,) = on_graph["warnings"]
     assert warning.startswith("not on the graph: blind: ")
     assert "latitude_deg" in warning
 
 
+def test_drives_without_height_get_that_of_the_graph_they_are_on(running: TestClient) -> None:
+    body = {"recordings": ["*.csv"], "vehicle": CAR, "graph": "grid"}
+    result = finished(running, running.post("/diagnoses", json=body))["result"]
+    heights = {note["trip"]: note for note in result["data_quality"] if note["channel"] == "elevation_m"}
+    assert {name: note["kind"] for name, note in heights.items()} == {
+        "slow": "filled",
+        "fast": "filled",
+        ODD_NAME: "filled",
+        "blind": "missing",
+    }
+    assert heights["slow"]["text"] == (
+        "filled in from graph grid, straight between its nodes; 100% of its way is on it"
+    )
+    assert heights["blind"]["text"].startswith("not filled in from graph grid: ")
+    (lack,) = [lack for lack in result["missing"] if lack["channel"] == "elevation_m"]
+    assert lack["trips"] == ["blind"]
+    assert "Height was filled in from graph grid on 3 of 4 drives" in result["text"]
+
+
 def test_residuals_on_links_lie_where_the_consumer_is_on_whatever_the_clocks(
     running: TestClient, on_graph: dict[str, Any]
 ) -> None:
     collection = residuals(running, on_graph)
-    assert (collection["kind"], collection["graph"]) == ("links", "grid")
+    assert (collection["kind"], collection["graph"]) == ("links", "level")
     west, east = sorted(collection["features"], key=lambda feature: feature["geometry"]["coordinates"][0])
     assert (west["properties"]["trips"], east["properties"]["trips"]) == (3, 3)
     # a window of 10 s at 30 to 45 km/h is 80 to 125 m of 690 m long, and may reach over the crossing
