@@ -22,8 +22,9 @@ def steepest_grade(speed_mps: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def drivable(height_m: NDArray[np.float64], climb_m: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """The largest set of heights among which no road is too steep, bool (k,).
+    """The largest set of heights among which no road is too steep, bool (k,); with both ends, where these fit together.
 
+    A drive seldom begins or ends in a tunnel or on a bridge, and its whole climb hangs on its ends.
     height_m: float64 (k,) along a way [m]; climb_m: float64 (k,) rising, what a road may climb from the way's beginning
     on at its steepest [m]. Heights i before j fit together where |h_j − h_i| ≤ c_j − c_i, that is where c + h and c − h
     both do not fall; so the largest set is the longest subsequence that does not fall in c − h, in the order of c + h
@@ -31,6 +32,9 @@ def drivable(height_m: NDArray[np.float64], climb_m: NDArray[np.float64]) -> NDA
     """
     rises, falls = climb_m + height_m, climb_m - height_m
     order = np.lexsort((falls, rises))
+    if height_m.size and rises[0] <= rises[-1] and falls[0] <= falls[-1]:
+        beside = (rises >= rises[0]) & (falls >= falls[0]) & (rises <= rises[-1]) & (falls <= falls[-1])
+        order = order[beside[order]]
     ends: list[float] = []  # least end of a subsequence of each length, and which height that is
     last: list[int] = []
     before = np.full(height_m.size, -1)

@@ -27,7 +27,9 @@ def test_kept_heights_fit_together_and_no_larger_set_does(seed: int) -> None:
     height_m = rng.normal(0.0, 4.0, 9)
     kept = tuple(np.flatnonzero(drivable(height_m, climb_m)).tolist())
     assert fits(height_m, climb_m, kept)
-    larger = combinations(range(9), len(kept) + 1)
+    ends = {0, 8} if fits(height_m, climb_m, (0, 8)) else set()
+    assert ends <= set(kept)
+    larger = (chosen for chosen in combinations(range(9), len(kept) + 1) if ends <= set(chosen))
     assert not any(fits(height_m, climb_m, chosen) for chosen in larger)
 
 
@@ -42,6 +44,13 @@ def test_mountain_above_a_tunnel_and_valley_below_a_bridge_are_not_kept() -> Non
     height_m[120:130] = 440.0
     kept = drivable(height_m, climbs(200, 0.1))
     assert np.flatnonzero(~kept).tolist() == [*range(50, 80), *range(120, 130)]
+
+
+def test_drive_that_ends_behind_a_step_ends_there() -> None:
+    height_m = np.full(100, 500.0)
+    height_m[90:] = 470.0  # 30 m at 10 % are 10 steps
+    kept = drivable(height_m, climbs(100, 0.1))
+    assert np.flatnonzero(~kept).tolist() == list(range(90, 99))
 
 
 def test_nothing_and_one_height_are_kept() -> None:
