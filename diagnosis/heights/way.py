@@ -97,8 +97,8 @@ def sample_heights(known: Sequence[SectionHeights], smoothing_m: float) -> Sampl
     """Heights of all samples of a recording, from those along its sections; None where none is known.
 
     They are smoothed as recorded ones are, over smoothing_m of way, 0 for none. Straight lines join known heights. The
-    way between two more than BRIDGED_M apart is not known, nor is that before the first and behind the last, which is
-    level.
+    way between two that are farther apart than BRIDGED_M and than any two samples is not known, nor is that before the
+    first and behind the last, which is level.
     """
     found = []
     known_m = whole_m = 0.0
@@ -111,7 +111,7 @@ def sample_heights(known: Sequence[SectionHeights], smoothing_m: float) -> Sampl
             found.append(np.full(way_m.size, np.nan))
             continue
         span_m = np.diff(part.place_m[there])
-        known_m += float(span_m[span_m <= BRIDGED_M].sum())
+        known_m += float(span_m[span_m <= max(BRIDGED_M, 1.001 * np.diff(way_m).max(initial=0.0))].sum())
         asked += int(there.sum())
         off_road += int(part.off_road[there].sum())
         there &= ~part.off_road

@@ -57,8 +57,9 @@ def test_drive_on_a_slope_gets_its_height(tmp_path: Path) -> None:
     assert note(recording, NoteKind.FILLED) == text
 
 
-def test_rare_positions_give_the_heights_of_the_positions(tmp_path: Path) -> None:
-    recording = filled(eastward(step_s=25.0), write_ground(tmp_path / "dem.tif", slope))
+@pytest.mark.parametrize("step_s", [5.0, 25.0, 60.0])
+def test_rare_positions_give_the_heights_of_the_positions(tmp_path: Path, step_s: float) -> None:
+    recording = filled(eastward(step_s=step_s), write_ground(tmp_path / "dem.tif", slope))
     assert recording.elevation_m == pytest.approx(slope(east_of(recording)), abs=0.01)
 
 
