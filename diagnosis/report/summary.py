@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 LEAST_KM: Final = 1.0  # of all drives, for a consumption to mean something
 DO_ABOUT: Final[Mapping[str, str]] = {
     "power_w": "Record the battery's power, or its voltage and current.",
-    "elevation_m": "Record height, or positions on a map with heights: slopes take as much as tyres do.",
+    "elevation_m": "Record height, or positions where a map or a file has heights: slopes take as much as tyres do.",
     "ambient_k": "Record the temperature outside.",
 }
 

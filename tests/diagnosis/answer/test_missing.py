@@ -16,10 +16,10 @@ def test_height_that_was_filled_in_is_not_missing_but_told() -> None:
     filled = replace(seen, elevation_source="dem.tif")
     assert "elevation_m" in [lack.channel for lack in missing_channels([blind, seen])]
     assert "elevation_m" not in [lack.channel for lack in missing_channels([filled, seen])]
-    less = "its grades are less sure than recorded ones."
-    assert filled_text([filled, seen]) == f"Height was filled in from dem.tif on 1 of 2 drives; {less}"
+    err = "its grades err by about 1 %."
+    assert filled_text([filled, seen]) == f"Height was filled in from dem.tif on 1 of 2 drives; {err}"
     other = replace(seen, elevation_source="graph town")
-    assert filled_text([filled, other]) == f"Height was filled in from dem.tif and graph town on all drives; {less}"
+    assert filled_text([filled, other]) == f"Height was filled in from dem.tif and graph town on all drives; {err}"
 
 
 def test_recorded_height_is_not_told() -> None:
