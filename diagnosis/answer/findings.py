@@ -68,7 +68,12 @@ def findings(model: Model) -> tuple[Finding, ...]:
         if low_kwh > 0.0 or high_kwh < 0.0 or any(candidate.term.oscillates for candidate in terms):
             found.append(finding)
     wind = trip_wind(model) if _can_be_told(model, Family.WIND) else None
-    level = levels(model) if wind is None else None
+    level = levels(model)
+    if wind is not None and level is not None:  # either may stand in for the other
+        if trip_wind(model, level) is None:
+            wind = None
+        else:
+            level = None
     if wind is not None:
         found.append(_wind_finding(model, wind))
     if level is not None:

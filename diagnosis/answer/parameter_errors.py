@@ -28,6 +28,10 @@ STEADY_CLIMATE: Final = ("heating_w_per_k", "cooling_w_per_k")
 BOUND_FRAC: Final = 1e-4  # of the way between its bounds, so near to one of them a number is at it
 
 
+BY_HILLS: Final = ("mass_kg", "recuperation_eff")
+MOST_FILLED_FRAC: Final = 0.2  # of the drives
+
+
 def parameter_errors(model: Model) -> tuple[ParameterError, ...]:
     """Parameters that must differ from the file's, found like effects beside everything else that was found."""
     system = _about_nameplate(model)
@@ -85,7 +89,8 @@ def _can_be_told(model: Model, parameter: Parameter) -> bool:
     """Whether drives tell a number at all.
 
     The linear part of the road load only bends what A and C make. Of whole drives alone none can be told. Where samples
-    are too far apart to see accelerations, or no height was recorded, mass and efficiencies take what is lost between.
+    are too far apart to see accelerations, or no height was recorded, mass and efficiencies take what is lost between;
+    mass and recuperation do so where heights that were filled in err by a percent of grade.
     """
     if parameter.name == "road_load_b_n_per_mps" or model.noise.window_s > TOTALS_S:
         return False
@@ -94,6 +99,9 @@ def _can_be_told(model: Model, parameter: Parameter) -> bool:
         known = any(trip.ambient_k is not None for trip in model.windows)
         return known and not any(candidate.term.name in STEADY_CLIMATE for candidate in model.found)
     seen = model.noise.window_s <= FINE_WINDOW_S and not is_heightless(model.windows)
+    if parameter.name in BY_HILLS:
+        filled = sum(trip.recording.elevation_source is not None for trip in model.trips)
+        seen = seen and filled <= MOST_FILLED_FRAC * len(model.trips)
     return seen or parameter.name == "road_load_c_n_per_mps2"
 
 

@@ -43,6 +43,8 @@ SAME_FRAC: Final = 0.8  # of what the best kind explains, from which on another 
 SURE_FRAC: Final = 0.85  # of the trips, that must clearly carry the level or clearly not
 SURE: Final = 0.9
 HALVES_FRAC: Final = 0.75  # of the trips that carry it, both halves of which must be better met with it
+STEP_HALVES_FRAC: Final = 0.5  # likewise of a step, which need not show on each trip
+STEP_LEAST_FRAC: Final = 0.6  # of the least size of a level, that a step has
 EPOCH_S: Final = 1e8  # times from here on are of a calendar
 COLD_C: Final = 20.0
 HOT_C: Final = 22.0
@@ -76,7 +78,8 @@ class Level:
     """Trips that carry a level: of which kind, and how much on average in its unit.
 
     half: of its 95 % interval. energy_j: of all these trips. since: from or up to which trip all carry it and no other,
-    where it was a step. rivals: kinds that fit as well. z: root of twice the gain in log likelihood.
+    where it was a step. rivals: kinds that fit as well. z: root of twice the gain in log likelihood. unit_size: times
+    the kind's column.
     """
 
     kind: LevelKind
@@ -88,6 +91,7 @@ class Level:
     z: float
     since: str | None
     rivals: tuple[LevelKind, ...]
+    unit_size: float
 
 
 def _drag(drive: ReplayedDrive) -> NDArray[np.float64]:
@@ -135,11 +139,12 @@ def levels(model: Model) -> Level | None:
         return None
     best = found[0]
     size, half, energy_j = _joint(model, best)
+    unit_size = size
     if best.kind.field:  # of the file's number, whatever the fit has made of it
         file = abs(float(getattr(model.nameplate, best.kind.field)))
         factor = abs(float(getattr(model.vehicle, best.kind.field))) / max(file, 1e-9)
         size, half = factor * size, factor * half
-    if not best.kind.least <= size <= best.kind.most or size - half <= 0.0:
+    if not _least(best.kind, best.groups) <= size <= best.kind.most or size - half <= 0.0:
         return None
     on = [trip.trip_id for trip, carries in zip(model.windows, best.groups.on, strict=True) if carries]
     return Level(
@@ -152,6 +157,7 @@ def levels(model: Model) -> Level | None:
         z=float(np.sqrt(2.0 * best.groups.gain)),
         since=_since(model.trips, best.groups) if best.groups.step else None,
         rivals=tuple(one.kind for one in found[1:] if one.explained >= SAME_FRAC * best.explained),
+        unit_size=unit_size,
     )
 
 
@@ -216,8 +222,8 @@ def _tried(model: Model, kind: LevelKind, within: Noise) -> _Tried | None:
     clear = (
         groups.apart >= (LEAST_STEP if groups.step else LEAST_APART)
         and float((np.abs(groups.belongs - 0.5) >= SURE - 0.5).mean()) >= SURE_FRAC
-        and kind.least <= groups.shift <= kind.most
-        and _both_halves(columns, residuals, groups) >= HALVES_FRAC
+        and _least(kind, groups) <= groups.shift <= kind.most
+        and _both_halves(columns, residuals, groups) >= (STEP_HALVES_FRAC if groups.step else HALVES_FRAC)
     )
     if clear:
         draws = drawn_gains(sd, weather, kind.days, groups.null_spread, DRAWS, order if groups.step else None)
@@ -229,6 +235,11 @@ def _tried(model: Model, kind: LevelKind, within: Noise) -> _Tried | None:
             columns[k] @ columns[k]
         )
     return _Tried(kind, groups, clear, explained)
+
+
+def _least(kind: LevelKind, groups: Groups) -> float:
+    """What a level has at least; a step is one of few possible ones, so that less of it stands out."""
+    return kind.least * (STEP_LEAST_FRAC if groups.step else 1.0)
 
 
 def _weather(windows: Sequence[Windows]) -> NDArray[np.float64]:
@@ -305,8 +316,10 @@ class TripWind:
     ratio: float
 
 
-def trip_wind(model: Model) -> TripWind | None:
+def trip_wind(model: Model, level: Level | None = None) -> TripWind | None:
     """A wind of each trip's own, where headings were recorded and winds were not; None where nothing speaks of one.
+
+    level: what some trips carry, to be taken out before.
 
     Each trip gets the wind that explains most of what is left, about none by USUAL_WIND_MPS. Trips must gain far more
     by it than by chance, and the wind must be more than a breeze and hold a share of the energy.
@@ -323,7 +336,10 @@ def trip_wind(model: Model) -> TripWind | None:
             [summed(trip, trip.drive.work_j(drag * turned(channels["heading_rad"]))) for turned in (np.sin, np.cos)]
         )
         root = model.roots[k]
-        columns, residual = whitened(root, columns_j / windows.duration_s[:, None]), whitened(root, model.residual_w(k))
+        left_w = model.residual_w(k)
+        if level is not None and windows.trip_id in level.trips:
+            left_w = left_w - level.unit_size * summed(trip, level.kind.column_j(trip.drive)) / windows.duration_s
+        columns, residual = whitened(root, columns_j / windows.duration_s[:, None]), whitened(root, left_w)
         gram = columns.T @ columns
         side = columns.T @ residual
         wind = np.linalg.solve(gram + np.eye(2) / USUAL_WIND_MPS**2, side)
