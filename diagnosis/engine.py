@@ -21,6 +21,7 @@ from diagnosis.causes.battery import battery_loss
 from diagnosis.causes.driven import driven, with_vehicle
 from diagnosis.errors import DiagnosisCancelled, DiagnosisError
 from diagnosis.fit.fitting import fit
+from diagnosis.fit.levels import KINDS
 from diagnosis.fit.model import BOX, residual_w
 from diagnosis.fit.scan import in_box
 from diagnosis.fit.selection import LEAST_TRIPS
@@ -48,6 +49,7 @@ WHOLE_TRIP_S: Final = 1e6  # windows that hold any drive
 WINDOW_STEPS: Final = 3.0  # samples of a window at least
 LEAST_GAIN_FRAC: Final = 0.005
 SEEN_IN_WINDOWS: Final = ("mass_kg",)  # numbers that whole trips' energies need not show
+LEVEL_FIELDS: Final = {kind.effect: kind.field or "aux_power_w" for kind in KINDS}
 NAMED: Final = 4  # drives, of more only how many
 STAGES: Final = (
     "replaying the drives",
@@ -151,7 +153,12 @@ def diagnose(
     held = [windows for trip, windows in others if trip.recording.id in held_out]
     strange = (*map(odd.__getitem__, odd), *odd_among(model, held), *unexplained(model))
     off = _file_is_off(accounts, odd)
-    wrong = tuple(error for error in parameter_errors(model) if off is not None or error.parameter in SEEN_IN_WINDOWS)
+    named = {LEVEL_FIELDS.get(finding.effect) for finding in found}  # of which some trips have more, on the whole too
+    wrong = tuple(
+        error
+        for error in parameter_errors(model)
+        if (off is not None or error.parameter in SEEN_IN_WINDOWS) and error.parameter not in named
+    )
     sums_alone = any(trip.recording.detail is Detail.TOTALS for trip in fitted)
     other_car = not sums_alone and is_other_car(wrong, off)
     if other_car:

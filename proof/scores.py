@@ -45,6 +45,7 @@ CALM: Final = ("no_height", "coarse", "wrong_file", "fahrenheit")  # in which no
 TOLD: Final = {
     "switch": "a draw of 0.5 to 1.5 kW on some trips: named with its trips",
     "step": "tyres that were changed: named with its trips",
+    "drift": "tyres that lose air from trip to trip: named with the later trips",
     "foreign": "a drive of another car: told",
     "fahrenheit": "temperatures in °F: doubted on those drives and no other",
     "wrong_file": "a file that is off by 10 to 25 %: told",

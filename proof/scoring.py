@@ -144,7 +144,7 @@ def told_of(answer: Answer, label: WorldLabel) -> bool:
         return bool(answer.parameters) or answer.other_car or answer.verdict == Verdict.PARAMETER_ERROR.value
     if truth.kind == "foreign":
         return any(set(spot.trips) == set(truth.trips) for spot in answer.spots if spot.axis == "trip")
-    family = {"switch": "auxiliary", "step": "rolling"}[truth.kind]
+    family = {"switch": "auxiliary", "step": "rolling", "drift": "rolling"}[truth.kind]
     on = set(truth.trips) & fitted & known
     return any(
         family in (claim.family, *claim.rivals) and overlap_of(set(claim.trips), on) >= LEAST_TRIPS_FRAC

@@ -194,8 +194,10 @@ def _level_finding(level: Level) -> Finding:
     half_kwh = abs(half / size * level.energy_j) / JOULE_PER_KWH
     energy_kwh = level.energy_j / JOULE_PER_KWH
     shown = f"{size:+.0%}" if level.kind.unit == "1" else f"{size:+.3g} {level.kind.unit}"
-    which = f"{len(level.trips)} trips" if level.since is None else f"all {len(level.trips)} trips {level.since}"
-    text = f"{sentence(level.kind.effect)}: {shown} on {which}, {energy_kwh:.2f} kWh."
+    which = f"on {len(level.trips)} trips"
+    if level.since is not None:
+        which = level.since if level.drifts else f"on all {len(level.trips)} trips {level.since}"
+    text = f"{sentence(level.kind.effect)}: {shown} {which}, {energy_kwh:.2f} kWh."
     rivals = tuple(Rival(rival.effect, rival.family) for rival in level.rivals)
     recording = None
     if rivals:

@@ -23,7 +23,7 @@ from diagnosis.fit.windows import measured_size_j, summed
 from energy.units import GRAVITY_MPS2, ZERO_CELSIUS_K
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -78,8 +78,9 @@ class Level:
     """Trips that carry a level: of which kind, and how much on average in its unit.
 
     half: of its 95 % interval. energy_j: of all these trips. since: from or up to which trip all carry it and no other,
-    where it was a step. rivals: kinds that fit as well. z: root of twice the gain in log likelihood. unit_size: times
-    the kind's column.
+    where it was a step, or how it drifts; of a level that drifts, trips are those that have more than half of it.
+    rivals: kinds that fit as well. z: root of twice the gain in log likelihood. unit_size: times the kind's column;
+    carried: what each trip has of it, by its id.
     """
 
     kind: LevelKind
@@ -92,6 +93,8 @@ class Level:
     since: str | None
     rivals: tuple[LevelKind, ...]
     unit_size: float
+    carried: Mapping[str, float]
+    drifts: bool
 
 
 def _drag(drive: ReplayedDrive) -> NDArray[np.float64]:
@@ -158,6 +161,8 @@ def levels(model: Model) -> Level | None:
         since=_since(model.trips, best.groups) if best.groups.step else None,
         rivals=tuple(one.kind for one in found[1:] if one.explained >= SAME_FRAC * best.explained),
         unit_size=unit_size,
+        carried={trip.trip_id: share for trip, share in zip(model.windows, _carried(best.groups), strict=True)},
+        drifts=best.groups.drift,
     )
 
 
@@ -221,7 +226,7 @@ def _tried(model: Model, kind: LevelKind, within: Noise) -> _Tried | None:
         return None
     clear = (
         groups.apart >= (LEAST_STEP if groups.step else LEAST_APART)
-        and float((np.abs(groups.belongs - 0.5) >= SURE - 0.5).mean()) >= SURE_FRAC
+        and (groups.drift or float((np.abs(groups.belongs - 0.5) >= SURE - 0.5).mean()) >= SURE_FRAC)
         and _least(kind, groups) <= groups.shift <= kind.most
         and _both_halves(columns, residuals, groups) >= (STEP_HALVES_FRAC if groups.step else HALVES_FRAC)
     )
@@ -230,10 +235,8 @@ def _tried(model: Model, kind: LevelKind, within: Noise) -> _Tried | None:
         clear = groups.gain > float(np.quantile(draws, 1.0 - FALSE_CLAIM_FRAC))
     explained = 0.0
     for k in np.flatnonzero(groups.on).tolist():
-        residual = residuals[k] - groups.usual[k] * columns[k]
-        explained += groups.shift * float(columns[k] @ residual) - 0.5 * groups.shift**2 * float(
-            columns[k] @ columns[k]
-        )
+        residual, column = residuals[k] - groups.usual[k] * columns[k], columns[k]
+        explained += 0.5 * _gain(column, residual, groups.shift * _carried(groups)[k])
     return _Tried(kind, groups, clear, explained)
 
 
@@ -260,9 +263,14 @@ def _both_halves(
         gains = []
         for part in (slice(0, half), slice(half, None)):
             residual, column = residuals[k][part] - groups.usual[k] * columns[k][part], columns[k][part]
-            gains.append(float(2.0 * groups.shift * column @ residual - groups.shift**2 * column @ column))
+            gains.append(_gain(column, residual, groups.shift * _carried(groups)[k]))
         better.append(min(gains) > 0.0)
     return float(np.mean(better))
+
+
+def _gain(column: NDArray[np.float64], residual: NDArray[np.float64], size: float) -> float:
+    """How much less is left of whitened residuals, squared, with so many units of a column."""
+    return float(2.0 * size * column @ residual - size**2 * column @ column)
 
 
 def _order(trips: Sequence[WindowedTrip]) -> NDArray[np.int64]:
@@ -273,10 +281,19 @@ def _order(trips: Sequence[WindowedTrip]) -> NDArray[np.int64]:
     return np.array(sorted(range(len(trips)), key=keys.__getitem__), np.int64)
 
 
+def _carried(groups: Groups) -> list[float]:
+    """What each trip has of a level: all or nothing, or its share of one that grows."""
+    shares: list[float] = (groups.belongs if groups.drift else groups.on.astype(np.float64)).tolist()
+    return shares
+
+
 def _since(trips: Sequence[WindowedTrip], groups: Groups) -> str:
     """When a step was taken, in words that follow a number of trips."""
     order = _order(trips)
     carried = groups.on[order]
+    if groups.drift:
+        first, last = (trips[order[k]].recording.id for k in ((-1, 0) if carried[0] else (0, -1)))
+        return f"growing from none on {first} to all of it on {last}"
     if carried[0]:
         return f"up to {trips[order[int(carried.sum()) - 1]].recording.id}"
     return f"from {trips[order[int(np.argmax(carried))]].recording.id} on"
@@ -290,8 +307,8 @@ def _natural(name: str) -> tuple[tuple[int, str], ...]:
 def _joint(model: Model, tried: _Tried) -> tuple[float, float, float]:
     """The size that trips have in common beside everything else, half of its interval, and its energy [J]."""
     columns = [
-        summed(trip, tried.kind.column_j(trip.drive)) * float(on)
-        for trip, on in zip(model.trips, tried.groups.on, strict=True)
+        summed(trip, tried.kind.column_j(trip.drive)) * share
+        for trip, share in zip(model.trips, _carried(tried.groups), strict=True)
     ]
     windows = [trip.with_column(LEVEL, column) for trip, column in zip(model.windows, columns, strict=True)]
     system = equations(windows, model.roots, model.system.prior.with_free())
@@ -337,8 +354,9 @@ def trip_wind(model: Model, level: Level | None = None) -> TripWind | None:
         )
         root = model.roots[k]
         left_w = model.residual_w(k)
-        if level is not None and windows.trip_id in level.trips:
-            left_w = left_w - level.unit_size * summed(trip, level.kind.column_j(trip.drive)) / windows.duration_s
+        if level is not None:
+            size = level.unit_size * level.carried[windows.trip_id]
+            left_w = left_w - size * summed(trip, level.kind.column_j(trip.drive)) / windows.duration_s
         columns, residual = whitened(root, columns_j / windows.duration_s[:, None]), whitened(root, left_w)
         gram = columns.T @ columns
         side = columns.T @ residual

@@ -25,7 +25,8 @@ class Groups:
     """Trips in two groups: belongs: chance of each to carry the level (K,); usual: its value without the level (K,).
 
     shift: size of the level; apart: by how many spreads it lies from the others; gain: of log likelihood over days that
-    differ alone; null_spread: of these [in the unit of the values]. step: all trips up to some date, or from it on.
+    differ alone; null_spread: of these [in the unit of the values]. step: all trips up to some date, or from it on;
+    drift: a level that grows or fades with each trip, of which belongs is the share that it has.
     """
 
     belongs: NDArray[np.float64]
@@ -35,6 +36,7 @@ class Groups:
     gain: float
     null_spread: float
     step: bool = False
+    drift: bool = False
 
     @property
     def on(self) -> NDArray[np.bool_]:
@@ -51,11 +53,17 @@ class _Days:
     days: float
 
     def fitted(
-        self, values: NDArray[np.float64], spread: NDArray[np.float64], belongs: NDArray[np.float64] | None = None
+        self,
+        values: NDArray[np.float64],
+        spread: NDArray[np.float64],
+        belongs: NDArray[np.float64] | None = None,
+        *,
+        shares: bool = False,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Weighted least squares of B rows of values, (B, K): values without the level (B, K), and its size (B,).
 
-        belongs: (B, K), chances to carry it, whose square counts as themselves: each trip carries the level or not.
+        belongs: (B, K), chances to carry it, whose square counts as themselves, since each trip carries the level or
+        not; or, where shares, what each trip has of it.
         """
         weight = 1.0 / (self.variance + np.square(spread)[:, None])
         rows, m = values.shape[0], self.design.shape[1]
@@ -66,7 +74,7 @@ class _Days:
         if belongs is not None:
             carried = weight * belongs
             gram[:, m, :m] = gram[:, :m, m] = carried @ self.design
-            gram[:, m, m] = carried.sum(axis=1)
+            gram[:, m, m] = (carried * belongs if shares else carried).sum(axis=1)
             right[:, m] = (carried * values).sum(axis=1)
         scale = 1.0 / np.sqrt(np.maximum(np.einsum("bii->bi", gram), 1e-300))
         turned = gram * scale[:, :, None] * scale[:, None, :] + RIDGE * np.eye(size)
@@ -109,18 +117,22 @@ class _Days:
     def steps(
         self, values: NDArray[np.float64], order: NDArray[np.int64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Each step of S at each spread: log likelihoods (B, S), which trips carry it (S, K), usual, sizes, spreads."""
+        """Each step and a drift, at each spread: log likelihoods (B, S), what trips have of it, usual, sizes, spreads.
+
+        What trips have: (S, K); the last of S at each spread are a drift, which grows by the same from trip to trip.
+        """
         count = values.shape[1]
         firsts = _spread_out(LEAST_SIDE, count - LEAST_SIDE)
         place = np.argsort(order)
         each = [(place >= first).astype(np.float64) for first in firsts]
+        each.append(place / max(count - 1, 1))
         belongs = np.repeat(np.array(each), len(SPREADS), axis=0)
         spread = np.tile(self.days * np.array(SPREADS), len(each))
         likelihood = np.empty((values.shape[0], spread.size))
         usual, shift = np.empty((values.shape[0], spread.size, count)), np.empty_like(likelihood)
         for row in range(values.shape[0]):
             same = np.repeat(values[row : row + 1], spread.size, axis=0)
-            usual[row], shift[row] = self.fitted(same, spread, belongs)
+            usual[row], shift[row] = self.fitted(same, spread, belongs, shares=True)
             mean = usual[row] + shift[row][:, None] * belongs
             likelihood[row] = self.density(same, mean, spread).sum(axis=1)
         return likelihood, belongs, usual, shift, spread
@@ -171,7 +183,7 @@ def step_of(
     days: float,
     order: NDArray[np.int64],
 ) -> Groups | None:
-    """The likeliest step of values that come in an order, (K,) indices; as groups_of. None where there is none."""
+    """The likeliest step or drift of values that come in an order, (K,) indices; as groups_of. None for none."""
     trips = _days(sd, covariates, days)
     one = values[None, :]
     null, null_spread = trips.null(one)
@@ -184,7 +196,8 @@ def step_of(
     if size < 0.0:  # what came before had more
         carried, plain, size = 1.0 - carried, plain + size, -size
     apart = size / float(np.hypot(spread[best], np.median(sd[np.isfinite(sd)])))
-    return Groups(carried, plain, size, apart, gain, float(null_spread[0]), step=True)
+    drift = best >= belongs.shape[0] - len(SPREADS)
+    return Groups(carried, plain, size, apart, gain, float(null_spread[0]), step=True, drift=drift)
 
 
 def drawn_gains(

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 SWITCH_W: Final = (500.0, 1500.0)
 SWITCH_TRIPS: Final = (4, 8)
 STEP_FACTOR: Final = (1.15, 1.35)
+DRIFT_FACTOR: Final = (1.25, 1.5)
 STEP_AT: Final = (0.35, 0.65)  # of the drives, in their order
 COARSE_S: Final = (5, 8, 12, 15)
 FAHRENHEIT_TRIPS: Final = (3, 6)
@@ -39,6 +40,7 @@ class FaultKind(StrEnum):
     COARSE = "coarse"
     SWITCH = "switch"
     STEP = "step"
+    DRIFT = "drift"
     FOREIGN = "foreign"
     FAHRENHEIT = "fahrenheit"
     WRONG_FILE = "wrong_file"
@@ -54,7 +56,7 @@ class Planted:
 
 
 def planted(rng: np.random.Generator, scene: Scene, kind: FaultKind) -> Planted:
-    """The scene with a fault: a draw that is left on, tyres that are changed, another car's drive; else as it is."""
+    """The scene with a fault: a draw that is left on, other or softer tyres, another car's drive; else as it is."""
     count = len(scene.trips)
     if kind is FaultKind.SWITCH:
         watts = float(np.rint(rng.uniform(*SWITCH_W)))
@@ -72,6 +74,15 @@ def planted(rng: np.random.Generator, scene: Scene, kind: FaultKind) -> Planted:
             for k, trip in enumerate(scene.trips)
         )
         return Planted(replace(scene, trips=trips), FaultTruth(kind.value, _names(scene, range(first, count)), factor))
+    if kind is FaultKind.DRIFT:
+        factor = float(rng.uniform(*DRIFT_FACTOR))
+        share = np.arange(count) / max(count - 1, 1)
+        trips = tuple(
+            replace(trip, day=trip.day._replace(tyre_factor=1.0 + (factor - 1.0) * float(own)))
+            for trip, own in zip(scene.trips, share, strict=True)
+        )
+        more = np.flatnonzero(share > 0.5).tolist()
+        return Planted(replace(scene, trips=trips), FaultTruth(kind.value, _names(scene, more), factor))
     if kind is FaultKind.FOREIGN:
         number = int(rng.integers(count))
         return Planted(scene, FaultTruth(kind.value, _names(scene, (number,)), 1.0), number)

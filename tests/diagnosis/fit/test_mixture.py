@@ -51,6 +51,18 @@ def test_a_step_in_time_is_found_at_its_place_whichever_side_has_more(sign):
     assert step.gain > np.quantile(drawn_gains(sd, cold, DAYS, step.null_spread, 100, order), 0.99)
 
 
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_drift_is_told_from_a_step(sign):
+    values, sd, cold = drawn(4)
+    order = np.random.default_rng(6).permutation(values.size)
+    share = np.argsort(order) / (values.size - 1)
+    drift = step_of(values + sign * 0.3 * share, sd, cold, DAYS, order)
+    assert drift.drift
+    np.testing.assert_allclose(drift.belongs, share if sign > 0.0 else 1.0 - share)
+    assert drift.shift == pytest.approx(0.3, abs=0.09)
+    assert drift.gain > np.quantile(drawn_gains(sd, cold, DAYS, drift.null_spread, 100, order), 0.99)
+
+
 def test_a_trip_that_does_not_tell_its_value_belongs_to_no_group_for_sure():
     values, sd, cold = drawn(7)
     values[:4] += 0.5
