@@ -51,10 +51,9 @@ def course_of(
     sent: SimulateRequest,
     spans: Sequence[LinkSpan] = (),
     graph: RoadGraph | None = None,
-    warnings: tuple[str, ...] = (),
 ) -> Course:
     """The course of a request; vehicle: with the effects of the request."""
-    return Course(chain, vehicle, conditions_from(sent.conditions), spans, graph, warnings)
+    return Course(chain, vehicle, conditions_from(sent.conditions), spans, graph)
 
 
 def stops_of(sent: SimulateRequest) -> StopRule:

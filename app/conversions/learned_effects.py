@@ -9,8 +9,9 @@ from pydantic import TypeAdapter, ValidationError
 
 from app.conversions.effects import schema_name
 from app.schemas.effects import CELSIUS_FIELDS, TEMPERATURE_DIGITS, EffectsSent
-from app.schemas.learned_effects import LearnedEffects, LearnedFrom, LearnedParameters
-from energy.units import KMH_PER_MPS, ZERO_CELSIUS_K
+from app.schemas.learned_effects import LearnedEffects, LearnedFrom, LearnedParameters, OpenCause
+from diagnosis.answer.separation import sentence
+from energy.units import ZERO_CELSIUS_K
 from energy.vehicle.coefficients import COEFFICIENT_FLAGS
 
 if TYPE_CHECKING:
@@ -19,13 +20,22 @@ if TYPE_CHECKING:
     from diagnosis.answer.results import Diagnosis, Interval
 
 SIGNIFICANT_DIGITS: Final = 9
+GRADE_DIGITS: Final = 4
 MAX_REASON_CHARS: Final = 1000
 
 
-def learned_effects(diagnosis: Diagnosis, *, diagnosis_id: str | None, date: str) -> LearnedEffects:
+def learned_effects(
+    diagnosis: Diagnosis,
+    *,
+    diagnosis_id: str | None,
+    date: str,
+    speed_kmh: float | None = None,
+    grade: tuple[float, float] | None = None,
+) -> LearnedEffects:
     """The content of effects.json; what requests would refuse is named in `not_carried` instead.
 
-    diagnosis_id: None where the diagnosis is not stored. date: YYYY-MM-DD.
+    diagnosis_id: None where the diagnosis is not stored. date: YYYY-MM-DD. speed_kmh, grade: the fastest [km/h] and the
+    steepest (rise over length) that was driven, None where it was not recorded.
     """
     refused: dict[str, str] = {name: text[:MAX_REASON_CHARS] for name, text in diagnosis.not_carried.items()}
     shown = {schema_name(name): _shown(name, value) for name, value in diagnosis.effects.items()}
@@ -43,7 +53,9 @@ def learned_effects(diagnosis: Diagnosis, *, diagnosis_id: str | None, date: str
             held_out_trips=len(diagnosis.held_out_trips),
             verdict=diagnosis.verdict.value,
             ambient_c=_ambient_c(diagnosis),
-            speed_kmh=_fastest_kmh(diagnosis),
+            speed_kmh=None if speed_kmh is None else round(speed_kmh, 1),
+            grade=None if grade is None else [round(bound, GRADE_DIGITS) for bound in grade],
+            open_causes=_open_causes(diagnosis),
             ci95={schema_name(name): _interval(name, ci95) for name, ci95 in diagnosis.effects_ci95.items()},
             not_carried=refused,
         ),
@@ -56,10 +68,17 @@ def _ambient_c(diagnosis: Diagnosis) -> list[float] | None:
     return [round(min(known), TEMPERATURE_DIGITS), round(max(known), TEMPERATURE_DIGITS)] if known else None
 
 
-def _fastest_kmh(diagnosis: Diagnosis) -> float | None:
-    """The fastest window of the fitted trips [km/h]."""
-    fastest = [float(trip.timeline.speed_mps.max(initial=0.0)) for trip in diagnosis.trips if not trip.held_out]
-    return round(KMH_PER_MPS * max(fastest), 1) if fastest else None
+def _open_causes(diagnosis: Diagnosis) -> list[OpenCause]:
+    """Findings that could as well be others, in words."""
+    return [
+        OpenCause(
+            cause=sentence(finding.effect),
+            rivals=[sentence(rival.effect) for rival in finding.ambiguous_with],
+            recording=None if finding.separating_recording is None else finding.separating_recording[:MAX_REASON_CHARS],
+        )
+        for finding in diagnosis.findings
+        if finding.ambiguous_with
+    ]
 
 
 def _accepted(

@@ -10,6 +10,7 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final
 
 from app.conversions.learned_effects import learned_effects
+from app.diagnosing.driven_range import fastest_kmh, steepest
 from app.errors.diagnosing import storable
 from diagnosis.answer.results_json import as_json
 
@@ -48,7 +49,15 @@ def documents_of(diagnosed: Diagnosed, *, diagnosis_id: str | None = None, place
         **as_json(diagnosis),
         "refused": [{"file": refused.file, "error": refused.error} for refused in diagnosed.refused],
     }
-    effects = learned_effects(diagnosis, diagnosis_id=diagnosis_id, date=datetime.now(UTC).date().isoformat())
+    fitted = set(diagnosis.fitted_trips)
+    driven = [recording for recording in diagnosed.recordings if recording.id in fitted]
+    effects = learned_effects(
+        diagnosis,
+        diagnosis_id=diagnosis_id,
+        date=datetime.now(UTC).date().isoformat(),
+        speed_kmh=fastest_kmh(driven),
+        grade=steepest(driven),
+    )
     return Documents(
         result=storable(json.dumps(result, ensure_ascii=False, allow_nan=False, indent=1)),
         report=storable(report_html(diagnosis)),

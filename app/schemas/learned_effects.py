@@ -37,6 +37,14 @@ class LearnedParameters(Sent):
     aux_power_w: Number | None = Field(default=None, ge=0, le=100_000, description="power of the auxiliaries [W]")
 
 
+class OpenCause(Sent):
+    """A cause that could as well be another one, in words, and the recording that would tell."""
+
+    cause: Name
+    rivals: list[Name] = Field(min_length=1, max_length=MAX_NAMES, description="what it could be as well")
+    recording: Reason | None = Field(default=None, description="what would tell them apart")
+
+
 class LearnedFrom(Sent):
     """Where learned effects come from; told back, and used for nothing but warnings."""
 
@@ -51,7 +59,19 @@ class LearnedFrom(Sent):
     ambient_c: Bounds | None = Field(
         default=None, description="coldest and hottest of the fitted trips [°C]; beyond it requests are warned"
     )
-    speed_kmh: Number | None = Field(default=None, ge=0, description="fastest window of the fitted trips [km/h]")
+    speed_kmh: Number | None = Field(
+        default=None,
+        ge=0,
+        description="fastest that the fitted trips held for 10 s in sum [km/h]; beyond it requests are warned",
+    )
+    grade: Bounds | None = Field(
+        default=None,
+        description="steepest descent and climb that 200 m in sum of the fitted trips had, rise over length, where"
+        " height was recorded; beyond it requests are warned",
+    )
+    open_causes: list[OpenCause] = Field(
+        default=[], max_length=MAX_NAMES, description="findings that could as well be others; requests are warned"
+    )
     ci95: dict[Name, Bounds | None] = Field(
         default={}, max_length=MAX_NAMES, description="95 % interval of a learned number by its field, in its unit"
     )

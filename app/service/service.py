@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from contextlib import contextmanager
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
 from app.atlas import Atlas
@@ -16,6 +16,7 @@ from app.conversions.range import range_features, range_query
 from app.conversions.route import route_features_json, route_json, route_query, route_response
 from app.conversions.simulation import chain_from_numbers, chain_link_error, simulation_answer, spans_from_links
 from app.conversions.vehicle_check import vehicle_check
+from app.conversions.way_limits import area_limits, course_limits, route_limits
 from app.schemas.drive import DriveRequest
 from app.schemas.graph import GraphDetail, GraphList
 from app.schemas.matrix import MatrixRequest, MatrixResponse
@@ -25,7 +26,7 @@ from app.schemas.simulation import SimulateRequest, SimulateResponse
 from app.schemas.vehicles.check import VehicleChecks
 from app.service.driving import drive, profiles, warm_up
 from app.service.fleet import Fleet
-from app.service.learned import LearnedEffectsShelf, warnings_of
+from app.service.learned import LearnedEffectsShelf, warnings_of, warnings_of_way
 from app.service.matrices import MatrixWork, check_places
 from app.store.database import Database
 from app.store.diagnoses import LearnedEffectsStore
@@ -39,10 +40,12 @@ from routing.errors import GraphNotFoundError
 from routing.graph.folders import graph_folders
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
     from pathlib import Path
 
     from app.conversions.course import Course
+    from app.conversions.way_limits import WayLimits
+    from app.schemas.learned_effects import LearnedEffects
     from app.schemas.simulation import SimulationModel
     from app.schemas.vehicles.answer import AnyVehicleDetail, VehicleList
     from app.schemas.vehicles.services import NewVehicle
@@ -56,6 +59,25 @@ if TYPE_CHECKING:
 LOG = logging.getLogger(__name__)
 
 Asked = TypeVar("Asked", bound=DriveRequest)
+
+
+@dataclass(frozen=True, slots=True)
+class ChosenVehicle:
+    """The vehicle of a request with the effects that apply, how it was chosen, and what is to be said of them."""
+
+    vehicle: AnyVehicle
+    choice: VehicleChoice
+    effects: LearnedEffects | None
+    warnings: tuple[str, ...]
+
+    def warnings_on(self, limits: Callable[[], WayLimits | None]) -> tuple[str, ...]:
+        """The warnings, with those of ways that are faster or steeper than what effects were learned on.
+
+        limits: of the ways; asked for only where it is known what the effects were learned from.
+        """
+        if self.effects is None or self.effects.learned_from is None:
+            return self.warnings
+        return (*self.warnings, *warnings_of_way(self.effects, limits()))
 
 
 class Service:
@@ -112,8 +134,10 @@ class Service:
         return route_features_json(answer, understood, planner.graph)
 
     def _answered_route(self, sent: RouteRequest) -> tuple[RouteAnswer, RouteRequest, Planner]:
-        planner, vehicle, understood, warnings = self._understood(sent)
-        answer = planner.route(route_query(understood, vehicle))
+        planner, chosen, understood = self._understood(sent)
+        query = route_query(understood, chosen.vehicle)
+        answer = planner.route(query)
+        warnings = chosen.warnings_on(lambda: route_limits(answer.routes, chosen.vehicle, query.conditions))
         return replace(answer, warnings=(*warnings, *answer.warnings)), understood, planner
 
     def matrix(self, sent: MatrixRequest) -> MatrixResponse:
@@ -124,13 +148,16 @@ class Service:
     def matrix_work(self, sent: MatrixRequest) -> MatrixWork:
         """All drives from sources to targets, ready to be searched row by row."""
         check_places(sent, self.settings.matrix_limit_places)
-        planner, vehicle, understood, warnings = self._understood(sent)
-        return MatrixWork(planner.matrix(matrix_query(understood, vehicle)), understood, planner.graph, warnings)
+        planner, chosen, understood = self._understood(sent)
+        search = planner.matrix(matrix_query(understood, chosen.vehicle))
+        return MatrixWork(search, understood, planner.graph, chosen.warnings)
 
     def range(self, sent: RangeRequest) -> RangeFeatureCollection:
         """The reachable area for a request."""
-        planner, vehicle, understood, warnings = self._understood(sent)
-        answer = planner.range(range_query(understood, vehicle))
+        planner, chosen, understood = self._understood(sent)
+        query = range_query(understood, chosen.vehicle)
+        answer = planner.range(query)
+        warnings = chosen.warnings_on(lambda: area_limits(answer, planner.graph, chosen.vehicle, query.conditions))
         return range_features(replace(answer, warnings=(*warnings, *answer.warnings)), understood, planner.graph)
 
     def simulate(self, sent: SimulateRequest) -> SimulateResponse:
@@ -149,13 +176,16 @@ class Service:
     def _course(self, sent: SimulateRequest) -> tuple[Course, SimulateRequest]:
         """What is to be driven, and the request with its defaults filled in."""
         if sent.chain is not None:
-            vehicle, choice, warnings = self._vehicle_with_effects(sent)
+            chosen = self._vehicle_with_effects(sent)
             chain = chain_from_numbers(sent.chain, StopSettings())
-            return course_of(chain, vehicle, sent, warnings=warnings), sent.model_copy(update={"vehicle": choice})
-        planner, vehicle, understood, warnings = self._understood(sent)
+            course = course_of(chain, chosen.vehicle, sent)
+            warned = replace(course, warnings=chosen.warnings_on(lambda: course_limits(course)))
+            return warned, sent.model_copy(update={"vehicle": chosen.choice})
+        planner, chosen, understood = self._understood(sent)
         spans = spans_from_links(understood.links or [], planner.graph)
         chain = planner.chain(spans, StopSettings())
-        return course_of(chain, vehicle, sent, spans, planner.graph, warnings), understood
+        course = course_of(chain, chosen.vehicle, sent, spans, planner.graph)
+        return replace(course, warnings=chosen.warnings_on(lambda: course_limits(course))), understood
 
     def list_vehicles(self) -> VehicleList:
         """All vehicles."""
@@ -193,19 +223,20 @@ class Service:
         """One graph with its extent."""
         return graph_detail(self.atlas.planner(name).graph, self.settings.default_graph)
 
-    def _understood(self, sent: Asked) -> tuple[Planner, AnyVehicle, Asked, tuple[str, ...]]:
-        """Planner and vehicle of a request, the request with its defaults filled in, and warnings."""
-        vehicle, choice, warnings = self._vehicle_with_effects(sent)
+    def _understood(self, sent: Asked) -> tuple[Planner, ChosenVehicle, Asked]:
+        """Planner and vehicle of a request, and the request with its defaults filled in."""
+        chosen = self._vehicle_with_effects(sent)
         graph = sent.graph if sent.graph is not None else self.settings.default_graph
-        understood = sent.model_copy(update={"vehicle": choice, "graph": graph})
-        return self.atlas.planner(graph), vehicle, understood, warnings
+        understood = sent.model_copy(update={"vehicle": chosen.choice, "graph": graph})
+        return self.atlas.planner(graph), chosen, understood
 
-    def _vehicle_with_effects(self, sent: DriveRequest) -> tuple[AnyVehicle, VehicleChoice, tuple[str, ...]]:
-        """The vehicle of a request with the effects that it asks for, the choice of it, and warnings."""
+    def _vehicle_with_effects(self, sent: DriveRequest) -> ChosenVehicle:
+        """The vehicle of a request with the effects that it asks for."""
         vehicle, choice = self.chosen_vehicle(sent.vehicle)
         effects = self.learned.chosen(sent.effects)
         ambient_c = None if sent.conditions is None else sent.conditions.ambient_c
-        return vehicle_with_effects(vehicle, effects), choice, warnings_of(effects, vehicle.id, ambient_c)
+        warnings = warnings_of(effects, vehicle.id, ambient_c)
+        return ChosenVehicle(vehicle_with_effects(vehicle, effects), choice, effects, warnings)
 
     def chosen_vehicle(self, choice: VehicleChoice | None) -> tuple[AnyVehicle, VehicleChoice]:
         """The vehicle of a choice, the default one without; raises VehicleNotFoundError or VehicleError."""

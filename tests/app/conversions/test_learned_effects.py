@@ -15,7 +15,8 @@ from app.conversions.learned_effects import learned_effects
 from app.schemas.learned_effects import LearnedEffects, LearnedFrom
 from app.service.learned import warnings_of
 from app.store.diagnoses import DiagnosisDocuments, DiagnosisStore, NewDiagnosis
-from diagnosis.answer.results import Diagnosis, Verdict
+from diagnosis.answer.results import Diagnosis, Finding, Rival, Verdict
+from diagnosis.causes.families import Family
 from diagnosis.engine import diagnose
 from diagnosis.recordings.reading import read_recordings
 from energy.vehicle.vehicle import Vehicle
@@ -79,6 +80,26 @@ def test_temperatures_are_in_celsius_with_their_intervals() -> None:
     assert sent.learned_from is not None
     assert sent.learned_from.ci95 == {"cabin_target_c": [19.0, 23.0], "cabin_ua_w_per_k": None}
     assert (sent.learned_from.trips, sent.learned_from.held_out_trips) == (2, 1)
+
+
+def test_findings_that_could_be_others_are_open_causes_in_words() -> None:
+    clear = Finding("load_loss", Family.DRIVETRAIN, "", (), 1.0, None, 0.1, 9.0)
+    alike = replace(
+        clear,
+        effect="cabin_heating",
+        family=Family.THERMAL,
+        ambiguous_with=(Rival("rolling_temperature", Family.ROLLING),),
+        separating_recording="A recording with standstill.",
+    )
+    origin = learned(findings=(clear, alike)).learned_from
+    assert origin is not None
+    assert [cause.model_dump() for cause in origin.open_causes] == [
+        {
+            "cause": "Heating the cabin in the cold",
+            "rivals": ["Tyres that roll harder in the cold"],
+            "recording": "A recording with standstill.",
+        }
+    ]
 
 
 def test_what_requests_would_refuse_is_named_as_not_carried() -> None:
