@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Final
 from rich.markup import escape
 from rich.table import Table
 
+from app.service.learned import CANNOT_TELL, NOTHING
+
 if TYPE_CHECKING:
     from rich.console import Console
 
@@ -30,7 +32,16 @@ def print_diagnosis(console: Console, diagnosis: Diagnosis) -> None:
             console.print(line, style="yellow", markup=False, highlight=False)
     if diagnosis.before is not None and diagnosis.after is not None:
         console.print(_fit(diagnosis, diagnosis.before, diagnosis.after))
+    carried = diagnosis.effects or diagnosis.parameters
+    if not carried:
+        reason = diagnosis.not_carried.get(NOTHING)
+        console.print(f"nothing is carried to routes{f': {reason}' if reason else ''}", markup=False, highlight=False)
+    elif diagnosis.verdict.value == CANNOT_TELL:
+        line = "routes and ranges take effects.json with --apply-uncertain only: causes could not be told apart"
+        console.print(line, style="yellow", markup=False, highlight=False)
     for name, reason in diagnosis.not_carried.items():
+        if name == NOTHING:
+            continue
         console.print(f"not for routes: {name}: {reason}", style="dim", markup=False, highlight=False)
 
 

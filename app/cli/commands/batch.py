@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Final
 import typer
 from rich.console import Console
 
-from app.cli.commands.effects import EffectsOption, effects_choice
+from app.cli.commands.effects import EffectsOption, UncertainOption, effects_choice, refuse_uncertain
 from app.cli.commands.output import GraphOption, JsonOption, print_json, print_notes, service_for
 from app.cli.commands.progress import stage_bars, whole_reporter
 from app.cli.commands.queries import (
@@ -66,6 +66,7 @@ def matrix(
     stops: StopsOption = "expected",
     condition: ConditionOption = None,
     effects: EffectsOption = None,
+    apply_uncertain: UncertainOption = False,
     scheduler: SchedulerOption = None,
     threads: ThreadsOption = None,
     out: Annotated[
@@ -96,7 +97,7 @@ def matrix(
         "conditions": conditions_from_pairs(condition),
         "effects": effects_choice(effects),
     }
-    answer = _searched(body, graph, scheduler, threads)
+    answer = _searched(body, graph, scheduler, threads, apply_uncertain=apply_uncertain)
     if out is not None:
         write_pairs(out, answer, sources, reached)
     if as_json:
@@ -113,15 +114,20 @@ def _place(place: NamedPlace) -> dict[str, float]:
     return {"lat": place.lat_deg, "lon": place.lon_deg}
 
 
-def _searched(body: dict[str, Any], graph: str | None, scheduler: str | None, threads: int | None) -> MatrixResponse:
+def _searched(
+    body: dict[str, Any], graph: str | None, scheduler: str | None, threads: int | None, *, apply_uncertain: bool
+) -> MatrixResponse:
     """The answer to a matrix request, its rows spread by Dask."""
     from app.cli.batch.matrices import matrix_row
     from app.cli.batch.opening import opened_matrix, order_of
     from app.cli.batch.scheduling import workers
     from app.schemas.matrix import MatrixRequest
 
-    order = order_of(service_for(graph))
-    request = MatrixRequest.model_validate(body).model_dump_json()
+    service = service_for(graph)
+    order = order_of(service)
+    sent = MatrixRequest.model_validate(body)
+    refuse_uncertain(service, sent.effects, apply_uncertain)
+    request = sent.model_dump_json()
     work = opened_matrix(order, request)  # here as well, so that what is wrong with it is said at once
     rows = []
     with stage_bars() as bars, workers(scheduler, threads or os.cpu_count() or 1) as spread:

@@ -57,6 +57,12 @@ def show(answer: Shown, table: Callable[[Shown], Table], as_json: bool) -> None:
         Console().print(table(answer))
 
 
+def print_changes(console: Console, lines: list[str]) -> None:
+    """Print what learned effects change of an answer."""
+    for line in lines:
+        console.print(line, style="cyan", markup=False, highlight=False, soft_wrap=True)
+
+
 def print_notes(console: Console, terrain: TerrainNote | None, warnings: list[str]) -> None:
     """Print the data that an answer rests on; warnings go to stderr."""
     if terrain is not None:

@@ -7,16 +7,27 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from rich.console import Console
 
-from app.cli import tables
-from app.cli.commands.effects import EffectsOption, effects_choice
+from app.cli import before_after, tables
+from app.cli.commands.effects import (
+    EffectsOption,
+    UncertainOption,
+    changes_anything,
+    effects_choice,
+    refuse_uncertain,
+)
 from app.cli.commands.json_files import json_in
-from app.cli.commands.output import GraphOption, JsonOption, print_json, print_notes, service_for
+from app.cli.commands.output import GraphOption, JsonOption, print_changes, print_json, print_notes, service_for
+from app.errors.raised import CommandError
 from routing.errors import QueryError
+
+if TYPE_CHECKING:
+    from app.schemas.route import RouteRequest
+    from app.service.service import Service
 
 queries = typer.Typer()
 
@@ -56,12 +67,18 @@ def route(
     stops: StopsOption = "expected",
     condition: ConditionOption = None,
     effects: EffectsOption = None,
+    apply_uncertain: UncertainOption = False,
+    compare: Annotated[
+        bool, typer.Option("--compare", help="show the routes by the vehicle's file beside those with --effects")
+    ] = False,
     uncertainty: UncertaintyOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Routes from one place to another."""
     from app.schemas.route import RouteRequest
 
+    if compare and (effects is None or pareto is not None):
+        raise CommandError("--compare is set, allowed: with --effects, without --pareto")
     service = service_for(graph)
     sent = RouteRequest.model_validate(
         {
@@ -82,12 +99,19 @@ def route(
             "uncertainty": uncertainty,
         }
     )
+    if compare:
+        _compare(service, sent, as_json)
+        return
+    refuse_uncertain(service, sent.effects, apply_uncertain)
     answer = service.route(sent)
     if as_json:
         print_json(answer)
         return
     console = Console()
     console.print(tables.routes_table(answer))
+    if changes_anything(service, sent.effects):
+        file = service.route(sent.model_copy(update={"effects": None}))
+        print_changes(console, before_after.route_lines(file, answer))
     console.print(tables.parts_table([(found.name, found.energy_parts_kwh) for found in answer.routes]))
     console.print(tables.hot_table(answer.routes))
     if uncertainty:
@@ -99,6 +123,17 @@ def route(
             f"times its time and {claim.energy_slack_kwh:.3f} kWh more"
         )
     print_notes(console, answer.terrain, answer.warnings)
+
+
+def _compare(service: Service, sent: RouteRequest, as_json: bool) -> None:
+    """Show what learned effects would change of a request, and apply nothing."""
+    file, learned = service.route(sent.model_copy(update={"effects": None})), service.route(sent)
+    if as_json:
+        typer.echo(f'{{"file":{file.model_dump_json()},"learned":{learned.model_dump_json()}}}')
+        return
+    console = Console()
+    before_after.print_routes(console, file, learned)
+    print_notes(console, learned.terrain, learned.warnings)
 
 
 @queries.command("range")
@@ -116,6 +151,7 @@ def reachable(
     stops: StopsOption = "expected",
     condition: ConditionOption = None,
     effects: EffectsOption = None,
+    apply_uncertain: UncertainOption = False,
     uncertainty: UncertaintyOption = False,
     as_json: JsonOption = False,
 ) -> None:
@@ -140,12 +176,16 @@ def reachable(
             "uncertainty": uncertainty,
         }
     )
+    refuse_uncertain(service, sent.effects, apply_uncertain)
     answer = service.range(sent)
     if as_json:
         print_json(answer)
         return
     console = Console()
     console.print(tables.bands_table(answer))
+    if changes_anything(service, sent.effects):
+        file = service.range(sent.model_copy(update={"effects": None}))
+        print_changes(console, [before_after.area_line(file, answer)])
     print_notes(console, answer.terrain, answer.warnings)
 
 
@@ -167,6 +207,7 @@ def simulate(
         Path | None, typer.Option(metavar="FILE.png", help="draw the speed along the way by both models")
     ] = None,
     effects: EffectsOption = None,
+    apply_uncertain: UncertainOption = False,
     as_json: JsonOption = False,
 ) -> None:
     """Energy and time of driving given links."""
@@ -180,6 +221,8 @@ def simulate(
         body |= {name: value for name, value in asked.items() if value is not None}
     service = service_for(None)
     sent = SimulateRequest.model_validate(body)
+    if effects is not None:  # those of the body are the sender's own choice
+        refuse_uncertain(service, sent.effects, apply_uncertain)
     answer = service.simulate(sent)
     if plot is not None:
         from app.cli.speed_plot import draw_speeds
@@ -192,6 +235,9 @@ def simulate(
     console = Console()
     console.print(tables.simulation_table(answer))
     console.print(tables.parts_table([("sum", answer.energy_parts_kwh)]))
+    if changes_anything(service, sent.effects):
+        file = service.simulate(sent.model_copy(update={"effects": None}))
+        print_changes(console, [before_after.drive_line(file, answer)])
     if answer.profile is not None:
         console.print(tables.profile_table(answer.profile))
     print_notes(console, answer.terrain, answer.warnings)
