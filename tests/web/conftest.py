@@ -13,7 +13,9 @@ from benchmarks.browser import ROOT, NoBrowserError, chromium_path, launched
 from energy.vehicle.files import load_vehicle
 from energy.vehicle.vehicle import Vehicle
 from tests.app.recorded import write_winter
+from tests.web.diagnosed import done
 from tests.web.map_page import MapPage
+from tests.web.road_drives import write_road_drives
 from tests.web.served import serving
 
 if TYPE_CHECKING:
@@ -53,10 +55,14 @@ def chromium() -> str:
 def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder of recordings with a subfolder `winter`: ten drives with a heater that the model does not know."""
     folder = tmp_path_factory.mktemp("recordings")
+    write_winter(folder / "winter", _car())
+    return folder
+
+
+def _car() -> Vehicle:
     car = load_vehicle(ROOT / f"data/vehicles/{CAR}.toml")
     assert isinstance(car, Vehicle)
-    write_winter(folder / "winter", car)
-    return folder
+    return car
 
 
 @pytest.fixture(scope="session")
@@ -64,6 +70,17 @@ def served(tmp_path_factory: pytest.TempPathFactory, recordings: Path, chromium:
     """The service on the bundled graphs and vehicles, with an empty database."""
     with serving(tmp_path_factory.mktemp("served"), JOULEPATH_RECORDINGS_DIR=str(recordings)) as running:
         yield running
+
+
+@pytest.fixture(scope="session")
+def elsewhere(served: ServedMap, recordings: Path) -> dict[str, Any]:
+    """A diagnosis of drives on another graph than the default one."""
+    ends = {"start": [-71.25, -29.90], "goal": [-71.33, -29.96], "soc": 0.8, "graph": "coquimbo", "links": False}
+    line = served.ask("/route", ends)["routes"][0]["geometry"]["coordinates"]
+    write_road_drives(recordings / "road", _car(), line)
+    found = done(served, recordings=["road/*.csv"], vehicle=CAR, graph="coquimbo")
+    assert found["warnings"] == []
+    return found
 
 
 @pytest.fixture(scope="session")

@@ -113,9 +113,9 @@ async function showGraph(app) {
     const tiles = await call(`graphs/${encodeURIComponent(known.name)}/tiles.json`);
     if ((journey.get().graph ?? graphs.default) !== known.name) return;
     const again = session.get().tiles !== null;
+    if (again) view.fit(tiles.bounds, { animate: false });
     session.set({ tiles });
     drawGraph(app, tiles);
-    if (again) view.fit(tiles.bounds, { animate: false });
   } catch (error) {
     if (!(error instanceof ApiError)) throw error;
     view.fail(error.message, () => showGraph(app));

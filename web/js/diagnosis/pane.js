@@ -1,6 +1,7 @@
 /** Diagnoses of recorded drives: a new one and the earlier ones, or the one that is looked at. */
 
 import { el, fill } from "../dom.js";
+import { bringGround, losesPlaces, missingGround } from "../journey/ground.js";
 import { failure, working } from "../notices.js";
 import { createDiagnoses, unfinished } from "./diagnoses.js";
 import { tripDrawer } from "./drawer.js";
@@ -13,7 +14,7 @@ import { endedCard, resultCards } from "./result.js";
 import { VERDICTS, verdictSentence } from "./terms.js";
 
 export function diagnosisPane(app, element) {
-  const { journey } = app;
+  const { journey, session } = app;
   const diagnoses = createDiagnoses(app);
   const drawer = tripDrawer(app, diagnoses);
   const residuals = residualMap(app, diagnoses, pick);
@@ -27,10 +28,14 @@ export function diagnosisPane(app, element) {
   let cards = null; // of a result
   let seek = null; // {trip, seconds} that was picked on the map
   let opened = false;
+  let placed = null; // id of the diagnosis whose drives the map was brought to
 
   fill(element, begin, one);
   diagnoses.on(["shown"], show);
-  diagnoses.on(["residuals"], fitResiduals);
+  diagnoses.on(["residuals"], toDrives);
+  journey.on(["tab"], toDrives);
+  session.on(["graphs"], toDrives);
+  session.on(["tiles"], () => placed && placed === journey.get().diagnosis && journey.get().tab === "diagnosis" && residuals.fit());
   diagnoses.on(["trip"], showTrip);
   journey.on(["tab"], openOnce);
   openOnce();
@@ -89,8 +94,18 @@ export function diagnosisPane(app, element) {
     diagnoses.choose(trip);
   }
 
-  function fitResiduals() {
-    if (diagnoses.get().residuals.status === "done" && journey.get().tab === "diagnosis") residuals.fit();
+  /** Bring the map to the drives, with the roads that they are on below them; once, and not where places would go. */
+  function toDrives() {
+    const { status, answer } = diagnoses.get().residuals;
+    const { diagnosis, tab } = journey.get();
+    if (diagnosis === null || status === "loading") placed = null;
+    if (status !== "done" || tab !== "diagnosis" || !session.get().graphs || placed === diagnosis) return;
+    placed = diagnosis;
+    residuals.fit();
+    const missing = missingGround(app, answer.graph, residuals.extent());
+    if (!missing || losesPlaces(app, missing)) return;
+    bringGround(app, missing);
+    app.toast(`The map shows the roads of ${missing.name}, which these drives are on.`);
   }
 
   function showTrip({ trip, chosen }) {

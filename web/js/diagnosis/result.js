@@ -2,6 +2,7 @@
 
 import { el, fill, newId } from "../dom.js";
 import { saveFile } from "../download.js";
+import { bringGround, losesPlaces, missingGround, shownGround } from "../journey/ground.js";
 import { failure, warningsOf, working } from "../notices.js";
 import { energyText, number } from "../units.js";
 import { applying } from "./apply.js";
@@ -21,11 +22,13 @@ export function resultCards(app, diagnoses, residuals, answer) {
   const apply = applying(app, answer);
   const energy = attributionPart(app, diagnoses, result);
   const place = el("div", { class: "stack" });
+  const ground = el("div", { class: "notice warn", hidden: true });
   const extentLine = el("p", { class: "small dim" });
   const ends = [
     app.journey.on(["effects"], apply.show),
     app.journey.on(["units"], () => { energy.show(); showExtent(); }),
-    app.journey.on(["graph"], showPlace),
+    app.journey.on(["graph", "start", "goal", "via"], showPlace),
+    app.session.on(["graphs"], showPlace),
     app.session.on(["vehicles"], () => { apply.show(); showExtent(); }),
     diagnoses.on(["chosen"], energy.mark),
     diagnoses.on(["residuals"], showPlace),
@@ -35,6 +38,7 @@ export function resultCards(app, diagnoses, residuals, answer) {
   const findings = [...findingCards(result)];
   const element = el(
     "div", { class: "stack result" },
+    ground,
     verdictCard(answer, extentLine, apply.field),
     part("How well drives are met", fitPart(result, diagnoses.choose)),
     findings.length > 0 && part("What the model leaves out", findings),
@@ -73,18 +77,21 @@ export function resultCards(app, diagnoses, residuals, answer) {
       status === "none" && el("p", { class: "dim" }, "This diagnosis keeps no places. Run it again to have them."),
       shown && !extent && el("p", { class: "dim" }, "These recordings have no positions, so there is nothing to draw on the map."),
       extent && el("p", {}, shown.kind === "links" ? `Roads of ${shown.graph} are coloured` : "The tracks are coloured", WHAT_COLOURS_SAY),
-      extent && el("div", { class: "row wrap" }, el("button", { type: "button", class: "button", on: { click: residuals.fit } }, "Show it on the map"), otherGraph(shown, extent)),
+      extent && el("button", { type: "button", class: "button", on: { click: residuals.fit } }, "Show it on the map"),
     );
+    showGround(missingGround(app, shown?.graph, extent));
   }
 
-  /** A button that brings the roads below the residuals, where others are on the map. */
-  function otherGraph({ graph }, [west, south, east, north]) {
-    const { graphs } = app.session.get();
-    const current = app.journey.get().graph ?? graphs?.default;
-    const around = graphs?.graphs.find(({ name, bbox: [w, s, e, n] }) => name === graph || (!graph && w <= west && s <= south && e >= east && n >= north));
-    if (!around || around.name === current) return null;
-    const change = () => app.journey.set({ graph: around.name === graphs.default ? null : around.name });
-    return el("button", { type: "button", class: "button", on: { click: change } }, `Roads of ${around.name}`);
+  /** Say above all where the map shows other roads than those that the drives are on. */
+  function showGround(missing) {
+    ground.hidden = !missing;
+    if (!missing) return;
+    const shown = shownGround(app)?.name ?? "other roads";
+    fill(
+      ground,
+      el("p", {}, `These drives are on the roads of ${missing.name}, the map shows ${shown}.`, losesPlaces(app, missing) && ` Places on ${shown} are removed where it changes.`),
+      el("button", { type: "button", class: "button", on: { click: () => bringGround(app, missing) } }, `Show ${missing.name}`),
+    );
   }
 }
 
