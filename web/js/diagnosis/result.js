@@ -32,6 +32,7 @@ export function resultCards(app, diagnoses, residuals, answer) {
     app.session.on(["vehicles"], () => { apply.show(); showExtent(); }),
     diagnoses.on(["chosen"], energy.mark),
     diagnoses.on(["residuals"], showPlace),
+    apply.end,
   ];
   showExtent();
   showPlace();

@@ -71,6 +71,7 @@ const UNIT_ENDING = /((_(w|n|kg))?_per_[a-z0-9_]+|_(km|m|s|min|h|kmh|mps|kw|w|kw
 const spoken = (name) => name.replace(UNIT_ENDING, "").replaceAll("_", " ");
 
 export const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+export const uncapped = (text) => text.charAt(0).toLowerCase() + text.slice(1);
 export const familyName = (family) => FAMILIES[family] ?? capital(spoken(family));
 export const effectName = (effect) => capital(spoken(effect));
 export const parameterName = (parameter) => PARAMETERS[parameter] ?? spoken(parameter);
