@@ -123,10 +123,16 @@ def warnings_of_way(effects: LearnedEffects | None, limits: WayLimits | None) ->
 
 
 def nothing_text(learned_from: LearnedFrom) -> str | None:
-    """That a diagnosis carries nothing, and why; None where it does not say so."""
-    few = "there were too few drives to learn from" if learned_from.verdict == TOO_FEW else None
-    reason = learned_from.not_carried.get(NOTHING, few)
-    return None if reason is None else f"nothing is carried by the effects, the vehicle is as its file has it: {reason}"
+    """That a diagnosis carries nothing, and why; None of what is no diagnosis' answer, which says of how many trips."""
+    if NOTHING in learned_from.not_carried:
+        reason = learned_from.not_carried[NOTHING]
+    elif learned_from.verdict == TOO_FEW:
+        reason = "there were too few drives to learn from"
+    elif learned_from.trips is not None:
+        reason = "the drives named nothing that routes could use"
+    else:
+        return None
+    return f"nothing is carried by the effects, the vehicle is as its file has it: {reason}"
 
 
 def _open_text(which: str, causes: Sequence[OpenCause]) -> str:

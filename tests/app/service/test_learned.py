@@ -50,6 +50,7 @@ def test_one_open_cause_beside_clear_ones_is_a_warning_and_nothing_to_refuse() -
     [
         ({"not_carried": {"all": "they err by 9.0 %"}, "ambient_c": [0.0, 5.0]}, "they err by 9.0 %"),
         ({"verdict": "cannot_tell", "open_causes": [OPEN], "not_carried": {"all": "no better"}}, "no better"),
+        ({"verdict": "unexplained", "trips": 7}, "the drives named nothing that routes could use"),
         ({"verdict": "too_few_trips"}, "there were too few drives to learn from"),
     ],
 )

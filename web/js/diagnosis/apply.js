@@ -109,11 +109,11 @@ function uncertainty({ id, result: { findings } }, agreed) {
 }
 
 function nothing({ verdict, learned }) {
-  const reason = learned.not_carried.all ?? (verdict === "too_few_trips" ? "the drives are too few" : null);
+  const reason = learned.not_carried.all ?? (verdict === "too_few_trips" ? "the drives are too few" : "these drives name nothing that routes could use");
   return el(
     "p", { class: "notice plain" },
     el("strong", {}, "Nothing is carried over to routes. "),
-    `Routes and ranges stay as the vehicle's file has them${reason ? `: ${reason}` : ""}.`,
+    `Routes and ranges stay as the vehicle's file has them: ${reason}.`,
   );
 }
 
