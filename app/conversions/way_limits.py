@@ -15,16 +15,17 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
+    from shapely import MultiPolygon
 
     from app.conversions.course import Course
     from energy.conditions import Conditions
     from energy.vehicle.files import AnyVehicle
     from routing.graph.road_graph import RoadGraph
-    from routing.range.bands import RangeAnswer
     from routing.route.route import Route
 
 OVER_M: Final = 200.0  # of way in sum that has to be as fast or as steep; heights of recordings are smoothed over it
 AREA_FRAC: Final = 0.01  # of an area's links, likewise: somewhere in a large one it is always steep
+MOST_NODES: Final = 20_000  # of an area that are looked at, a tenth of a second; a share of links needs no more
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,16 +81,19 @@ def course_limits(course: Course) -> WayLimits | None:
     return way_limits(chain.length_m, chain.grade_frac, driven_mps)
 
 
-def area_limits(answer: RangeAnswer, graph: RoadGraph, vehicle: AnyVehicle, conditions: Conditions) -> WayLimits | None:
-    """What the links that begin within the outermost area have; None where there are none."""
-    area = answer.bands[0].area
+def area_limits(
+    area: MultiPolygon, graph: RoadGraph, vehicle: AnyVehicle, conditions: Conditions, most_nodes: int = MOST_NODES
+) -> WayLimits | None:
+    """What the links that begin within an area have, of one with many nodes a sample; None where there are none."""
     if area.is_empty:
         return None
     west, south, east, north = area.bounds
     lon, lat = graph.node_lon_deg, graph.node_lat_deg
-    inside = (lon >= west) & (lon <= east) & (lat >= south) & (lat <= north)
+    near = np.flatnonzero((lon >= west) & (lon <= east) & (lat >= south) & (lat <= north))
+    near = near[:: -(-near.size // most_nodes) or 1]
     shapely.prepare(area)
-    inside[inside] = shapely.contains_xy(area, lon[inside], lat[inside])
+    inside = np.zeros(graph.node_count, np.bool_)
+    inside[near] = shapely.contains_xy(area, lon[near], lat[near])
     links = np.flatnonzero(inside[graph.tail])
     length_m = graph.length_m[links]
     grade_frac = np.clip(graph.climb_m(links) / length_m, -1.0, 1.0)

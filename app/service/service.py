@@ -157,7 +157,8 @@ class Service:
         planner, chosen, understood = self._understood(sent)
         query = range_query(understood, chosen.vehicle)
         answer = planner.range(query)
-        warnings = chosen.warnings_on(lambda: area_limits(answer, planner.graph, chosen.vehicle, query.conditions))
+        area = answer.bands[0].area
+        warnings = chosen.warnings_on(lambda: area_limits(area, planner.graph, chosen.vehicle, query.conditions))
         return range_features(replace(answer, warnings=(*warnings, *answer.warnings)), understood, planner.graph)
 
     def simulate(self, sent: SimulateRequest) -> SimulateResponse:

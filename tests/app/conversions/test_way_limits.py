@@ -2,10 +2,23 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pytest
+import shapely
 
-from app.conversions.way_limits import held, way_limits
+from app.conversions.way_limits import area_limits, held, way_limits
+from energy.conditions import STILL
+from energy.vehicle.files import load_vehicle
+from routing.graph.files import load_graph
+from tests.app.conftest import VEHICLES
+
+if TYPE_CHECKING:
+    from routing.graph.road_graph import RoadGraph
+
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def test_held_is_the_highest_value_that_enough_in_sum_reaches() -> None:
@@ -34,3 +47,34 @@ def test_a_way_shorter_than_that_counts_by_half_of_it() -> None:
     assert limits.speed_kmh == pytest.approx(36.0)
     assert limits.grade == (0.05, 0.05)
     assert way_limits(np.zeros(0), np.zeros(0), np.zeros(0)) is None
+
+
+@pytest.fixture(scope="module")
+def highlands() -> RoadGraph:
+    return load_graph(ROOT / "data" / "graphs" / "highlands")
+
+
+def test_sample_of_a_large_areas_nodes_has_the_limits_of_all(highlands: RoadGraph) -> None:
+    car = load_vehicle(VEHICLES / "hyundai-kona-64.toml")
+    area = shapely.MultiPolygon([shapely.box(*highlands.meta.bbox)])
+    every, some = (area_limits(area, highlands, car, STILL, most) for most in (10**6, 4000))
+    assert every is not None
+    assert some is not None
+    assert some.speed_kmh == every.speed_kmh == pytest.approx(130.0)
+    assert some.grade == pytest.approx(every.grade, rel=0.15)
+    assert every.grade[1] > 0.02
+
+
+def test_area_counts_its_own_links_alone(highlands: RoadGraph) -> None:
+    car = load_vehicle(VEHICLES / "hyundai-kona-64.toml")
+    lon, lat = highlands.node_lon_deg, highlands.node_lat_deg
+    slow = np.flatnonzero(highlands.speed_limit_mps < 15.0)
+    node = int(highlands.tail[slow[0]])
+    around = shapely.MultiPolygon([shapely.box(lon[node] - 1e-6, lat[node] - 1e-6, lon[node] + 1e-6, lat[node] + 1e-6)])
+    limits = area_limits(around, highlands, car, STILL)
+    assert limits is not None
+    own = highlands.tail == node
+    assert limits.speed_kmh <= 3.6 * highlands.speed_limit_mps[own].max() + 1e-9
+    nowhere = shapely.MultiPolygon([shapely.box(0.0, 0.0, 1.0, 1.0)])
+    assert area_limits(nowhere, highlands, car, STILL) is None
+    assert area_limits(shapely.MultiPolygon(), highlands, car, STILL) is None
