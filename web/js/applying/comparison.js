@@ -149,8 +149,8 @@ function lineOf(pair) {
   return `${capital(text)}: ${energyText(before.energy_kwh)} → ${energyText(after.energy_kwh)} (${changeText(pair)}), ${arrivalText(before.soc_end, before.feasible)} → ${arrivalText(after.soc_end, after.feasible)}.`;
 }
 
-/** What is said of the way with effects only, but for open causes, which the card says itself. */
+/** What is said of the way with effects only, but for a verdict that leaves all causes open, which the card says itself. */
 function warningsOf({ before, after }) {
   const known = new Set(before.warnings);
-  return after.warnings.filter((text) => text.startsWith("the effects were learned") && !known.has(text) && !text.includes("could not tell"));
+  return after.warnings.filter((text) => text.startsWith("the effects were learned") && !known.has(text) && !text.includes("could not tell their causes"));
 }
