@@ -33,12 +33,11 @@ export async function* waysOf(app, answer, signal) {
 
 function routeWay(app, answer, places, signal, what, known) {
   const journey = app.journey.get();
-  const { uncertainty: _, effects: __, conditions: ___, vehicle: ____, ...asked } = routeRequest({ ...journey, ...places });
-  const vehicle = vehicleOf(app, answer);
+  const asked = routeRequest({ ...journey, ...places, vehicle: vehicleOf(app, answer), conditions: {}, effects: null, uncertainty: false });
   return {
     what, known,
     async ask(effects, conditions) {
-      const body = { ...asked, ...(vehicle && { vehicle }), alternatives: [journey.route], links: false, conditions, ...(effects && { effects }) };
+      const body = { ...asked, alternatives: [journey.route], links: false, conditions, ...(effects && { effects }) };
       const { routes: [route], warnings } = await call("route", { body, signal });
       return { energy_kwh: route.energy_kwh, parts: route.energy_parts_kwh, soc_end: route.soc_end, feasible: route.feasible, distance_m: route.distance_m, line: JSON.stringify(route.geometry), warnings };
     },
