@@ -21,7 +21,8 @@ LEAST_STEPS: Final = 5.0  # of the charge's resolution, that a drive must take t
 def with_power_of_charge(recordings: Sequence[Recording], capacity_wh: float) -> list[Recording]:
     """The recordings, those of charge alone with the mean power that its fall and a usable capacity tell.
 
-    Only the energy of the whole drive is known of these; in between, their power means nothing. A drive whose charge
+    Only the energy of the whole drive is known of these; in between, their power means nothing. A charge as it is
+    displayed counts before any other, since the usable capacity is what it counts. A drive whose charge
     falls by fewer than LEAST_STEPS of its resolution keeps a power of 0.
     """
     return [
@@ -31,12 +32,13 @@ def with_power_of_charge(recordings: Sequence[Recording], capacity_wh: float) ->
 
 
 def _with_power(recording: Recording, capacity_wh: float) -> Recording:
-    if recording.soc_frac is None:
+    shown = recording.soc_frac if recording.displayed_frac is None else recording.displayed_frac
+    if shown is None:
         return recording
-    known = np.flatnonzero(~np.isnan(recording.soc_frac))
+    known = np.flatnonzero(~np.isnan(shown))
     if known.size < 2:
         return recording
-    charge = recording.soc_frac[known]
+    charge = shown[known]
     fall, steps = float(charge[0] - charge[-1]), np.abs(np.diff(charge))
     resolution = float(steps[steps > 0.0].min(initial=1.0))
     if fall < LEAST_STEPS * resolution:

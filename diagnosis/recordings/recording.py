@@ -34,7 +34,8 @@ class Recording:
 
     id: the file's name without its endings. time_s: rising; time_s, speed_mps and power_w have no NaN.
     power_w: at the battery's terminals, positive = discharge, all consumers included. voltage_v, current_a: likewise.
-    soc_frac: as the file has it, of whatever capacity it means. heater_w, aircon_w: electric; hvac_w: both together.
+    soc_frac: as the file has it, of whatever capacity it means. displayed_frac: as the car shows it.
+    heater_w, aircon_w: electric; hvac_w: both together.
     heading_rad: clockwise from north; wind_from_rad: direction that it comes from. wet_frac: 1 on a wet road.
     payload_kg: beyond the vehicle's mass. notes: what the reader has found and what it did.
     detail: whether power, only the charge, or only sums of the drive were recorded. Of the latter two one energy is
@@ -64,6 +65,7 @@ class Recording:
     payload_kg: NDArray[np.float64] | None = None
     notes: tuple[Note, ...] = ()
     hvac_w: NDArray[np.float64] | None = None
+    displayed_frac: NDArray[np.float64] | None = None
     gaps: tuple[tuple[float, float], ...] = ()
     detail: Detail = Detail.SAMPLES
     elevation_source: str = ""

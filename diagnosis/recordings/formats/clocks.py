@@ -105,6 +105,8 @@ def recording_of_series(path: str, trip_id: str, series: Sequence[Series], notes
         power = current.values * voltage.near_at(current.time_s)
         known = ~np.isnan(power)
         first["power_w"] = Series("power_w", "voltage times current", current.time_s[known], power[known])
+    if "soc_frac" not in first and "displayed_frac" in first:
+        first["soc_frac"] = first["displayed_frac"]
     charge = first.get("soc_frac")
     charge_only = "power_w" not in first and charge is not None and charge.time_s.size >= 2
     if charge_only and "speed_mps" in first:

@@ -76,10 +76,14 @@ LOGGED_PARAMETERS: Final = (
     LoggedParameter("current_a", (rf"{PACK}(?: dc)? current(?: \(hv\))?",), "current", -5000.0, 5000.0),
     LoggedParameter(
         "soc_frac",
-        (
-            rf"(?:{PACK} |hv )?(?:state of charge|soc)(?: \(?(?:bms|real)\)?)?",
-            rf"(?:{PACK} |hv )?(?:state of charge|soc) \(?(?:display|displayed|dash|user)\)?",
-        ),
+        (rf"(?:{PACK} |hv )?(?:state of charge|soc)(?: \(?(?:bms|real)\)?)?",),
+        "share",
+        0.0,
+        1.0,
+    ),
+    LoggedParameter(
+        "displayed_frac",
+        (rf"(?:{PACK} |hv )?(?:state of charge|soc) \(?(?:display|displayed|dash|user)\)?",),
         "share",
         0.0,
         1.0,

@@ -9,7 +9,7 @@ import math
 import re
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from datetime import datetime
+from datetime import UTC, datetime
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final
 
@@ -25,6 +25,7 @@ MOST_ROWS: Final = 2_000_000
 MOST_COLUMNS: Final = 1000
 EPOCH_MS: Final = 1e11  # seconds since 1970 reach it in the year 5138, milliseconds have since 1973
 DAY_S: Final = 86_400.0
+EPOCH: Final = datetime(1970, 1, 1, tzinfo=UTC)
 TIME_OF_DAY: Final = re.compile(r"(\d{1,2}):(\d{2}):(\d{2}(?:\.\d+)?)")
 TRUTHS: Final = {"true": "1", "false": "0"}
 
@@ -94,8 +95,9 @@ class LogTable:
     def times(self, column: Column) -> tuple[NDArray[np.float64], str]:
         """A column of times [s], float64 (n,), rising or equal, and how they were written: "" for seconds.
 
-        Date-times in ISO 8601 become seconds since the first, with their zones where they have any; so do times of day
-        such as 13:59:59.5, past midnight too. Raises RecordingError for one that is empty, out of range or runs back.
+        Date-times in ISO 8601 become seconds since 1970, of UTC where they have no zone; times of day such as
+        13:59:59.5 become seconds since midnight, past the next too. Raises RecordingError for one that is empty, out of
+        range or runs back.
         """
         cells = self.cells(column.name)
         first = str(cells[0]).strip()
@@ -159,7 +161,8 @@ class LogTable:
                 raise self.error(row, column.name, shown(cell) or "empty", allowed) from error
             if (found[row].tzinfo is None) != (found[0].tzinfo is None):
                 raise self.error(row, column.name, shown(cell), "a time zone in all rows, or in none")
-        return np.array([(time - found[0]).total_seconds() for time in found], np.float64)
+        since = EPOCH if found[0].tzinfo else EPOCH.replace(tzinfo=None)
+        return np.array([(time - since).total_seconds() for time in found], np.float64)
 
     def _times_of_day(self, column: Column, cells: Sequence[str]) -> NDArray[np.float64]:
         found = []

@@ -90,3 +90,11 @@ def test_one_drive_alone_is_held_against_the_model(car):
     (account,) = found.trips
     assert sum(account.by_family_kwh.values()) == pytest.approx(account.after_kwh, rel=1e-6)
     assert account.by_family_kwh["aerodynamic"] > 0.0
+
+
+def test_the_charge_on_the_display_tells_the_energy_where_it_is_there(car):
+    recording = falling(drive(car, 1), car)
+    shown = replace(recording, id="D", displayed_frac=np.linspace(0.9, 0.4, recording.time_s.size))
+    plain, found = with_power_of_charge([recording, shown], car.usable_capacity_wh)
+    assert plain.energy_j() < 0.5 * found.energy_j()
+    assert found.energy_j() / 3600.0 == pytest.approx(0.5 * car.usable_capacity_wh, rel=1e-6)

@@ -56,6 +56,17 @@ def test_long_log_is_brought_to_the_clock_of_the_speed(tmp_path):
     assert recording.latitude_deg is None
 
 
+def test_the_charge_on_the_display_is_a_channel_of_its_own_and_stands_in_for_the_other(tmp_path):
+    driven = drive()
+    shown = [(time, "SOC (display)", f"{90 - 0.02 * time:.2f}", "%") for time in driven.time_s[::20]]
+    rows = sorted([*readings(driven), *shown])
+    recording = read_recording(long_file(tmp_path / "a.csv", rows))
+    assert recording.soc_frac[29] == pytest.approx(0.798)
+    assert recording.displayed_frac[29] == pytest.approx(0.896)
+    alone = read_recording(long_file(tmp_path / "b.csv", [row for row in rows if row[1] != "State of charge"]))
+    assert alone.soc_frac == pytest.approx(alone.displayed_frac)
+
+
 def test_notes_tell_which_parameters_were_read_and_which_not(tmp_path):
     recording = read_recording(long_file(tmp_path / "a.csv", readings(drive())))
     read = texts(recording, NoteKind.READ)
