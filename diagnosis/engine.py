@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from diagnosis.answer.accounts import nameplate_j, score, scored, trip_account
+from diagnosis.answer.capacity import capacity_of
 from diagnosis.answer.few_trips import few_trips
 from diagnosis.answer.findings import findings, unexplained
-from diagnosis.answer.learned import NOTHING, applied, learned, replayed_j
+from diagnosis.answer.learned import NOTHING, applied, learned, replayed_j, with_capacity
 from diagnosis.answer.missing import filled_text, missing_channels
 from diagnosis.answer.odd_trips import odd_among, odd_trips
 from diagnosis.answer.parameter_errors import parameter_errors
@@ -109,7 +110,8 @@ def diagnose(
             progress(stage, share(stage))
 
     on_step(STAGES[0])
-    recordings = with_power_of_charge(with_doubts(recordings), vehicle.usable_capacity_wh)
+    recorded = with_doubts(recordings)
+    recordings = with_power_of_charge(recorded, vehicle.usable_capacity_wh)
     whole = _is_of_totals(recordings, held_out)
     battery = battery_loss([recording for recording in recordings if recording.id not in held_out])
     trips = []
@@ -130,7 +132,9 @@ def diagnose(
     fitted = [trip for trip in trips if trip.recording.id not in held_out]
     kept = [trip for trip in trips if trip.recording.id in held_out]
     if len(fitted) < LEAST_TRIPS:
-        return few_trips(fitted, [*kept, *unfit], vehicle, (*quality, *map(_why_unfit, unfit)), settings.seed)
+        few = few_trips(fitted, [*kept, *unfit], vehicle, (*quality, *map(_why_unfit, unfit)), settings.seed)
+        capacity = capacity_of([each for each in recorded if each.id not in held_out], vehicle.usable_capacity_wh)
+        return replace(few, capacity=capacity, text=f"{few.text} {'' if capacity is None else capacity.text}".strip())
     on_step(STAGES[1])
     try:
         model = fit(fitted, vehicle, settings.seed, window_s, on_step)
@@ -166,16 +170,19 @@ def diagnose(
     lacking = missing_channels([trip.recording for trip in fitted])
     remarks = " ".join(filter(None, (filled_text([trip.recording for trip in fitted]), _doubts(recordings))))
     departing = _all_regimes(model, after=True)
+    in_it = [each for each in recorded if each.id not in held_out and each.id not in odd]
+    capacity = capacity_of(in_it, vehicle.usable_capacity_wh)
     verdict, text = verdict_of(
         found,
         wrong,
         strange,
         off,
-        Rest(after, departing, lacking, len(fitted), bool(held_out), other_car, remarks),
+        Rest(after, departing, lacking, len(fitted), bool(held_out), other_car, remarks, capacity),
     )
     is_off = off is not None and (off.clear or off.nameplate >= FAR_FRAC)
     carried = learned(model) if found or wrong or is_off else NOTHING
     routes = _routes_score(model, vehicle, carried, [*model.trips, *kept], asked, settings.seed)
+    carried = with_capacity(carried, capacity)
     return Diagnosis(
         vehicle_id=vehicle.id,
         verdict=verdict,
@@ -199,6 +206,7 @@ def diagnose(
         missing=lacking,
         other_car=other_car,
         battery=battery,
+        capacity=capacity,
         model=_settings_used(model, settings),
     )
 

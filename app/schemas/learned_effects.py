@@ -35,6 +35,9 @@ class LearnedParameters(Sent):
         default=None, ge=0, le=1, description="efficiency from wheel to battery; 0 for none"
     )
     aux_power_w: Number | None = Field(default=None, ge=0, le=100_000, description="power of the auxiliaries [W]")
+    usable_capacity_wh: Number | None = Field(
+        default=None, ge=1, le=1e7, description="usable energy of the battery [Wh]; charges and ranges follow it"
+    )
 
 
 class OpenCause(Sent):

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from diagnosis.answer.capacity import CAPACITY
+from diagnosis.answer.results import CapacityKind
 from diagnosis.causes.library import CABIN_K, LIBRARY
 from diagnosis.causes.nuisance import PARAMETERS
 from diagnosis.causes.terms import Candidate
@@ -28,7 +30,7 @@ from energy.vehicle.coefficients import COEFFICIENT_FLAGS, COEFFICIENT_RANGES
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from diagnosis.answer.results import Diagnosis, Interval
+    from diagnosis.answer.results import CapacityEstimate, Diagnosis, Interval
     from diagnosis.fit.jackknife import Solution
     from diagnosis.fit.model import Model
     from diagnosis.fit.windows import WindowedTrip
@@ -61,6 +63,7 @@ COLD_BATTERY: Final = next(term for term in LIBRARY if term.name == "cold_batter
 HEATING: Final = ("heating_w_per_k", "warm_up_w_per_k")
 COOLING: Final = ("cooling_w_per_k", "pull_down_w_per_k")
 USUAL_W_PER_K: Final = 100.0
+CAPACITY_OPEN: Final = "Too few drives tell it."
 LIMITS: Final = ("lost_beyond_cap_frac", "lost_below_frac")
 REASONS: Final = {
     "warm_restart_w_per_k": "a route does not know when the car was last driven; conditions.cabin_start_c tells it",
@@ -119,6 +122,19 @@ def learned(model: Model) -> Learned:
         )
         return replace(NOTHING, not_carried={"all": reason} | beyond)
     return replace(found, not_carried=found.not_carried | beyond)
+
+
+def with_capacity(found: Learned, capacity: CapacityEstimate | None) -> Learned:
+    """What is carried with the battery's capacity, where the drives tell one below that of the file.
+
+    It holds whatever else is carried: consumption does not depend on it.
+    """
+    if capacity is None or not capacity.text:
+        return found
+    if not capacity.is_carried:
+        why = f"{CAPACITY_OPEN} {capacity.text}" if capacity.kind is CapacityKind.LESS else capacity.text
+        return replace(found, not_carried=found.not_carried | {CAPACITY: why})
+    return replace(found, parameters=found.parameters | {CAPACITY: round(capacity.value_wh)})
 
 
 def applied(vehicle: Vehicle, found: Learned) -> Vehicle:

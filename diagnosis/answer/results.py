@@ -102,6 +102,48 @@ class ParameterError:
     at_bound: bool = False
 
 
+class CapacityKind(StrEnum):
+    """What the battery's capacity by charge against energy is, beside that of the vehicle's file."""
+
+    AS_IN_FILE = "as_in_file"
+    LESS = "less"
+    MORE = "more"
+    NOT_CLEAR = "not_clear"
+
+
+@dataclass(frozen=True, slots=True)
+class CapacityDrift:
+    """Change of the capacity a year, relative, with its interval, and the years between the first drive and the last.
+
+    Only where the interval leaves out 0.
+    """
+
+    frac_per_year: float
+    ci95_frac_per_year: tuple[float, float]
+    years: float
+
+
+@dataclass(frozen=True, slots=True)
+class CapacityEstimate:
+    """What the battery holds by the drives' energy over the fall of their charge [Wh], beside file_wh of its file.
+
+    trips: that it rests on; fall_frac: of the charge, over all of them. displayed: the charge is that of the display.
+    median_c: of the battery, or else of the air. is_carried: whether routes use it. text: empty where it agrees.
+    """
+
+    kind: CapacityKind
+    value_wh: float
+    ci95_wh: tuple[float, float]
+    file_wh: float
+    trips: tuple[str, ...]
+    fall_frac: float
+    displayed: bool
+    median_c: float | None
+    drift: CapacityDrift | None
+    is_carried: bool
+    text: str
+
+
 @dataclass(frozen=True, slots=True)
 class Unexplained:
     """Structure that no effect of the library explains: where on an axis it lies, and how much it is.
@@ -212,6 +254,7 @@ class Diagnosis:
 
     missing: channels that the fitted trips lack, and what that leaves open. other_car: so much of the vehicle's file is
     contradicted that the drives may be of another one. battery: what its voltage tells of its resistance.
+    capacity: what the battery holds, where drives tell it.
 
     effects: the model that was learned, as energy.vehicle.coefficients.EffectCoefficients has it (fields that the
     drives say something about only). parameters: fields of the vehicle that replace its own. not_carried: findings
@@ -242,3 +285,4 @@ class Diagnosis:
     missing: tuple[MissingChannel, ...] = ()
     other_car: bool = False
     battery: BatteryLoss | None = None
+    capacity: CapacityEstimate | None = None

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, Final
 
-from diagnosis.answer.results import Diagnosis, FitScore, Interval
+from diagnosis.answer.results import CapacityEstimate, Diagnosis, FitScore, Interval
 
 if TYPE_CHECKING:
     from diagnosis.answer.regimes import RegimeResidual
@@ -82,6 +82,7 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
             for note in diagnosis.data_quality
         ],
         "other_car": diagnosis.other_car,
+        "capacity": None if diagnosis.capacity is None else _capacity(diagnosis.capacity),
         "missing": [
             {"channel": lack.channel, "trips": list(lack.trips), "decisive": lack.decisive, "text": lack.text}
             for lack in diagnosis.missing
@@ -174,6 +175,24 @@ def _regime(regime: RegimeResidual) -> dict[str, Any]:
         "energy_kwh": _n(regime.energy_kwh),
         "duration_s": _n(regime.duration_s),
         "trips": regime.trips,
+    }
+
+
+def _capacity(capacity: CapacityEstimate) -> dict[str, Any]:
+    drift = capacity.drift
+    return {
+        "kind": capacity.kind.value,
+        "kwh": _n(capacity.value_wh / 1000.0),
+        "kwh_ci95": [_n(bound / 1000.0) for bound in capacity.ci95_wh],
+        "file_kwh": _n(capacity.file_wh / 1000.0),
+        "trips": list(capacity.trips),
+        "charge_fall": _n(capacity.fall_frac),
+        "displayed": capacity.displayed,
+        "median_c": None if capacity.median_c is None else _n(capacity.median_c),
+        "drift_per_year": None if drift is None else _n(drift.frac_per_year),
+        "drift_per_year_ci95": None if drift is None else _ci(drift.ci95_frac_per_year),
+        "carried": capacity.is_carried,
+        "text": capacity.text,
     }
 
 

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 from diagnosis.answer.regimes import where
-from diagnosis.answer.results import Verdict
+from diagnosis.answer.results import CapacityKind, Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from diagnosis.answer.missing import MissingChannel
     from diagnosis.answer.regimes import RegimeResidual
-    from diagnosis.answer.results import Finding, FitScore, ParameterError, Unexplained
+    from diagnosis.answer.results import CapacityEstimate, Finding, FitScore, ParameterError, Unexplained
 
 FAR_FRAC: Final = 0.05  # error of trips that were left out, from which on something stays unexplained
 OTHER_CAR_NUMBERS: Final = 3  # of the file, that drives of the same car do not contradict at once
@@ -63,6 +63,7 @@ class Rest:
     held_out: bool
     other_car: bool
     doubts: str
+    capacity: CapacityEstimate | None = None
 
     @property
     def is_far(self) -> bool:
@@ -104,6 +105,7 @@ def verdict_of(
                 for finding in found
             ),
             *(error.text for error in wrong),
+            *filter(None, [rest.capacity.text if rest.capacity is not None else ""]),
             *(structure.text for structure in strange),
             *filter(None, [rest.text()]),
         ]
@@ -120,5 +122,7 @@ def verdict_of(
         return Verdict.PARAMETER_ERROR, text
     if rest.is_far:
         return Verdict.UNEXPLAINED, text
+    if rest.capacity is not None and rest.capacity.kind is CapacityKind.LESS:
+        return Verdict.PARAMETER_ERROR, text  # consumption is right, but ranges are not
     nothing = f"In {rest.trips} drives nothing stands out that the model leaves out."
     return Verdict.NOTHING_MISSING, f"{text} {nothing}".strip()

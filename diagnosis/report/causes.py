@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
-from diagnosis.answer.results import Verdict
+from diagnosis.answer.results import CapacityKind, Verdict
 from diagnosis.report.rendering import rendered
 from diagnosis.report.tables import Header, Table, cell, data, interval_cell
 from diagnosis.report.text import (
@@ -32,10 +32,21 @@ if TYPE_CHECKING:
 
     from markupsafe import Markup
 
-    from diagnosis.answer.results import Coefficient, Diagnosis, Finding, ParameterError, Unexplained
+    from diagnosis.answer.results import (
+        CapacityEstimate,
+        Coefficient,
+        Diagnosis,
+        Finding,
+        ParameterError,
+        Unexplained,
+    )
     from diagnosis.report.tables import Cell
 
 NOT_LOOKED: Final = "Not concluded: there are too few drives."
+CAPACITY_TEXTS: Final[Mapping[CapacityKind, str]] = {
+    CapacityKind.AS_IN_FILE: "The battery holds what its file says, as far as a displayed charge can tell.",
+    CapacityKind.NOT_CLEAR: "These drives do not tell clearly what the battery holds.",
+}
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +82,27 @@ def parameters_section(diagnosis: Diagnosis) -> Markup:
     ]
     table = Table("Parameters that are off", heads, [_parameter_row(error) for error in errors])
     return rendered("parameters.html", parameters=table, texts=[error.text for error in errors if error.text])
+
+
+def capacity_section(capacity: CapacityEstimate | None) -> Markup:
+    """What the battery holds by charge against energy, beside what its file has."""
+    if capacity is None:
+        return rendered("nothing.html", text="These drives do not tell what the battery holds.")
+    heads = [
+        *(Header("charge"), Header("vehicle file [kWh]", True), Header("by the drives [kWh]", True)),
+        *(Header("95 %", True), Header("drives", True), Header("charge they took [%]", True)),
+    ]
+    value, interval = capacity.value_wh / 1000.0, (capacity.ci95_wh[0] / 1000.0, capacity.ci95_wh[1] / 1000.0)
+    row: list[Cell] = [
+        "as displayed" if capacity.displayed else "as recorded",
+        data(capacity.file_wh / 1000.0, number(capacity.file_wh / 1000.0, interval)),
+        cell(value, interval),
+        interval_cell(value, interval),
+        data(len(capacity.trips), str(len(capacity.trips))),
+        data(100.0 * capacity.fall_frac, fixed(100.0 * capacity.fall_frac, 0)),
+    ]
+    table = Table("Usable capacity by energy over the fall of the charge", heads, [row])
+    return rendered("parameters.html", parameters=table, texts=[capacity.text or CAPACITY_TEXTS[capacity.kind]])
 
 
 def unexplained_section(diagnosis: Diagnosis) -> Markup:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from diagnosis.answer.results import Verdict
-from diagnosis.report.causes import findings_section, parameters_section, unexplained_section
+from diagnosis.report.causes import capacity_section, findings_section, parameters_section, unexplained_section
 from diagnosis.report.fit import energy_section, examples_section, fit_section, profile_section, regimes_section
 from diagnosis.report.method import method_section, quality_section
 from diagnosis.report.rendering import rendered
@@ -79,6 +79,7 @@ def _sections(diagnosis: Diagnosis) -> list[Section]:
         Section("fit", "How well drives are met, before and after", fit_section(diagnosis)),
         Section("findings", "What the model leaves out", findings_section(diagnosis)),
         Section("parameters", "Numbers of the vehicle that are off", parameters_section(diagnosis)),
+        Section("capacity", "What the battery holds", capacity_section(diagnosis.capacity)),
         Section("unexplained", "What no effect explains", unexplained_section(diagnosis)),
         Section("regimes", "Where the mismatch lies", regimes_section(diagnosis)),
         Section("examples", "Example drives over time", examples_section(diagnosis)),
@@ -87,7 +88,8 @@ def _sections(diagnosis: Diagnosis) -> list[Section]:
         Section("quality", "Quality of the recordings", quality_section(diagnosis.data_quality), hidden=True),
         Section("method", "How it was done", method_section(diagnosis), hidden=True),
     ]
-    return [section for section in found if section.name != "profile" or diagnosis.profile]
+    unknown = {"profile": not diagnosis.profile, "capacity": diagnosis.capacity is None}
+    return [section for section in found if not unknown.get(section.name, False)]
 
 
 def _extent(diagnosis: Diagnosis) -> str:
@@ -108,7 +110,10 @@ def _verdict_sentences(diagnosis: Diagnosis) -> list[str]:
         Verdict.NOTHING_MISSING: [NOTHING] if diagnosis.verdict is Verdict.NOTHING_MISSING else [],
         Verdict.LEFT_OUT_PHYSICS: [finding_sentence(finding) for finding in findings if not finding.ambiguous_with],
         Verdict.CANNOT_TELL: [rivals_sentences(finding) for finding in findings if finding.ambiguous_with],
-        Verdict.PARAMETER_ERROR: [parameter_sentence(error) for error in diagnosis.parameter_errors],
+        Verdict.PARAMETER_ERROR: [
+            *(parameter_sentence(error) for error in diagnosis.parameter_errors),
+            *([diagnosis.capacity.text] if diagnosis.capacity is not None and diagnosis.capacity.text else []),
+        ],
         Verdict.UNEXPLAINED: [unexplained_sentence(place) for place in diagnosis.unexplained],
     }
     fit = fit_sentence(diagnosis.before, diagnosis.after, len(diagnosis.held_out_trips))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, NamedTuple
 
+from diagnosis.answer.capacity import CAPACITY
 from diagnosis.answer.results import Verdict
 from diagnosis.report.text import SPACE, fixed, listed
 
@@ -67,7 +68,14 @@ def next_steps(diagnosis: Diagnosis) -> list[str]:
     ]
     if diagnosis.verdict is Verdict.TOO_FEW_TRIPS:
         steps.append(f"Record at least {diagnosis.model.get('least_trips', 6)} drives, better twenty, in all weathers.")
-    if diagnosis.parameters:
+    capacity = diagnosis.capacity
+    if capacity is not None and capacity.text:
+        steps.append(
+            "Ranges with effects.json are those of the battery as it is."
+            if capacity.is_carried
+            else "Look at how much of the battery the vehicle's file and the charge on the display stand for."
+        )
+    if any(name != CAPACITY for name in diagnosis.parameters):
         steps.append(
             "Plan routes and ranges with effects.json: it meets drives that it has not seen better than the file does."
         )

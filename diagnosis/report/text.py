@@ -62,6 +62,7 @@ PARAMETER_NAMES: Final[Mapping[str, str]] = {
     "drive_eff": "efficiency of the drive",
     "recuperation_eff": "efficiency of recuperation",
     "aux_power_w": "power of the auxiliaries",
+    "usable_capacity_wh": "usable capacity",
 }
 AXIS_NAMES: Final[Mapping[str, tuple[str, str]]] = {
     axis: (AXES[axis].label, AXES[axis].unit)

@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from diagnosis.answer.results import Verdict
+from diagnosis.answer.learned import learned_vehicle
+from diagnosis.answer.results import CapacityKind, Verdict
 from diagnosis.answer.results_json import as_json
 from diagnosis.causes.families import Family
 from diagnosis.engine import DiagnosisSettings, diagnose
@@ -99,6 +100,28 @@ def test_nothing_is_claimed_of_clean_drives(car, first):
     assert found.unexplained == ()
     assert found.verdict in (Verdict.NOTHING_MISSING, Verdict.PARAMETER_ERROR)
     assert found.after.mape < 0.03
+
+
+def test_a_battery_that_has_aged_is_told_and_carried_beside_consumption_that_is_right(car):
+    def charged(number):
+        recording = drive(car, number)
+        taken_wh = np.cumsum(recording.power_w) / 3600.0
+        charge = 0.9 - taken_wh / (0.85 * car.usable_capacity_wh)
+        return replace(recording, soc_frac=np.round(charge / 0.005) * 0.005)
+
+    found = diagnose([charged(number) for number in range(TRIPS)], car)
+    assert found.capacity is not None
+    assert found.capacity.kind is CapacityKind.LESS
+    low, high = found.capacity.ci95_wh
+    assert low < 0.85 * car.usable_capacity_wh < high
+    assert found.verdict is Verdict.PARAMETER_ERROR
+    assert "where its file has 18.8: aged" in found.text
+    assert "nothing stands out" not in found.text
+    assert found.findings == ()
+    assert learned_vehicle(car, found).usable_capacity_wh == found.parameters["usable_capacity_wh"]
+    written = as_json(found)["capacity"]
+    assert written["kind"] == "less"
+    assert written["kwh_ci95"][0] < 0.85 * 18.8 < written["kwh_ci95"][1]
 
 
 def test_a_wrong_parameter_is_told_as_one_and_not_as_physics(car):

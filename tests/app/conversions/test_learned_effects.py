@@ -157,7 +157,7 @@ def test_learned_from_changes_no_number(client: TestClient) -> None:
     ("effects", "code", "field"),
     [
         ({"parameters": {"mass_kg": 0}}, "invalid_request", "effects.parameters.mass_kg"),
-        ({"parameters": {"usable_capacity_wh": 1}}, "invalid_request", "effects.parameters.usable_capacity_wh"),
+        ({"parameters": {"usable_capacity_wh": 0}}, "invalid_request", "effects.parameters.usable_capacity_wh"),
         ({"learned_from": {"trips": -1}}, "invalid_request", "effects.learned_from.trips"),
         ({"learned_from": {"who": "me"}}, "invalid_request", "effects.learned_from.who"),
         ({"heating_cop": 99}, "invalid_request", "effects.heating_cop"),
@@ -222,6 +222,20 @@ def assert_cold_shrinks_the_range(client: TestClient, service: Service, diagnosi
     mild = area_km2(client, **car, effects=effects_id, ambient_c=20)
     cold = area_km2(client, **car, effects=effects_id, ambient_c=-5)
     assert cold < min(base, mild)
+
+
+def test_a_route_with_a_learned_capacity_uses_up_more_of_the_charge_and_the_same_energy(
+    client: TestClient, service: Service
+) -> None:
+    kona = service.known_vehicle(CAR)
+    aged = learned(parameters={"usable_capacity_wh": round(0.8 * kona.usable_capacity_wh)})
+    effects = aged.model_dump(mode="json", exclude_none=True)
+    assert effects["parameters"] == {"usable_capacity_wh": round(0.8 * kona.usable_capacity_wh)}
+    plain, found = (
+        client.post("/route", json={**ROUTE, **more}).json()["routes"][0] for more in ({}, {"effects": effects})
+    )
+    assert found["energy_kwh"] == pytest.approx(plain["energy_kwh"], rel=1e-6)
+    assert 0.5 - found["soc_end"] == pytest.approx((0.5 - plain["soc_end"]) / 0.8, rel=1e-3)
 
 
 def test_cold_shrinks_the_range_after_learning_from_winter_drives(

@@ -13,6 +13,8 @@ import pytest
 
 from diagnosis.answer.regimes import EDGES, Axis, RegimeResidual
 from diagnosis.answer.results import (
+    CapacityEstimate,
+    CapacityKind,
     Coefficient,
     Diagnosis,
     Finding,
@@ -366,6 +368,23 @@ def test_saved_energy_is_told_as_what_the_model_expects_too_much():
     text = Page(report_html(diagnosis(findings=(saved,)))).text
     # a share of −0.06 [−0.075, −0.045] is 0.6 kWh [0.45, 0.75] of 10 kWh; halves round to even
     assert "the model expects 0.6\xa0kWh (95\xa0%: 0.4 to 0.8) too much" in text
+
+
+def test_a_battery_that_holds_less_is_a_number_that_is_off_and_ranges_are_not_called_right():
+    aged = CapacityEstimate(
+        CapacityKind.LESS, 16_500.0, (16_000.0, 17_000.0), 18_800.0, ("A1", "A2"), 0.4, True, 18.0, None, True, "Aged."
+    )
+    page = Page(report_html(replace(bare(Verdict.PARAMETER_ERROR), capacity=aged)))
+    assert "The vehicle's numbers are off" in page.text
+    assert page.text.index("Aged.") < page.text.index("Contents" if "Contents" in page.text else "How well drives")
+    assert "Ranges with effects.json are those of the battery as it is." in page.text
+    assert "routes and ranges are right as they are" not in page.text
+    assert values(page.tables["Usable capacity by energy over the fall of the charge"][1]) == pytest.approx(
+        [18.8, 16.5, 16.0, 17.0, 2.0, 40.0]
+    )
+    agreeing = replace(aged, kind=CapacityKind.AS_IN_FILE, text="", is_carried=False)
+    calm = Page(report_html(replace(bare(Verdict.NOTHING_MISSING), capacity=agreeing))).text
+    assert "The battery holds what its file says" in calm
 
 
 def test_too_few_trips_never_read_as_nothing_missing():
