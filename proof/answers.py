@@ -6,13 +6,14 @@ import json
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from diagnosis.answer.results import CapacityKind
 from diagnosis.fit.scan import cell_centre_deg
 from diagnosis.recordings.notes import NoteKind
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from diagnosis.answer.results import Diagnosis, Finding, TripAccount, Unexplained
+    from diagnosis.answer.results import CapacityEstimate, Diagnosis, Finding, TripAccount, Unexplained
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +82,7 @@ class Rule:
 class Answer:
     """Everything that is scored of a world. error: how the tool broke, None where it did not; all else is then empty.
 
+    capacity_frac: of the battery, over that of the file, with its interval, where it is said to be another.
     tool: hash of the source that answered. other_car: whether the file is said to be of another vehicle. doubted: trips
     of which the unit of a channel is doubted. rules: of simpler rules, where they were asked.
     """
@@ -98,6 +100,7 @@ class Answer:
     error: str | None = field(default=None)
     other_car: bool = False
     doubted: tuple[str, ...] = ()
+    capacity_frac: tuple[float, float, float] | None = None
 
     @property
     def held_out(self) -> tuple[TripEnergy, ...]:
@@ -123,6 +126,7 @@ def answer_of(world_id: str, tool: str, diagnosis: Diagnosis, rules: tuple[Rule,
         seconds=seconds,
         other_car=diagnosis.other_car,
         doubted=tuple(sorted({note.trip_id for note in diagnosis.data_quality if note.kind == NoteKind.UNIT.value})),
+        capacity_frac=_capacity_frac(diagnosis.capacity),
     )
 
 
@@ -156,6 +160,7 @@ def read_answer(file: Path) -> Answer:
     )
     read["spots"] = tuple(Spot(**{**spot, "trips": tuple(spot["trips"])}) for spot in read["spots"])
     read["doubted"] = tuple(read["doubted"])
+    read["capacity_frac"] = None if read["capacity_frac"] is None else tuple(read["capacity_frac"])
     read["parameters"] = tuple(
         ClaimedParameter(**{**parameter, "aliases": tuple(parameter["aliases"])}) for parameter in read["parameters"]
     )
@@ -193,6 +198,13 @@ def _claim(finding: Finding) -> Claim:
         t=finding.t,
         trips=finding.trips,
     )
+
+
+def _capacity_frac(capacity: CapacityEstimate | None) -> tuple[float, float, float] | None:
+    if capacity is None or capacity.kind not in (CapacityKind.LESS, CapacityKind.MORE):
+        return None
+    low_wh, high_wh = capacity.ci95_wh
+    return capacity.value_wh / capacity.file_wh, low_wh / capacity.file_wh, high_wh / capacity.file_wh
 
 
 def _spot(unexplained: Unexplained) -> Spot:

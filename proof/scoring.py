@@ -22,6 +22,7 @@ NEAR_M: Final = 500.0
 METRES_PER_DEGREE: Final = 111_195.0
 LEAST_TRIPS_FRAC: Final = 0.75  # of the trips that carry something or are said to, those that do both
 LEAST_SHARE_FRAC: Final = 0.01
+CAPACITY_NEAR: Final = 0.03  # of the file's capacity, beyond an interval within which the truth may lie
 # Axis of a label → axis of the tool, and what turns the label's unit into the tool's.
 AXES: Final[Mapping[str, tuple[str, float]]] = MappingProxyType(
     {
@@ -140,6 +141,9 @@ def told_of(answer: Answer, label: WorldLabel) -> bool:
     known = {trip.id for trip in answer.trips}
     if truth.kind == "fahrenheit":
         return set(answer.doubted) == set(truth.trips)
+    if truth.kind == "aged":
+        said = answer.capacity_frac
+        return said is not None and said[1] - CAPACITY_NEAR <= truth.size <= said[2] + CAPACITY_NEAR
     if truth.kind == "wrong_file":
         return bool(answer.parameters) or answer.other_car or answer.verdict == Verdict.PARAMETER_ERROR.value
     if truth.kind == "foreign":

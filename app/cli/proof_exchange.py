@@ -44,7 +44,7 @@ A world without an answer counts as one on which the tool broke. All keys but `t
              "high_kwh": 10.2, "share_frac": 0.12, "trips": []}}],
  "spots": [{{"axis": "speed", "low": 60.0, "high": 72.0, "mean_w": 900.0, "trips": []}}],
  "parameters": [{{"name": "mass_kg", "nameplate": 1600.0, "fitted": 1910.0, "aliases": []}}],
- "doubted": ["T004"], "other_car": false,
+ "doubted": ["T004"], "other_car": false, "capacity_frac": [0.85, 0.82, 0.88],
  "trips": [{{"id": "T001", "held_out": true, "measured_kwh": 3.2, "nameplate_kwh": 2.9, "before_kwh": 3.0,
             "after_kwh": 3.1, "thermal_kwh": 0.4}}]
 }}
@@ -53,8 +53,9 @@ A world without an answer counts as one on which the tool broke. All keys but `t
 Families: thermal, rolling, aerodynamic, wind, mass, grade, drivetrain, recuperation, battery, auxiliary. `rivals`:
 families that the drives cannot tell from it. `spots`: what nothing explains, on speed [km/h], altitude [m], since_start
 [min], soc [%], heading [°], place (`low` latitude, `high` longitude), or a single trip (axis `trip`). `doubted`: trips
-whose temperature is in another unit. `other_car`: the file is of another vehicle. `before_kwh`: predicted without
-anything left out; `after_kwh`: with it. Rules of scoring: docs/proof.md of joulepath.
+whose temperature is in another unit. `other_car`: the file is of another vehicle. `capacity_frac`: what the battery
+holds over what its file says, with its interval, where that is another.
+`before_kwh`: predicted without anything left out; `after_kwh`: with it. Rules of scoring: docs/proof.md of joulepath.
 """
 
 
@@ -104,6 +105,7 @@ def given(world: str, file: Path) -> Answer:
             rules=(),
             other_car=bool(sent.get("other_car", False)),
             doubted=_texts(sent, "doubted"),
+            capacity_frac=_capacity_frac(sent),
         )
     except (KeyError, TypeError, ValueError, AttributeError) as error:
         raise ProofError(f"{file}: {type(error).__name__} {error}, allowed: an answer as {PAGE_FILE} has it") from error
@@ -136,6 +138,13 @@ def _trip(sent: Mapping[str, Any]) -> TripEnergy:
         after_kwh=after,
         thermal_kwh=float(sent.get("thermal_kwh", 0.0)),
     )
+
+
+def _capacity_frac(sent: Mapping[str, Any]) -> tuple[float, float, float] | None:
+    if sent.get("capacity_frac") is None:
+        return None
+    value, low, high = (float(number) for number in sent["capacity_frac"])
+    return value, low, high
 
 
 def _texts(sent: Mapping[str, Any], key: str) -> tuple[str, ...]:

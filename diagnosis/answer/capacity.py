@@ -29,11 +29,12 @@ LEAST_FALL_FRAC: Final = 0.04  # of a trip
 LEAST_FALL_STEPS: Final = 4.0  # of the charge's own
 LEAST_IN_ALL_FRAC: Final = 0.2  # of all trips together
 CLEAR_TRIPS: Final = 4  # from which on trips show themselves how they scatter
-WIDEST_FRAC: Final = 0.08  # half width of an interval, beyond which nothing is said
+WIDEST_FRAC: Final = 0.15  # half width of an interval, beyond which nothing is said
+AGREES_FRAC: Final = 0.08  # half width up to which a battery is said to be as its file has it
 DISPLAY_FRAC: Final = 0.04  # by which a displayed charge is off as a rule (assumed)
 LEAST_RATIO: Final = 0.5  # of the file's capacity, below which no battery is driven (assumed)
 OTHER_BATTERY_RATIO: Final = 0.75  # below which a battery has rather another size than an age
-EVENT_STEPS: Final = 0.35  # standard deviation of the charge as it changes, in steps: it is shown late (assumed)
+EVENT_STEPS: Final = 0.25  # standard deviation of the charge as it changes, in steps: it is shown late (assumed)
 OFFSET_W: Final = 40.0  # standard deviation of the current sensor's offset, as power (assumed: 0.1 A)
 GAUGE_FRAC: Final = 0.01  # standard deviation of the current sensor's gain (assumed)
 SCATTER_FRAC: Final = 0.02  # of single trips, where too few show it
@@ -42,7 +43,7 @@ OUTLIER_SD: Final = 4.0
 OUTLIER_FRAC: Final = 0.06
 WARM_C: Final = 20.0
 COLD_C: Final = 10.0
-SLOPE: Final = (0.10, 0.10)  # relative rise of voltage over the whole charge, mean and standard deviation (assumed)
+SLOPE: Final = (0.08, 0.08)  # relative rise of voltage over the whole charge, mean and standard deviation (assumed)
 CHILL: Final = (-0.02, 0.015)  # relative change of energy over 10 K below WARM_C, mean and standard deviation (assumed)
 ROUNDED_SD: Final = math.sqrt(2.0 / 12.0)  # of the difference of two rounded numbers, in steps
 WHOLE_PERCENT: Final = 0.01
@@ -87,14 +88,7 @@ def capacity_of(recordings: Sequence[Recording], file_wh: float) -> CapacityEsti
     value_wh = math.exp(center)
     low_wh, high_wh = value_wh * math.exp(-half), value_wh * math.exp(half)
     known = [point.temp_c for point in points if point.temp_c is not None]
-    clear = half <= WIDEST_FRAC and value_wh >= LEAST_RATIO * file_wh
-    kind = CapacityKind.AS_IN_FILE
-    if clear and high_wh < (1.0 - DISPLAY_FRAC) * file_wh:
-        kind = CapacityKind.LESS
-    elif clear and low_wh > (1.0 + DISPLAY_FRAC) * file_wh:
-        kind = CapacityKind.MORE
-    elif half > WIDEST_FRAC or value_wh < LEAST_RATIO * file_wh:
-        kind = CapacityKind.NOT_CLEAR
+    kind = _kind(value_wh, (low_wh, high_wh), half, file_wh)
     drift = _drift(points) if kind is not CapacityKind.NOT_CLEAR else None
     median_c = float(np.median(known)) if known else None
     return CapacityEstimate(
@@ -110,6 +104,16 @@ def capacity_of(recordings: Sequence[Recording], file_wh: float) -> CapacityEsti
         is_carried=kind is CapacityKind.LESS and len(points) >= CLEAR_TRIPS,
         text=_text(kind, value_wh, (low_wh, high_wh), file_wh, median_c, drift, len(points)),
     )
+
+
+def _kind(value_wh: float, ci95_wh: tuple[float, float], half: float, file_wh: float) -> CapacityKind:
+    if half > WIDEST_FRAC or value_wh < LEAST_RATIO * file_wh:
+        return CapacityKind.NOT_CLEAR
+    if ci95_wh[1] < (1.0 - DISPLAY_FRAC) * file_wh:
+        return CapacityKind.LESS
+    if ci95_wh[0] > (1.0 + DISPLAY_FRAC) * file_wh:
+        return CapacityKind.MORE
+    return CapacityKind.AS_IN_FILE if half <= AGREES_FRAC else CapacityKind.NOT_CLEAR
 
 
 def discharge_of(recording: Recording, *, displayed: bool = False) -> Discharge | None:

@@ -31,6 +31,9 @@ COARSE_S: Final = (5, 8, 12, 15)
 FAHRENHEIT_TRIPS: Final = (3, 6)
 FAHRENHEIT_AIR_C: Final = (1.0, 13.0)  # what a reader takes for a temperature of the air when it is read as °C
 FILE_OFF: Final = (0.1, 0.25)
+AGED_FACTOR: Final = (0.75, 0.92)  # of the capacity that is left
+AGED_STEPS: Final = (0.005, 0.01)  # in which the charge is recorded
+AGED_OFFSET_W: Final = 30.0  # standard deviation of a current sensor's offset, as power (assumed)
 
 
 class FaultKind(StrEnum):
@@ -44,6 +47,7 @@ class FaultKind(StrEnum):
     FOREIGN = "foreign"
     FAHRENHEIT = "fahrenheit"
     WRONG_FILE = "wrong_file"
+    AGED = "aged"
 
 
 @dataclass(frozen=True, slots=True)
@@ -56,7 +60,7 @@ class Planted:
 
 
 def planted(rng: np.random.Generator, scene: Scene, kind: FaultKind) -> Planted:
-    """The scene with a fault: a draw that is left on, other or softer tyres, another car's drive; else as it is."""
+    """The scene with a fault: a draw left on, other or softer tyres, another car, an aged battery; else as it is."""
     count = len(scene.trips)
     if kind is FaultKind.SWITCH:
         watts = float(np.rint(rng.uniform(*SWITCH_W)))
@@ -86,6 +90,10 @@ def planted(rng: np.random.Generator, scene: Scene, kind: FaultKind) -> Planted:
     if kind is FaultKind.FOREIGN:
         number = int(rng.integers(count))
         return Planted(scene, FaultTruth(kind.value, _names(scene, (number,)), 1.0), number)
+    if kind is FaultKind.AGED:
+        factor = float(rng.uniform(*AGED_FACTOR))
+        aged = scene.car._replace(capacity_j=factor * scene.car.capacity_j)
+        return Planted(replace(scene, car=aged), FaultTruth(kind.value, (), factor))
     return Planted(scene, FaultTruth(kind.value, (), 0.0))
 
 
@@ -100,7 +108,7 @@ def driven_by_another(rng: np.random.Generator, scene: Scene, number: int) -> Wo
 def spoiled(
     rng: np.random.Generator, recordings: Sequence[WorldRecording], truth: FaultTruth
 ) -> tuple[tuple[WorldRecording, ...], FaultTruth]:
-    """Recordings without height, thinned, or with some temperatures in °F, and the truth with the trips that are."""
+    """Recordings without height, thinned, with temperatures in °F or a charge in steps, and the truth with trips."""
     kind = FaultKind(truth.kind)
     if kind is FaultKind.NO_HEIGHT:
         return tuple(_without(recording, "elevation_m") for recording in recordings), truth
@@ -117,6 +125,9 @@ def spoiled(
         chosen = set(rng.permutation(fit)[:wanted].tolist())
         found = tuple(_in_fahrenheit(recording) if k in chosen else recording for k, recording in enumerate(recordings))
         return found, replace(truth, trips=tuple(recordings[k].id for k in sorted(chosen)))
+    if kind is FaultKind.AGED:
+        step_frac, offset_w = float(rng.choice(AGED_STEPS)), float(rng.normal(0.0, AGED_OFFSET_W))
+        return tuple(_with_poor_charge(recording, step_frac, offset_w) for recording in recordings), truth
     return tuple(recordings), truth
 
 
@@ -137,3 +148,9 @@ def _in_fahrenheit(recording: WorldRecording) -> WorldRecording:
     return WorldRecording(
         recording.id, {**recording.channels, "ambient_c": np.rint(1.8 * recording.channels["ambient_c"] + 32.0)}
     )
+
+
+def _with_poor_charge(recording: WorldRecording, step_frac: float, offset_w: float) -> WorldRecording:
+    own = recording.channels
+    charge, power_w = np.rint(own["soc_frac"] / step_frac) * step_frac, own["power_w"] + offset_w
+    return WorldRecording(recording.id, {**own, "soc_frac": charge, "power_w": power_w})

@@ -90,13 +90,13 @@ def _made(order: WorldOrder, seeds: np.random.SeedSequence, key: tuple[int, ...]
     if order.outside_axis is not None:
         spot = draw_spot(rng, order.outside_axis, scene, calm)
         scene = with_spot(scene, spot)
-    truth, foreign = None, None
+    truth, foreign, maker = None, None, scene.car
     if order.fault is not None:
         fault = planted(rng, scene, order.fault)
         scene, truth, foreign = fault.scene, fault.truth, fault.foreign
     strengths = Strengths() if spot is None else Strengths(draw_w=spot.draw_w)
     strengths = _strong_enough(scene.base(), order.effects, strengths)
-    nameplate = nameplate_of(scene.car, calm[: scene.base_trips])
+    nameplate = nameplate_of(maker, calm[: scene.base_trips])
     driven = scene.drive(strengths) if strengths != Strengths() or truth is not None else calm
     if foreign is not None:
         driven = (*driven[:foreign], driven_by_another(rng, scene, foreign), *driven[foreign + 1 :])

@@ -15,7 +15,7 @@ from proof.runs import Proof
 from proof.scores import compared, figures
 from proof.scoring import Case
 from proof.telling import as_json, figure_row, markdown
-from proof.worlds.world import OutsideTruth, WorldKind
+from proof.worlds.world import FaultTruth, OutsideTruth, WorldKind
 from tests.proof.made_up import HELD_OUT, answer, claim, label, trip
 
 if TYPE_CHECKING:
@@ -154,3 +154,16 @@ def test_an_answer_is_read_as_it_was_written(tmp_path: Path) -> None:
     for k, case in enumerate(cases()):
         write_answer(case.answer, tmp_path / "new" / f"{k}.json")
         assert read_answer(tmp_path / "new" / f"{k}.json") == case.answer
+    aged = replace(answer(), capacity_frac=(0.9, 0.88, 0.92))
+    write_answer(aged, tmp_path / "aged.json")
+    assert read_answer(tmp_path / "aged.json") == aged
+
+
+def test_a_capacity_is_false_but_where_the_battery_has_aged() -> None:
+    aged = replace(answer(), capacity_frac=(0.9, 0.88, 0.92))
+    old = replace(label(WorldKind.FAULT), fault=FaultTruth("aged", (), 0.91))
+    told = figures([Case(old, aged), Case(old, answer()), Case(label(WorldKind.NULL), aged)])
+    rows = {figure.name: (figure.successes, figure.trials) for figure in told if figure.group == "the field"}
+    assert rows["a battery that holds 8 to 25 % less: told, within 3 points of its interval"] == (1, 2)
+    assert rows["no aged battery, all worlds: a capacity is told"] == (1, 1)
+    assert rows["nothing left out, whatever the channels and the file: a false finding or parameter"] == (1, 3)

@@ -24,8 +24,9 @@ from proof.scoring import (
     resolves,
     says_anything,
     says_too_few,
+    told_of,
 )
-from proof.worlds.world import OutsideTruth, WorldKind
+from proof.worlds.world import FaultTruth, OutsideTruth, WorldKind
 from tests.proof.made_up import HELD_OUT, answer, claim, effect, label, trip
 
 SPOT = Spot("speed", 50.0, 60.0, 900.0)
@@ -119,6 +120,23 @@ def test_overlap_is_intersection_over_union() -> None:
 
 def test_distance_of_places_shrinks_with_latitude() -> None:
     assert apart_m((60.0, 10.0), (60.0, 10.01)) == pytest.approx(0.5 * 1111.95, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("said", "right"),
+    [
+        (None, False),
+        ((0.83, 0.80, 0.86), True),
+        ((0.89, 0.875, 0.905), True),  # 2.5 points beside its interval
+        ((0.79, 0.77, 0.815), False),  # 3.5 points beside it
+        ((0.98, 0.89, 1.07), False),
+    ],
+)
+def test_an_aged_battery_is_told_rightly_within_three_points_of_its_interval(
+    said: tuple[float, float, float] | None, right: bool
+) -> None:
+    aged = replace(label(WorldKind.FAULT), fault=FaultTruth("aged", (), 0.85))
+    assert told_of(replace(answer(), capacity_frac=said), aged) is right
 
 
 def test_too_few_has_to_be_said_and_nothing_claimed() -> None:

@@ -66,6 +66,7 @@ def test_a_world_without_an_answer_counts_as_broken(exported: Path, tmp_path: Pa
         ("{}", "'trips'"),
         ('{"trips": [{"id": "T1"}]}', "'after_kwh'"),
         ('{"trips": [], "claims": [{"family": "thermal"}]}', "'energy_kwh'"),
+        ('{"trips": [], "capacity_frac": [0.9]}', "ValueError"),
     ],
 )
 def test_an_answer_of_another_form_is_refused_by_file_and_key(tmp_path: Path, text: str, what: str) -> None:

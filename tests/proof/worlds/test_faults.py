@@ -88,3 +88,21 @@ def test_a_wrong_file_is_off_by_a_tenth_to_a_quarter() -> None:
     _, label = made(FaultKind.WRONG_FILE)
     assert 2 <= len(label.parameter_changes) <= 4
     assert all(0.1 <= abs(factor - 1.0) <= 0.25 for factor in label.parameter_changes.values())
+
+
+def test_an_aged_battery_holds_less_than_its_file_and_its_charge_falls_faster() -> None:
+    world, label = made(FaultKind.AGED)
+    plain, _ = made(None)
+    assert label.fault is not None
+    assert 0.75 <= label.fault.size <= 0.92
+    assert world.vehicle_toml == plain.vehicle_toml
+    fall, before = (
+        sum(
+            float(recording.channels["soc_frac"][0] - recording.channels["soc_frac"][-1])
+            for recording in each.recordings
+        )
+        for each in (world, plain)
+    )
+    assert before / fall == pytest.approx(label.fault.size, rel=0.05)
+    steps = {round(float(step), 9) for each in world.recordings for step in np.abs(np.diff(each.channels["soc_frac"]))}
+    assert min(steps - {0.0}) in (0.005, 0.01)
