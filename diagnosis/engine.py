@@ -30,6 +30,8 @@ from diagnosis.fit.windows import WINDOW_S, trip_of, windows_of
 from diagnosis.recordings.charge import with_power_of_charge
 from diagnosis.recordings.notes import NoteKind
 from diagnosis.recordings.recording import Detail
+from diagnosis.recordings.soundness.feet import with_doubted_heights
+from diagnosis.recordings.soundness.masses import with_doubted_scales
 from diagnosis.recordings.soundness.temperatures import with_doubts
 from energy.errors import EnergyError
 from energy.units import JOULE_PER_KWH
@@ -51,6 +53,12 @@ WINDOW_STEPS: Final = 3.0  # samples of a window at least
 LEAST_GAIN_FRAC: Final = 0.005
 SEEN_IN_WINDOWS: Final = ("mass_kg",)  # numbers that whole trips' energies need not show
 LEVEL_FIELDS: Final = {kind.effect: kind.field or "aux_power_w" for kind in KINDS}
+UNIT_CHANNELS: Final = {
+    "speed_mps": "the speed",
+    "power_w": "the power",
+    "elevation_m": "the height",
+    "odometer_m": "the odometer",
+}
 NAMED: Final = 4  # drives, of more only how many
 STAGES: Final = (
     "replaying the drives",
@@ -110,7 +118,7 @@ def diagnose(
             progress(stage, share(stage))
 
     on_step(STAGES[0])
-    recorded = with_doubts(recordings)
+    recorded = with_doubted_scales(with_doubted_heights(with_doubts(recordings)), vehicle.mass_kg)
     recordings = with_power_of_charge(recorded, vehicle.usable_capacity_wh)
     whole = _is_of_totals(recordings, held_out)
     battery = battery_loss([recording for recording in recordings if recording.id not in held_out])
@@ -134,7 +142,8 @@ def diagnose(
     if len(fitted) < LEAST_TRIPS:
         few = few_trips(fitted, [*kept, *unfit], vehicle, (*quality, *map(_why_unfit, unfit)), settings.seed)
         capacity = capacity_of([each for each in recorded if each.id not in held_out], vehicle.usable_capacity_wh)
-        return replace(few, capacity=capacity, text=f"{few.text} {'' if capacity is None else capacity.text}".strip())
+        parts = [_doubts(recordings), few.text, "" if capacity is None else capacity.text]
+        return replace(few, capacity=capacity, text=" ".join(filter(None, parts)))
     on_step(STAGES[1])
     try:
         model = fit(fitted, vehicle, settings.seed, window_s, on_step)
@@ -271,11 +280,21 @@ def _file_is_off(accounts: Sequence[TripAccount], odd: Collection[str]) -> Off |
 
 def _doubts(recordings: Sequence[Recording]) -> str:
     """What is said of drives of which the unit of a channel is doubted; nothing where none is."""
-    doubted = [recording.id for recording in recordings if any(n.kind is NoteKind.UNIT for n in recording.notes)]
-    if not doubted:
-        return ""
-    which = ", ".join(doubted[:NAMED]) + (f" and {len(doubted) - NAMED} more" if len(doubted) > NAMED else "")
-    return f"The temperature outside seems to be in °F on {which}; it was left out there."
+    doubted: dict[str, list[str]] = {}
+    why: dict[str, str] = {}
+    for recording in recordings:
+        for note in recording.notes:
+            if note.kind is NoteKind.UNIT and recording.id not in doubted.setdefault(note.channel, []):
+                doubted[note.channel].append(recording.id)
+                why.setdefault(note.channel, note.text)
+    return " ".join(_doubt(channel, trips, why[channel]) for channel, trips in doubted.items())
+
+
+def _doubt(channel: str, trips: Sequence[str], why: str) -> str:
+    which = ", ".join(trips[:NAMED]) + (f" and {len(trips) - NAMED} more" if len(trips) > NAMED else "")
+    if channel == "ambient_k":
+        return f"The temperature outside seems to be in °F on {which}; it was left out there."
+    return f"The unit of {UNIT_CHANNELS.get(channel, channel)} was doubted on {which}: it {why}."
 
 
 def _is_of_totals(recordings: Sequence[Recording], held_out: Collection[str]) -> bool:
@@ -314,7 +333,9 @@ def _why_unfit(trip: WindowedTrip) -> QualityNote:
     step_s = float(np.median(np.diff(trip.recording.time_s)))
     text = f"not fitted: a sample each {step_s:.1f} s, at most {COARSEST_STEP_S:g} s are needed to see accelerations"
     if trip.recording.is_one_number:
-        text = "not fitted: only the charge was recorded, other drives have power, or it hardly falls"
+        text = (
+            "not fitted: only the charge or a coarse counter was recorded, other drives have power, or it hardly falls"
+        )
     elif step_s <= COARSEST_STEP_S:
         text = "not fitted: nothing is left beside its gaps"
     return QualityNote(trip.recording.id, "unfit", "time_s", text)

@@ -123,7 +123,7 @@ def discharge_of(recording: Recording, *, displayed: bool = False) -> Discharge 
     for itself, since what was taken in a gap is not known.
     """
     charge = recording.displayed_frac if displayed else recording.soc_frac
-    if charge is None or recording.detail is Detail.CHARGE or not recording.power_w.any():
+    if charge is None or recording.detail in (Detail.CHARGE, Detail.COUNTER) or not recording.power_w.any():
         return None
     if recording.detail is Detail.TOTALS:
         pieces = [_whole_drive(recording, charge)]

@@ -49,8 +49,9 @@ NEEDED: Final = (
     _Needed(
         "power_w",
         "power",
-        "each drive is one number, the fall of its charge, so that little more than heat and a constant draw is told",
-        lambda recording: recording.detail is not Detail.CHARGE,
+        "each drive is one number, by its charge or a counter of energy, so that little more than heat and a"
+        " constant draw is told",
+        lambda recording: recording.detail not in (Detail.CHARGE, Detail.COUNTER),
         decisive=True,
     ),
     _Needed(

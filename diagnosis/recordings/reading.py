@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from diagnosis.recordings.files import file_content, recording_files, recording_id, text_of
-from diagnosis.recordings.formats.named_columns import FORMAT_NAMES, I3_NEEDS, read_abrp, read_i3, read_plain
+from diagnosis.recordings.formats.named_columns import FORMAT_NAMES, I3_NEEDS, is_plain, read_abrp, read_i3, read_plain
 from diagnosis.recordings.formats.obd import LONG, OBD_NAMES, is_parameter, is_wide, read_long, read_wide
 from diagnosis.recordings.formats.parquet import PARQUET_MAGIC, parquet_table
 from diagnosis.recordings.formats.tables import LogTable, csv_table, json_table
@@ -119,7 +119,7 @@ FORMATS: Final = (
         lambda table, _: read_i3(table),
         lambda names: set(I3_NEEDS[:2]) <= set(names),
     ),
-    Format("joulepath", ("time_s", "speed_kmh"), lambda table, _: read_plain(table)),
+    Format("joulepath", ("time_s", "speed_kmh"), lambda table, _: read_plain(table), is_plain),
     Format("ABRP telemetry", ("utc", "speed"), lambda table, _: read_abrp(table)),
     Format("Car Scanner, long", LONG, read_long),
     Format("Car Scanner, wide", ("time", "Vehicle speed (km/h)"), lambda table, _: read_wide(table), is_wide),

@@ -24,6 +24,7 @@ class Detail(StrEnum):
     """How much of a drive was recorded."""
 
     SAMPLES = "samples"
+    COUNTER = "counter"
     CHARGE = "charge"
     TOTALS = "totals"
 
@@ -37,9 +38,11 @@ class Recording:
     soc_frac: as the file has it, of whatever capacity it means. displayed_frac: as the car shows it.
     heater_w, aircon_w: electric; hvac_w: both together.
     heading_rad: clockwise from north; wind_from_rad: direction that it comes from. wet_frac: 1 on a wet road.
-    payload_kg: beyond the vehicle's mass. notes: what the reader has found and what it did.
-    detail: whether power, only the charge, or only sums of the drive were recorded. Of the latter two one energy is
-    known; where that is by the charge, power_w is 0 until a vehicle's capacity is known.
+    payload_kg: beyond the vehicle's mass. odometer_m, used_j, regen_j: counters from any start, of the way, of the
+    energy that left the battery less what came back, and of what came back by recuperation.
+    notes: what the reader has found and what it did. detail: whether power, only a coarse counter of energy, only the
+    charge, or only sums of the drive were recorded. Of the latter three one energy is known; where that is by the
+    charge, power_w is 0 until a vehicle's capacity is known.
     elevation_source: what elevation_m was filled in from; empty where it was recorded.
     gaps: begin and end [s] of each stretch in which nothing was recorded, rising, each from one sample to the next.
     """
@@ -66,6 +69,9 @@ class Recording:
     notes: tuple[Note, ...] = ()
     hvac_w: NDArray[np.float64] | None = None
     displayed_frac: NDArray[np.float64] | None = None
+    odometer_m: NDArray[np.float64] | None = None
+    used_j: NDArray[np.float64] | None = None
+    regen_j: NDArray[np.float64] | None = None
     gaps: tuple[tuple[float, float], ...] = ()
     detail: Detail = Detail.SAMPLES
     elevation_source: str = ""

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 from diagnosis.answer.capacity import CAPACITY
 from diagnosis.answer.results import Verdict
-from diagnosis.report.text import SPACE, fixed, listed
+from diagnosis.report.text import SPACE, fixed, listed, spoken
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -18,6 +18,13 @@ DO_ABOUT: Final[Mapping[str, str]] = {
     "power_w": "Record the battery's power, or its voltage and current.",
     "elevation_m": "Record height, or positions where a map or a file has heights: slopes take as much as tyres do.",
     "ambient_k": "Record the temperature outside.",
+}
+UNIT_NAMES: Final[Mapping[str, str]] = {
+    "ambient_k": "temperature",
+    "speed_mps": "speed",
+    "power_w": "power",
+    "elevation_m": "height",
+    "odometer_m": "odometer",
 }
 
 
@@ -53,9 +60,11 @@ def consumption_bars(diagnosis: Diagnosis) -> list[Bar]:
 def next_steps(diagnosis: Diagnosis) -> list[str]:
     """What a driver can do to know more, or with what is known."""
     steps = [DO_ABOUT[lack.channel] for lack in diagnosis.missing if lack.decisive and lack.channel in DO_ABOUT]
-    doubted = sorted({note.trip_id for note in diagnosis.data_quality if note.kind == "unit"})
-    if doubted:
-        steps.append(f"Look at the unit of the temperature in {listed(doubted)}.")
+    doubted: dict[str, set[str]] = {}
+    for note in diagnosis.data_quality:
+        if note.kind == "unit":
+            doubted.setdefault(UNIT_NAMES.get(note.channel, spoken(note.channel)), set()).add(note.trip_id)
+    steps += [f"Look at the unit of the {name} in {listed(sorted(trips))}." for name, trips in doubted.items()]
     if diagnosis.other_car:
         steps.append("Look whether the vehicle's file is of the car that was driven, and correct it.")
     odd = sorted({trip for place in diagnosis.unexplained if place.axis == "trip" for trip in place.trips})

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from diagnosis.recordings.counters import is_fine, mean_rate, only_rises, rate, step_of
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError
 from diagnosis.recordings.recording import Detail, Recording
+from energy.units import JOULE_PER_WH
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -105,15 +107,17 @@ def recording_of_series(path: str, trip_id: str, series: Sequence[Series], notes
         power = current.values * voltage.near_at(current.time_s)
         known = ~np.isnan(power)
         first["power_w"] = Series("power_w", "voltage times current", current.time_s[known], power[known])
+    found += counted_channels(first)
     if "soc_frac" not in first and "displayed_frac" in first:
         first["soc_frac"] = first["displayed_frac"]
     charge = first.get("soc_frac")
+    coarse_counter = "power_w" not in first and _with_counted_mean(first)
     charge_only = "power_w" not in first and charge is not None and charge.time_s.size >= 2
     if charge_only and "speed_mps" in first:
         times_s = first["speed_mps"].time_s
         first["power_w"] = Series("power_w", "none recorded", times_s, np.zeros_like(times_s))
-    wanted = "a power, or voltage and current, of the battery, or its charge"
-    for channel, needed in (("speed_mps", "a speed"), ("power_w", wanted)):
+    wanted = "a power, or voltage and current, of the battery, or its charge or a counter of energy"
+    for channel, needed in (("speed_mps", "a speed, or an odometer in steps of metres"), ("power_w", wanted)):
         if channel not in first or first[channel].time_s.size < 2:
             raise RecordingError(path, 1, channel, "missing", f"{needed}, with at least 2 values")
     time_s = first["speed_mps"].time_s
@@ -140,9 +144,42 @@ def recording_of_series(path: str, trip_id: str, series: Sequence[Series], notes
         **kept,
         notes=tuple(found),
         gaps=(),
-        detail=Detail.CHARGE if charge_only else Detail.SAMPLES,
+        detail=Detail.CHARGE if charge_only else Detail.COUNTER if coarse_counter else Detail.SAMPLES,
         elevation_source="",
     )
+
+
+def counted_channels(first: dict[str, Series]) -> list[Note]:
+    """Put speed and power by fine counters beside the series where they have none; notes on what was done."""
+    notes = []
+    for channel, counter, what in (("speed_mps", "odometer_m", "odometer"), ("power_w", "used_j", "counter of energy")):
+        record = first.get(counter)
+        if channel in first or record is None or not is_fine(record.time_s, record.values):
+            continue
+        if channel == "speed_mps" and not only_rises(record.values):
+            continue
+        text = f"by the {what}, in steps of {_step_text(channel, record.values)}"
+        notes.append(Note(NoteKind.READ, channel, text))
+        first[channel] = Series(channel, record.source, record.time_s, rate(record.time_s, record.values))
+    return notes
+
+
+def _step_text(channel: str, values: NDArray[np.float64]) -> str:
+    step = step_of(values)
+    return f"{step:.3g} m" if channel == "speed_mps" else f"{step / JOULE_PER_WH:.3g} Wh"
+
+
+def _with_counted_mean(first: dict[str, Series]) -> bool:
+    """Put the mean power by a coarse counter of energy beside the series, at the speed's clock, if it tells one."""
+    record = first.get("used_j")
+    if record is None or "speed_mps" not in first or record.values.size < 2:
+        return False
+    mean_w = mean_rate(record.time_s, record.values)
+    if mean_w is None:
+        return False
+    times_s = first["speed_mps"].time_s
+    first["power_w"] = Series("power_w", record.source, times_s, np.full(times_s.size, mean_w))
+    return True
 
 
 def _at(series: Series, time_s: NDArray[np.float64]) -> NDArray[np.float64]:

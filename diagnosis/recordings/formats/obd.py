@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from diagnosis.recordings.formats.clocks import Series, recording_of_series, series_of
-from diagnosis.recordings.formats.named_columns import MOST_KMH, MOST_W, RADIAN_PER_DEGREE
+from diagnosis.recordings.formats.named_columns import M_PER_FOOT, MOST_KMH, MOST_W, RADIAN_PER_DEGREE
 from diagnosis.recordings.formats.tables import Column, LogTable, is_hidden, past_midnight
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError, shown
 from diagnosis.recordings.soundness.signs import power_sign
-from energy.units import KMH_PER_MPS, MPS_PER_MPH, ZERO_CELSIUS_K
+from energy.units import JOULE_PER_KWH, JOULE_PER_WH, KM_PER_MILE, KMH_PER_MPS, MPS_PER_MPH, ZERO_CELSIUS_K
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -31,7 +31,7 @@ POSITIONS: Final = ("LATITUDE", "LONGTITUDE", "LONGITUDE")
 OBD_NAMES: Final = frozenset((*LONG, *POSITIONS, "time"))
 SECONDS: Final = Column("SECONDS", "time_s", 0.0, 1e10)
 TIME: Final = Column("time", "time_s", 0.0, 1e10)
-M_PER_FOOT: Final = 0.3048
+MILE_M: Final = 1000.0 * KM_PER_MILE
 K_PER_FAHRENHEIT: Final = 5.0 / 9.0
 LEAST_PACK_V: Final = 48.0  # below it is the battery of the lights
 NAMED_MOST: Final = 12
@@ -41,6 +41,8 @@ FAHRENHEIT: Final = (K_PER_FAHRENHEIT, ZERO_CELSIUS_K - 32.0 * K_PER_FAHRENHEIT)
 UNITS: Final[dict[str, dict[str, tuple[float, float]]]] = {
     "speed": {"km/h": (1.0 / KMH_PER_MPS, 0.0), "mph": (MPS_PER_MPH, 0.0), "m/s": (1.0, 0.0)},
     "power": {"kw": (1000.0, 0.0), "w": (1.0, 0.0)},
+    "energy": {"kwh": (JOULE_PER_KWH, 0.0), "wh": (JOULE_PER_WH, 0.0)},
+    "way": {"km": (1000.0, 0.0), "mi": (MILE_M, 0.0), "miles": (MILE_M, 0.0), "mile": (MILE_M, 0.0), "m": (1.0, 0.0)},
     "voltage": {"v": (1.0, 0.0)},
     "current": {"a": (1.0, 0.0)},
     "share": {"%": (0.01, 0.0)},
@@ -49,6 +51,8 @@ UNITS: Final[dict[str, dict[str, tuple[float, float]]]] = {
     "angle": {"°": (RADIAN_PER_DEGREE, 0.0), "deg": (RADIAN_PER_DEGREE, 0.0)},
     "position": {"": (1.0, 0.0), "°": (1.0, 0.0), "deg": (1.0, 0.0)},
 }
+DISCHARGED: Final = r"(?:energy discharged|discharged? energy)"
+CHARGED: Final = r"(?:energy charged|charged? energy)"
 PACK: Final = r"(?:(?:hv|h\.v\.|high[- ]voltage|traction|main|drive|ev) )?(?:battery|pack)(?: pack)?"
 
 
@@ -106,6 +110,19 @@ LOGGED_PARAMETERS: Final = (
         ZERO_CELSIUS_K - 50.0,
         ZERO_CELSIUS_K + 100.0,
     ),
+    LoggedParameter("odometer_m", (r"odometer(?: reading)?|total (?:distance|mileage)",), "way", 0.0, 1e10),
+    LoggedParameter(
+        "used_j", (r"(?:trip |total |net )?(?:energy used|used energy|energy consumption)",), "energy", -1e13, 1e13
+    ),
+    LoggedParameter(
+        "regen_j",
+        (r"(?:trip |total )?(?:regen(?:erated|eration)?|recuperated|recuperation)(?: energy)?",),
+        "energy",
+        -1e13,
+        1e13,
+    ),
+    LoggedParameter("drawn_j", (rf"(?:cumulative|accumulated) {DISCHARGED}",), "energy", 0.0, 1e13),
+    LoggedParameter("fed_j", (rf"(?:cumulative|accumulated) {CHARGED}",), "energy", 0.0, 1e13),
     LoggedParameter("heater_w", (r"(?:ptc |cabin |coolant )?heater power", r"ptc power"), "power", 0.0, 100_000.0),
     LoggedParameter(
         "aircon_w", (r"(?:a/?c|air ?con(?:ditioning|ditioner)?)(?: compressor)? power",), "power", 0.0, 100_000.0
@@ -203,7 +220,8 @@ def _recording(table: LogTable, readings: Sequence[Readings]) -> Recording:
     if ignored:
         notes.append(Note(NoteKind.IGNORED, "", f"PIDs not used: {', '.join(ignored)}"))
     try:
-        recording = recording_of_series(table.path, table.id, [known.series for known in found], notes)
+        series = _net([known.series for known in found])
+        recording = recording_of_series(table.path, table.id, series, notes)
     except RecordingError as error:
         if error.value != "missing":
             raise
@@ -212,6 +230,19 @@ def _recording(table: LogTable, readings: Sequence[Readings]) -> Recording:
         value = f"missing among {', '.join(shown(name) for name in names[:NAMED_MOST])}{more}"
         raise RecordingError(error.path, error.row, error.column, value, error.allowed) from error
     return _discharge_positive(recording)
+
+
+def _net(series: Sequence[Series]) -> list[Series]:
+    """The series with cumulative energies discharged and charged as one counter of what left the battery in all."""
+    drawn = next((record for record in series if record.channel == "drawn_j"), None)
+    fed = next((record for record in series if record.channel == "fed_j"), None)
+    others = [record for record in series if record.channel not in ("drawn_j", "fed_j")]
+    if drawn is None or fed is None or not (drawn.values.size and fed.values.size):
+        return others
+    back = fed.previous_at(drawn.time_s)
+    known = ~np.isnan(back)
+    name = f"{drawn.source} less {fed.source}"
+    return [*others, Series("used_j", name, drawn.time_s[known], drawn.values[known] - back[known])]
 
 
 def _found(table: LogTable, reading: Readings) -> Found | str:

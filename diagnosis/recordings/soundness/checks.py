@@ -23,6 +23,7 @@ from diagnosis.recordings.soundness.repairs import (
     without_impossible,
 )
 from diagnosis.recordings.soundness.signs import push_powers_w
+from diagnosis.recordings.soundness.units import factor_notes, with_units
 from energy.units import JOULE_PER_KWH
 
 if TYPE_CHECKING:
@@ -55,14 +56,14 @@ def checked(recording: Recording, path: str) -> Recording:
     """
     _check_clock(recording, path)
     if recording.is_one_number:
-        recording = _with_gaps(recording)
+        recording = with_units(_with_gaps(recording))
         check_way(recording, path)
         recording = with_telling_height(without_empty(recording))
-        return _with_notes(recording, (_missing, _gaps, _whole_metres, _late_height, _coarse))
+        return _with_notes(recording, (_missing, _gaps, _whole_metres, _late_height, _coarse, factor_notes))
     recording = without_charging(recording, charging_at_standstill(recording), "while standing", path)
     recording = repaired(recording)
     _check_sign(recording, path)
-    recording = _with_gaps(recording)
+    recording = with_units(_with_gaps(recording))
     check_way(recording, path)
     recording = with_telling_height(without_impossible(without_empty(without_lag(recording))))
     checks = (
@@ -76,6 +77,7 @@ def checked(recording: Recording, path: str) -> Recording:
         _twice,
         _coarse,
         plausibility_notes,
+        factor_notes,
     )
     return _with_notes(recording, checks)
 

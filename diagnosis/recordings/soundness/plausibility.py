@@ -39,7 +39,7 @@ ENERGY_WAY_M: Final = 2000.0
 
 def check_way(recording: Recording, path: str) -> None:
     """Raises RecordingError where the positions prove that the speed is in another unit than declared."""
-    ratios, way_m = _way_ratios(recording)
+    ratios, way_m = way_ratios(recording)
     if ratios.size < WINDOWS or way_m < WAY_M:
         return
     low, factor, high = np.quantile(ratios, (0.25, 0.5, 0.75)).tolist()
@@ -79,7 +79,7 @@ def apparent_mass_kg(recording: Recording) -> float | None:
 
 
 def _way_notes(recording: Recording) -> Iterator[Note]:
-    ratios, way_m = _way_ratios(recording)
+    ratios, way_m = way_ratios(recording)
     if ratios.size < WINDOWS or way_m < WAY_M:
         return
     factor = float(np.median(ratios))
@@ -100,8 +100,8 @@ def _mass_notes(recording: Recording) -> Iterator[Note]:
         yield Note(NoteKind.SUSPECT, "speed_mps", f"{seen}: speed in metres a second, or time in another unit?")
 
 
-def _way_ratios(recording: Recording) -> tuple[NDArray[np.float64], float]:
-    """Straight way by the positions over way by the speed in each window, and the sum of the former [m]."""
+def way_ratios(recording: Recording) -> tuple[NDArray[np.float64], float]:
+    """Straight way by the positions over way by the speed in windows, float64 (k,), and the sum of the former [m]."""
     latitude, longitude = recording.latitude_deg, recording.longitude_deg
     none = np.empty(0, np.float64), 0.0
     if latitude is None or longitude is None:

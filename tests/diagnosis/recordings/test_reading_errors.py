@@ -57,7 +57,7 @@ def test_current_with_the_wrong_sign_is_an_error(i3_file):
 
 @pytest.mark.parametrize(
     ("header", "found"),
-    [("a,b,c", "the header is a, b, c"), ("time_s,speed_kmh,power_kw", "power_w is missing")],
+    [("a,b,c", "the header is a, b, c"), ("time_s,speed_kmh,power_hp", "power_w is missing")],
 )
 def test_header_of_no_format_is_an_error_that_names_what_is_needed(plain_file, header, found):
     with pytest.raises(RecordingError, match=found) as caught:

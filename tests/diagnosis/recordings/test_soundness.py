@@ -44,12 +44,21 @@ def test_current_with_the_wrong_sign_says_how_to_mend_it(read):
 
 @pytest.mark.parametrize(
     ("factor", "unit"),
-    [(1.0 / 3.6, "metres a second"), (1.0 / 1.609344, "miles an hour"), (1.609344, "km/h declared as")],
+    [(1.0 / 3.6, "in m/s"), (1.0 / 1.609344, "in miles an hour"), (1.609344, "in km/h")],
 )
-def test_speed_in_another_unit_is_proven_by_positions(read, factor, unit):
+def test_speed_in_another_unit_is_proven_by_positions_and_converted(read, factor, unit):
     driven = drive()
-    with pytest.raises(RecordingError, match=f"speed is too .* times as fast, allowed: .* looks like {unit}"):
-        read(with_positions(driven, speed_kmh=3.6 * factor * driven.speed_mps))
+    recording = read(with_positions(driven, speed_kmh=3.6 * factor * driven.speed_mps))
+    np.testing.assert_allclose(recording.speed_mps, driven.speed_mps, atol=1e-6)
+    (text,) = texts(recording, NoteKind.UNIT)
+    assert text.startswith(f"is {unit}, declared as")
+    assert "converted" in text
+
+
+def test_speed_that_positions_contradict_by_the_factor_of_no_unit_is_refused(read):
+    driven = drive()
+    with pytest.raises(RecordingError, match=r"speed is too low: .* 1\.50 times as fast"):
+        read(with_positions(driven, speed_kmh=3.6 / 1.5 * driven.speed_mps))
 
 
 def test_speedometer_that_is_a_tenth_fast_is_suspect_only(read):

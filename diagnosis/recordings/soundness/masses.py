@@ -1,0 +1,73 @@
+"""Speed and power whose unit is doubted, by the mass that gains of speed tell beside that of the vehicle's file."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from diagnosis.recordings.notes import Note, NoteKind
+from diagnosis.recordings.soundness.signs import PUSH_SAMPLES
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from diagnosis.recordings.recording import Recording
+
+COARSEST_S: Final = 3.0  # samples further apart than that blur gains of speed
+LEAST_DRIVES: Final = 3
+LEAST_SHARE: Final = 0.6  # of the drives that tell a mass, that speak for the same unit
+UNITS: Final = (  # mass told over that of the file, from and to: of losses and of files that are off
+    (2.4, 4.8, "speed_mps", "in miles an hour, declared as km/h"),
+    (9.0, 60.0, "speed_mps", "in m/s, declared as km/h"),
+    (0.00025, 0.004, "power_w", "in kW, declared as W"),
+)
+
+
+def with_doubted_scales(recordings: Sequence[Recording], mass_kg: float) -> list[Recording]:
+    """The recordings with a note on each that tells a mass which a wrong unit explains, as most of them do.
+
+    Nothing is converted: another vehicle may do as well. mass_kg: of the vehicle's file.
+    """
+    masses = [told_mass_kg(recording) for recording in recordings]
+    known = np.array([mass for mass in masses if mass is not None])
+    if known.size < LEAST_DRIVES:
+        return list(recordings)
+    for low, high, channel, unit in UNITS:
+        inside = (known >= low * mass_kg) & (known <= high * mass_kg)
+        if inside.mean() < LEAST_SHARE:
+            continue
+        return [
+            _doubted(recording, channel, unit, mass, mass_kg)
+            if mass is not None and low * mass_kg <= mass <= high * mass_kg
+            else recording
+            for recording, mass in zip(recordings, masses, strict=True)
+        ]
+    return list(recordings)
+
+
+def told_mass_kg(recording: Recording) -> float | None:
+    """Mass that the larger gains of speed tell, in whatever unit speed and power are; None where they are few."""
+    step_s = float(np.median(np.diff(recording.time_s)))
+    if recording.is_one_number or step_s > COARSEST_S:
+        return None
+    at_s = np.arange(recording.time_s[0], recording.time_s[-1], max(1.0, step_s))
+    if at_s.size < PUSH_SAMPLES:
+        return None
+    speed, power = (np.interp(at_s, recording.time_s, each) for each in (recording.speed_mps, recording.power_w))
+    push = speed * np.gradient(speed, at_s)
+    gains = (push > 0.0) & ~np.append(recording.gap_steps(at_s), False)
+    if np.count_nonzero(gains) < 2 * PUSH_SAMPLES:
+        return None
+    gains &= push > float(np.median(push[gains]))
+    x, y = push[gains] - push[gains].mean(), power[gains] - power[gains].mean()
+    return float(x @ y / (x @ x)) if float(x @ x) > 0.0 else None
+
+
+def _doubted(recording: Recording, channel: str, unit: str, mass_kg: float, file_kg: float) -> Recording:
+    text = (
+        f"may be {unit}: gains of speed take as much as those of {mass_kg:.3g} kg, the vehicle has {file_kg:.0f};"
+        " nothing was changed"
+    )
+    return replace(recording, notes=(*recording.notes, Note(NoteKind.UNIT, channel, text)))
