@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from diagnosis.recordings.reading import NoteKind, RecordingError, read_recording
+from diagnosis.recordings.recording import Detail
 from tests.diagnosis.recorded_drives import drive
 
 START_S = 43_200.0
@@ -168,3 +169,28 @@ def test_wide_log_is_read_past_midnight_with_its_positions(tmp_path):
     assert [note.text for note in recording.notes if note.kind is NoteKind.CHECKED] == [
         "by the positions 1.00 times as fast, in 60 stretches of 10 s"
     ]
+
+
+def test_an_odometer_and_cumulative_energies_are_counters_and_stand_in_for_power(tmp_path):
+    driven = drive(1600.0)
+    step_s = np.diff(driven.time_s)
+    rows = [
+        (time, "Vehicle speed", f"{3.6 * v:.3f}", "km/h")
+        for time, v in zip(driven.time_s, driven.speed_mps, strict=True)
+    ]
+    sums = {}
+    for name, values in (
+        ("Odometer", driven.speed_mps / 1609.344),
+        ("Cumulative Energy Discharged", np.maximum(driven.power_w, 0.0) / 3.6e6),
+        ("Cumulative Energy Charged", np.maximum(-driven.power_w, 0.0) / 3.6e6),
+    ):
+        sums[name] = np.concatenate(([0.0], np.cumsum(0.5 * (values[1:] + values[:-1]) * step_s)))
+    for k, time in enumerate(driven.time_s):
+        rows.append((time + 0.1, "Odometer", f"{np.floor(10.0 * sums['Odometer'][k]) / 10.0:.1f}", "mi"))
+        for name in ("Cumulative Energy Discharged", "Cumulative Energy Charged"):
+            rows.append((time + 0.2, f"[BMS] {name}", f"{np.floor(10.0 * (50.0 + sums[name][k])) / 10.0:.1f}", "kWh"))
+    recording = read_recording(long_file(tmp_path / "a.csv", sorted(rows)))
+    assert recording.detail is Detail.COUNTER
+    used_kwh = sums["Cumulative Energy Discharged"][-1] - sums["Cumulative Energy Charged"][-1]
+    assert recording.energy_j() / 3.6e6 == pytest.approx(used_kwh, rel=0.15)  # in steps of 0.1 kWh
+    assert [note.kind for note in recording.notes if "by the odometer" in note.text] == [NoteKind.CHECKED]
