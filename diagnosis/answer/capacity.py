@@ -76,6 +76,11 @@ def capacity_of(recordings: Sequence[Recording], file_wh: float) -> CapacityEsti
     file_wh: what the vehicle's file has [Wh].
     """
     displayed = any(recording.displayed_frac is not None for recording in recordings)
+    found = _estimate(recordings, file_wh, displayed=displayed)
+    return _estimate(recordings, file_wh, displayed=False) if found is None and displayed else found
+
+
+def _estimate(recordings: Sequence[Recording], file_wh: float, *, displayed: bool) -> CapacityEstimate | None:
     points = [
         point
         for recording in recordings

@@ -17,6 +17,8 @@ LEAST_STEPS: Final = 5.0  # of a counter, that a drive must take to tell anythin
 WINDOW_S: Final = 10.0  # over which energies are compared
 WINDOW_SAMPLES: Final = 3.0
 FINE_FRAC: Final = 0.05  # of a window's energy or way, that a step may be
+MOST_W: Final = 1_000_000.0  # from a battery (assumed), and back into it
+MOST_BACK_W: Final = 400_000.0
 SAME: Final = 1e-9
 SAME_FRAC: Final = 1e-3  # of a usual change, below which two are the same but for their digits
 
@@ -95,6 +97,17 @@ def mean_rate(time_s: NDArray[np.float64], values: NDArray[np.float64]) -> float
     if not spans or lasts_s <= 0.0 or abs(rise) < LEAST_STEPS * step_of(values):
         return None
     return rise / lasts_s
+
+
+def is_of_energy(time_s: NDArray[np.float64], used_j: NDArray[np.float64]) -> bool:
+    """Whether a counter can be of the energy that left a battery: more at the end, and never faster than any car.
+
+    One that is set back on the way, or counts what is left, is not.
+    """
+    if used_j.size < 2 or used_j[-1] <= used_j[0]:
+        return False
+    power_w = np.diff(used_j) / np.diff(time_s)
+    return float(power_w.max()) <= MOST_W and float(power_w.min()) >= -MOST_BACK_W
 
 
 def only_rises(values: NDArray[np.float64]) -> bool:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from diagnosis.recordings.counters import is_fine, mean_rate, only_rises, rate, step_of
+from diagnosis.recordings.counters import is_fine, is_of_energy, mean_rate, only_rises, rate, step_of
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError
 from diagnosis.recordings.recording import Detail, Recording
 from energy.units import JOULE_PER_WH
@@ -156,7 +156,8 @@ def counted_channels(first: dict[str, Series]) -> list[Note]:
         record = first.get(counter)
         if channel in first or record is None or not is_fine(record.time_s, record.values):
             continue
-        if channel == "speed_mps" and not only_rises(record.values):
+        sound = only_rises(record.values) if channel == "speed_mps" else is_of_energy(record.time_s, record.values)
+        if not sound:
             continue
         text = f"by the {what}, in steps of {_step_text(channel, record.values)}"
         notes.append(Note(NoteKind.READ, channel, text))
@@ -169,10 +170,18 @@ def _step_text(channel: str, values: NDArray[np.float64]) -> str:
     return f"{step:.3g} m" if channel == "speed_mps" else f"{step / JOULE_PER_WH:.3g} Wh"
 
 
+def is_steady(record: Series) -> bool:
+    """Whether a coarse counter can be of energy: more at the end, and never set back by more than a step."""
+    falls = np.diff(record.values)
+    if record.values.size < 2 or record.values[-1] <= record.values[0]:
+        return False
+    return float(falls.min()) >= -1.5 * step_of(record.values)
+
+
 def _with_counted_mean(first: dict[str, Series]) -> bool:
     """Put the mean power by a coarse counter of energy beside the series, at the speed's clock, if it tells one."""
     record = first.get("used_j")
-    if record is None or "speed_mps" not in first or record.values.size < 2:
+    if record is None or "speed_mps" not in first or not is_steady(record):
         return False
     mean_w = mean_rate(record.time_s, record.values)
     if mean_w is None:

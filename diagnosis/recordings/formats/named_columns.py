@@ -8,7 +8,14 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from diagnosis.recordings.counters import mean_rate
-from diagnosis.recordings.formats.clocks import LEAST_STEP_S, Series, counted_channels, recording_of_series, series_of
+from diagnosis.recordings.formats.clocks import (
+    LEAST_STEP_S,
+    Series,
+    counted_channels,
+    is_steady,
+    recording_of_series,
+    series_of,
+)
 from diagnosis.recordings.formats.tables import Column, LogTable
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError
 from diagnosis.recordings.recording import REQUIRED, Detail, Recording
@@ -127,7 +134,8 @@ def _counted(table: LogTable, channels: dict[str, NDArray[np.float64]], notes: l
             channels[name] = np.interp(time_s, series[name].time_s, series[name].values)
     if not poor or "power_w" in series:
         return Detail.SAMPLES
-    mean_w = mean_rate(first["used_j"].time_s, first["used_j"].values) if "used_j" in first else None
+    used = first.get("used_j")
+    mean_w = mean_rate(used.time_s, used.values) if used is not None and is_steady(used) else None
     channels["power_w"] = np.full(time_s.size, mean_w or 0.0)
     return Detail.CHARGE if mean_w is None else Detail.COUNTER
 

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from diagnosis.recordings.counters import counts, is_fine, only_rises, rate, step_of
+from diagnosis.recordings.counters import counts, is_fine, is_of_energy, only_rises, rate, step_of
 from diagnosis.recordings.notes import Note, NoteKind
 from diagnosis.recordings.recording import Detail
 from diagnosis.recordings.soundness.plausibility import WAY_M, WINDOWS, way_ratios
@@ -39,6 +39,7 @@ POWER_UNITS: Final = ((1000.0, "in kW, declared as W"), (0.001, "in W, declared 
 COUNTED_M: Final = 3000.0
 COUNTED_CHANGES: Final = 20
 COUNTED_J: Final = 0.5 * JOULE_PER_KWH
+MISSED: Final = 1.6  # what rare samples of power may be off by at most, of a counter that is of the same energy
 RARE_S: Final = 4.0  # samples further apart than that miss accelerations, which a counter of energy does not
 
 
@@ -93,6 +94,9 @@ def _with_counted_power(recording: Recording) -> Recording:
         return recording
     known = ~np.isnan(used_j)
     if np.count_nonzero(known) < WINDOWS or not is_fine(time_s[known], used_j[known]):
+        return recording
+    counted_j, net_j, _, _ = _counted_and_own_j(recording, used_j)
+    if not is_of_energy(time_s[known], used_j[known]) or not 1.0 / MISSED <= net_j / counted_j <= MISSED:
         return recording
     counted_w = np.interp(time_s, time_s[known], rate(time_s[known], used_j[known]))
     text = f"by the counter of energy, since samples are {float(np.median(np.diff(time_s))):.3g} s apart"

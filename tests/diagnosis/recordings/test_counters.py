@@ -191,6 +191,20 @@ def test_rare_samples_of_power_give_way_to_a_fine_counter(read):
     assert recording.energy_j() / 3600.0 == pytest.approx(fine[-1], rel=0.02)
 
 
+@pytest.mark.parametrize("kind", ["left", "set back", "each"])
+def test_a_column_that_is_no_counter_of_what_left_the_battery_takes_no_place(read, kind):
+    driven = drive(LONG_S)
+    used = used_wh(driven)
+    column = {"left": 20_000.0 - used, "set back": used % 300.0, "each": np.append(np.diff(used), 0.0)}[kind]
+    rare = replace(driven, time_s=driven.time_s[::5], speed_mps=driven.speed_mps[::5], power_w=driven.power_w[::5])
+    recording = read(plain_csv(rare, energy_wh=column[::5]))
+    np.testing.assert_allclose(recording.power_w, rare.power_w, rtol=1e-6)
+    alone = read(
+        without(plain_csv(driven, energy_wh=column, soc_frac=np.linspace(0.8, 0.7, used.size)), "power_w"), "b.csv"
+    )
+    assert alone.detail is Detail.CHARGE
+
+
 def test_drives_with_a_coarse_counter_are_diagnosed_as_one_number_each():
     car = load_vehicle(ROOT / "data/vehicles/bmw-i3-60ah.toml")
     drives = []
