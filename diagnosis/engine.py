@@ -237,7 +237,7 @@ def _as_fitted(model: Model, trip: WindowedTrip) -> tuple[WindowedTrip, Windows]
     again = replace(trip, drive=with_vehicle(trip.drive, model.vehicle))
     windows = windows_of(again, (*model.found, *model.companions))
     for k, structure in enumerate(model.structures):
-        windows = windows.with_column(f"{BOX}{k}", in_box(structure.box, windows) * windows.duration_s)
+        windows = windows.with_column(f"{BOX}{k}", in_box(structure.box, windows, again) * windows.duration_s)
     assert set(model.solution.names) <= set(windows.names), "held-out trips have all columns of the model"
     return again, windows
 

@@ -264,4 +264,6 @@ def _unexplained(model: Model, structure: Structure, mean_w: float, k: int) -> U
         trips=structure.trips,
         text=f"{mean_w:+.0f} ± {half_w:.0f} W {where}, {energy_kwh:.2f} kWh on {len(structure.trips)} trips, that no"
         " effect of the library explains.",
+        low_ci95=structure.low_set,
+        high_ci95=structure.high_set,
     )

@@ -149,7 +149,8 @@ class Unexplained:
     """Structure that no effect of the library explains: where on an axis it lies, and how much it is.
 
     low, high: of the axis in its unit. mean_w: power above the rest of the drives there. p: chance of as much in drives
-    with nothing left out, corrected for every place that was looked at.
+    with nothing left out, corrected for every place that was looked at. low_ci95, high_ci95: where its ends may be;
+    None for a place or a trip.
     """
 
     axis: str
@@ -162,6 +163,8 @@ class Unexplained:
     p: float
     trips: tuple[str, ...]
     text: str
+    low_ci95: Interval = None
+    high_ci95: Interval = None
 
 
 @dataclass(frozen=True, slots=True)

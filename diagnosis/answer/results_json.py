@@ -68,6 +68,8 @@ def as_json(diagnosis: Diagnosis) -> dict[str, Any]:
                 "axis": structure.axis,
                 "unit": structure.unit,
                 "interval": [_n(structure.low), _n(structure.high)],
+                "low_ci95": _ci(structure.low_ci95),
+                "high_ci95": _ci(structure.high_ci95),
                 "mean_w": _n(structure.mean_w),
                 "ci95_w": _ci(structure.ci95_w),
                 "energy_kwh": _n(structure.energy_kwh),

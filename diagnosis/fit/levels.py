@@ -45,6 +45,7 @@ SURE: Final = 0.9
 HALVES_FRAC: Final = 0.75  # of the trips that carry it, both halves of which must be better met with it
 STEP_HALVES_FRAC: Final = 0.5  # likewise of a step, which need not show on each trip
 STEP_LEAST_FRAC: Final = 0.6  # of the least size of a level, that a step has
+STEP_GAIN: Final = 2.5  # beyond what draws of normal days reach: real days have more of the rare
 EPOCH_S: Final = 1e8  # times from here on are of a calendar
 COLD_C: Final = 20.0
 HOT_C: Final = 22.0
@@ -232,7 +233,7 @@ def _tried(model: Model, kind: LevelKind, within: Noise) -> _Tried | None:
     )
     if clear:
         draws = drawn_gains(sd, weather, kind.days, groups.null_spread, DRAWS, order if groups.step else None)
-        clear = groups.gain > float(np.quantile(draws, 1.0 - FALSE_CLAIM_FRAC))
+        clear = groups.gain > float(np.quantile(draws, 1.0 - FALSE_CLAIM_FRAC)) + (STEP_GAIN if groups.step else 0.0)
     explained = 0.0
     for k in np.flatnonzero(groups.on).tolist():
         residual, column = residuals[k] - groups.usual[k] * columns[k], columns[k]

@@ -7,7 +7,7 @@ is paid for.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -24,10 +24,12 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from diagnosis.fit.jackknife import Additions
-    from diagnosis.fit.windows import Windows
+    from diagnosis.fit.windows import WindowedTrip, Windows
 
 BINS: Final = 16
 LONGEST: Final = 7  # bins of an interval; what covers more of an axis is its other side
+ENDS: Final = 13  # places of each end of an interval, once it is found
+LEAST_LENGTH_FRAC: Final = 0.25  # of its length, that it keeps
 LEAST_TRIPS: Final = 4
 DRAWS: Final = 200
 FALSE_CLAIM_FRAC: Final = 0.01
@@ -62,7 +64,11 @@ class Box:
 
 @dataclass(frozen=True, slots=True)
 class Structure:
-    """A box that stands out: power above the rest [W], its 95 % interval, energy [J], z, p over all boxes."""
+    """A box that stands out: power above the rest [W], its 95 % interval, energy [J], z, p over all boxes.
+
+    low_set, high_set: where its ends may be with 95 %, None for a place. inside: share of each
+    window's time, of each trip.
+    """
 
     box: Box
     mean_w: float
@@ -73,14 +79,22 @@ class Structure:
     p: float
     trips: tuple[str, ...]
     inside: tuple[NDArray[np.float64], ...]
+    low_set: tuple[float, float] | None = None
+    high_set: tuple[float, float] | None = None
+
+
+Boxes = tuple[tuple[Box, ...], list["NDArray[np.float64]"]]
 
 
 def boxes(
-    trips: Sequence[Windows], left_out: frozenset[Axis] = frozenset()
-) -> tuple[tuple[Box, ...], list[NDArray[np.float64]]]:
-    """All boxes that LEAST_TRIPS trips reach, and whether windows lie in each: float64 (n, m), 0 or 1, a trip.
+    trips: Sequence[Windows],
+    left_out: frozenset[Axis] = frozenset(),
+    driven: Sequence[WindowedTrip] | None = None,
+) -> Boxes:
+    """All boxes that LEAST_TRIPS trips reach, and the share of each window's time in each, float64 (n, m), a trip.
 
-    left_out: axes that are not looked at.
+    left_out: axes that are not looked at. driven: the trips step by step, without which a window lies where its mean
+    does.
     """
     found: list[Box] = []
     columns: list[list[NDArray[np.float64]]] = [[] for _ in trips]
@@ -90,26 +104,93 @@ def boxes(
         if len(known) < LEAST_TRIPS:
             continue
         edges = np.unique(np.quantile(np.concatenate(known), np.linspace(0.0, 1.0, BINS + 1)))
+        below = _below(axis, edges, trips, driven)
         n = edges.size - 1
         for first in range(n):
             for last in range(first + 1, min(first + LONGEST, n) + 1):
                 if last - first >= n:
                     continue
-                inside = [
-                    _inside(of_trip, edges, first, last, trip) for of_trip, trip in zip(values, trips, strict=True)
-                ]
-                if sum(bool(flags.any()) for flags in inside) >= LEAST_TRIPS:
+                inside = [_share(part, first, last, trip) for part, trip in zip(below, trips, strict=True)]
+                if sum(bool(share.any()) for share in inside) >= LEAST_TRIPS:
                     found.append(Box(axis, float(edges[first]), float(edges[last])))
-                    for column, flags in zip(columns, inside, strict=True):
-                        column.append(flags)
+                    for column, share in zip(columns, inside, strict=True):
+                        column.append(share)
     for number, reach, inside in _cells(trips):
         found.append(Box(Axis.PLACE, float(number), float(reach)))
-        for column, flags in zip(columns, inside, strict=True):
-            column.append(flags)
-    return tuple(found), [
+        for column, share in zip(columns, inside, strict=True):
+            column.append(share)
+    return tuple(found), _stacked(columns, trips)
+
+
+def around(box: Box, reach: float, trips: Sequence[Windows], driven: Sequence[WindowedTrip] | None = None) -> Boxes:
+    """A box with each of its ends moved by up to reach, and the share of each window's time in each."""
+    known = [values for values in (AXES[box.axis].values(trip) for trip in trips) if values is not None and values.size]
+    least, most = min(float(values.min()) for values in known), max(float(values.max()) for values in known)
+    lows, highs = (
+        np.unique(np.clip(np.linspace(end - reach, end + reach, ENDS), least, most)) for end in (box.low, box.high)
+    )
+    edges = np.unique(np.concatenate((lows, highs)))
+    below = _below(box.axis, edges, trips, driven)
+    found: list[Box] = []
+    columns: list[list[NDArray[np.float64]]] = [[] for _ in trips]
+    for low in lows.tolist():
+        for high in highs.tolist():
+            if high - low < LEAST_LENGTH_FRAC * (box.high - box.low):
+                continue
+            first, last = (int(np.searchsorted(edges, end)) for end in (low, high))
+            inside = [_share(part, first, last, trip) for part, trip in zip(below, trips, strict=True)]
+            if sum(bool(share.any()) for share in inside) >= LEAST_TRIPS:
+                found.append(Box(box.axis, low, high))
+                for column, share in zip(columns, inside, strict=True):
+                    column.append(share)
+    return tuple(found), _stacked(columns, trips)
+
+
+def _stacked(columns: Sequence[list[NDArray[np.float64]]], trips: Sequence[Windows]) -> list[NDArray[np.float64]]:
+    return [
         np.column_stack(column) if column else np.empty((trip.begin_s.size, 0))
         for column, trip in zip(columns, trips, strict=True)
     ]
+
+
+def _below(
+    axis: Axis, edges: NDArray[np.float64], trips: Sequence[Windows], driven: Sequence[WindowedTrip] | None
+) -> list[NDArray[np.float64] | None]:
+    """Share of each window's time that lies below each edge, float64 (n, edges), of each trip; None where not known."""
+    steps = [None] * len(trips) if driven is None else [AXES[axis].steps(trip) for trip in driven]
+    found: list[NDArray[np.float64] | None] = []
+    for k, trip in enumerate(trips):
+        values, own = AXES[axis].values(trip), steps[k]
+        if values is None:
+            found.append(None)
+        elif own is None or driven is None:
+            found.append((values[:, None] < edges[None, :]).astype(np.float64))
+        else:
+            found.append(_time_below(driven[k], own, edges))
+    known = [values for values in (AXES[axis].values(trip) for trip in trips) if values is not None and values.size]
+    for share in found:
+        if share is not None and edges[-1] >= max(float(values.max()) for values in known):
+            share[:, -1] = 1.0  # the last interval holds the highest, and the first the lowest
+        if share is not None and edges[0] <= min(float(values.min()) for values in known):
+            share[:, 0] = 0.0
+    return found
+
+
+def _time_below(trip: WindowedTrip, values: NDArray[np.float64], edges: NDArray[np.float64]) -> NDArray[np.float64]:
+    inside = trip.window >= 0
+    window, duration_s = trip.window[inside], trip.drive.duration_s[inside]
+    windows = int(trip.window.max(initial=-1)) + 1
+    bins = np.searchsorted(edges, values[inside], side="right")  # values below edges[k] have a bin up to k
+    time_s = np.bincount(window * (edges.size + 1) + bins, weights=duration_s, minlength=windows * (edges.size + 1))
+    summed_s = np.cumsum(time_s.reshape(windows, edges.size + 1), axis=1)
+    return np.asarray(summed_s[:, :-1] / summed_s[:, -1:], np.float64)
+
+
+def _share(below: NDArray[np.float64] | None, first: int, last: int, trip: Windows) -> NDArray[np.float64]:
+    """Share of each window's time between two edges, float64 (n,)."""
+    if below is None:
+        return np.zeros(trip.begin_s.size)
+    return np.asarray(below[:, last] - below[:, first], np.float64)
 
 
 @dataclass(frozen=True, slots=True)
@@ -176,14 +257,35 @@ def scan(
 
 
 def strongest(scanned: Scanned, trips: Sequence[Windows], least_z: float) -> Structure | None:
-    """The box that stands out most, if it passes the threshold and holds a share of the energy.
+    """Of the boxes that pass the threshold and hold a share of the energy the one that predicts left-out trips best.
 
-    Of boxes that stand out alike, as those that hold the same windows, it is the first.
+    Of boxes that do so alike, as those that hold the same windows, it is the first.
     """
     passes = _large(scanned, trips) & (np.abs(scanned.added.z) >= max(scanned.threshold, least_z))
     if not passes.any():
         return None
-    return _structure(scanned, trips, int(first_least(np.where(passes, -np.abs(scanned.added.z), 1.0))))
+    return _structure(scanned, trips, int(first_least(np.where(passes, scanned.added.losses.sum(axis=0), np.inf))))
+
+
+def placed(scanned: Scanned, structure: Structure, trips: Sequence[Windows], step: float, seed: int) -> Structure:
+    """The structure at the ends that predict left-out trips best, and where they may be.
+
+    scanned: the boxes around it, whose ends lie a step apart. The set of an end is what 95 % of draws of trips choose,
+    and half a step to each side.
+    """
+    losses = scanned.added.losses
+    usable = _large(scanned, trips) & (np.sign(scanned.added.coefficients) == np.sign(structure.mean_w))
+    if not usable.any():
+        return structure
+    best = _structure(scanned, trips, int(first_least(np.where(usable, losses.sum(axis=0), np.inf))))
+    drawn = np.random.default_rng(seed).multinomial(len(trips), np.full(len(trips), 1.0 / len(trips)), size=DRAWS)
+    chosen = first_least(np.where(usable, drawn @ losses, np.inf))
+    sets = []
+    for end in ("low", "high"):
+        ends = np.array([getattr(scanned.boxes[k], end) for k in chosen.tolist()])
+        low, high = np.quantile(ends, (0.025, 0.975))
+        sets.append((float(low) - 0.5 * step, float(high) + 0.5 * step))
+    return replace(best, z=structure.z, p=structure.p, low_set=sets[0], high_set=sets[1])
 
 
 def leading(scanned: Scanned, trips: Sequence[Windows], count: int) -> list[Structure]:
@@ -204,6 +306,11 @@ def only(
     """The boxes of one axis."""
     kept = np.array([box.axis == axis for box in places[0]])
     return tuple(box for box in places[0] if box.axis == axis), [column[:, kept] for column in places[1]]
+
+
+def joined(first: Boxes, second: Boxes) -> Boxes:
+    """Boxes of both."""
+    return (*first[0], *second[0]), [np.hstack(pair) for pair in zip(first[1], second[1], strict=True)]
 
 
 def _large(scanned: Scanned, trips: Sequence[Windows]) -> NDArray[np.bool_]:
@@ -230,16 +337,23 @@ def _structure(scanned: Scanned, trips: Sequence[Windows], k: int) -> Structure:
     )
 
 
-def in_box(box: Box, trip: Windows) -> NDArray[np.float64]:
-    """Whether windows lie in a box, float64 (n,), 0 or 1; a bound is as good as the next window's place."""
+def in_box(box: Box, trip: Windows, driven: WindowedTrip | None = None) -> NDArray[np.float64]:
+    """Share of each window's time in a box, float64 (n,); driven: the trip step by step, as `boxes`."""
     if box.axis is Axis.PLACE:
         near = _around(int(box.low), int(box.high))
         numbers = _numbers(trip)
         return np.zeros(trip.begin_s.size) if numbers is None else np.isin(numbers, near).astype(np.float64)
+    edges = np.array([box.low, box.high])
+    steps = None if driven is None else AXES[box.axis].steps(driven)
     values = AXES[box.axis].values(trip)
     if values is None:
         return np.zeros(trip.begin_s.size)
-    return np.asarray((values >= box.low) & (values < box.high), np.float64)
+    below = (
+        (values[:, None] < edges[None, :]).astype(np.float64)
+        if steps is None or driven is None
+        else _time_below(driven, steps, edges)
+    )
+    return _share(below, 0, 1, trip)
 
 
 def cell_of(latitude_deg: NDArray[np.float64], longitude_deg: NDArray[np.float64]) -> NDArray[np.int64]:
@@ -288,12 +402,3 @@ def _numbers(trip: Windows) -> NDArray[np.int64] | None:
     if not {"latitude_deg", "longitude_deg"} <= trip.places.keys():
         return None
     return cell_of(trip.places["latitude_deg"], trip.places["longitude_deg"])
-
-
-def _inside(
-    values: NDArray[np.float64] | None, edges: NDArray[np.float64], first: int, last: int, trip: Windows
-) -> NDArray[np.float64]:
-    if values is None:
-        return np.zeros(trip.begin_s.size)
-    below = values < edges[last] if last < edges.size - 1 else values <= edges[last]
-    return np.asarray((values >= edges[first]) & below, np.float64)

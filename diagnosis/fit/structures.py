@@ -14,7 +14,7 @@ from diagnosis.fit.axes import Axis
 from diagnosis.fit.jackknife import equations, pinned, solve
 from diagnosis.fit.model import BOX, Model, refitted, with_companion_priors
 from diagnosis.fit.noise import estimated
-from diagnosis.fit.scan import Box, boxes, leading, only, scan, strongest
+from diagnosis.fit.scan import ENDS, Box, around, boxes, joined, leading, only, placed, scan, strongest
 from diagnosis.fit.selection import scatter_of, still_standing
 from diagnosis.fit.windows import FREE, TOTALS_S
 
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 MOST_STRUCTURES: Final = 3
 HOPES: Final = 2
+ZOOMS: Final = (0.5, 0.1)  # of a box's length, by which its ends are looked for around where they are
 
 
 def with_structures(model: Model, seed: int) -> Model:
@@ -36,7 +37,7 @@ def with_structures(model: Model, seed: int) -> Model:
     """
     if model.noise.window_s > TOTALS_S:
         return model  # whole drives lie nowhere
-    places = boxes(model.windows, _own_axes(model.found))
+    places = boxes(model.windows, _own_axes(model.found), model.trips)
     while len(model.structures) < MOST_STRUCTURES:
         grown = _grown(model, places, seed + len(model.structures))
         if grown is None:
@@ -60,18 +61,40 @@ def _grown(model: Model, places: Places, seed: int) -> Model | None:
         return None
     structure = strongest(scanned, model.windows, model.threshold.z)
     hopes = [structure] if structure is not None else leading(scanned, model.windows, HOPES)
-    for hope in hopes:
+    for hope in (_placed(model, hope, seed) for hope in hopes):
         grown = _with_structure(model, hope)
         if grown is None:
             continue
         calmer = _renoised(model, grown)
-        again = _scanned(calmer, only(places, hope.box.axis), seed)
+        again = _scanned(calmer, _on_its_axis(model, places, hope), seed)
         better = None if again is None else strongest(again, calmer.windows, calmer.threshold.z)
         if better is not None:
-            return _with_structure(calmer, better)
+            return _with_structure(calmer, _placed(calmer, better, seed))
         if structure is not None:
             return grown
     return None
+
+
+def _on_its_axis(model: Model, places: Places, structure: Structure) -> Places:
+    """The boxes of a structure's axis, and some that are nearly its own."""
+    alike = only(places, structure.box.axis)
+    if structure.box.axis is Axis.PLACE:
+        return alike
+    reach = ZOOMS[-1] * (structure.box.high - structure.box.low)
+    return joined(alike, around(structure.box, reach, model.windows, model.trips))
+
+
+def _placed(model: Model, structure: Structure, seed: int) -> Structure:
+    """A structure with its ends looked for more closely, both at once."""
+    if structure.box.axis is Axis.PLACE:
+        return structure
+    for share in ZOOMS:
+        reach = share * (structure.box.high - structure.box.low)
+        near = _scanned(model, around(structure.box, reach, model.windows, model.trips), seed)
+        if near is None:
+            return structure
+        structure = placed(near, structure, model.windows, 2.0 * reach / (ENDS - 1), seed)
+    return structure
 
 
 def _scanned(model: Model, places: Places, seed: int) -> Scanned | None:

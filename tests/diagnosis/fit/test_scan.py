@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from diagnosis.causes.driven import driven
 from diagnosis.fit.axes import Axis
 from diagnosis.fit.noise import KERNELS, Noise
-from diagnosis.fit.scan import boxes, cell_centre_deg, cell_of, in_box, leading, scan, strongest
-from diagnosis.fit.windows import Windows
+from diagnosis.fit.scan import ENDS, around, boxes, cell_centre_deg, cell_of, in_box, leading, placed, scan, strongest
+from diagnosis.fit.windows import Windows, trip_of, windows_of
+from energy.vehicle.files import load_vehicle
+from tests.diagnosis.planted_drives import drive
 
+ROOT = Path(__file__).resolve().parents[3]
 VARIANCE = np.zeros(len(KERNELS))
 VARIANCE[0] = 300.0**2
 NOISE = Noise(VARIANCE, 10.0)
@@ -41,10 +46,10 @@ def trip(number, draw):
     )  # fmt: skip
 
 
-def scanned(trips, seed=1):
+def scanned(trips, seed=1, places=None):
     base = [windows.columns_j / 10.0 for windows in trips]
     roots = [NOISE.root(windows) for windows in trips]
-    return scan(trips, roots, base, np.zeros(3), np.zeros(3), np.ones(len(trips)), seed, boxes(trips))
+    return scan(trips, roots, base, np.zeros(3), np.zeros(3), np.ones(len(trips)), seed, places or boxes(trips))
 
 
 def test_a_draw_between_two_altitudes_is_located_and_sized():
@@ -56,6 +61,33 @@ def test_a_draw_between_two_altitudes_is_located_and_sized():
     assert found.low_w < 1500.0 < found.high_w * 1.15
     assert found.p < 0.01
     assert len(found.trips) >= 10
+
+
+def test_both_ends_are_found_between_the_edges_that_were_tried_first():
+    trips = [trip(k, lambda z: 1500.0 * ((z > 563.0) & (z < 672.0))) for k in range(TRIPS)]
+    found = strongest(scanned(trips), trips, 3.0)
+    reach = 0.3 * (found.box.high - found.box.low)
+    near = around(found.box, reach, trips)
+    better = placed(scanned(trips, places=near), found, trips, 2.0 * reach / (ENDS - 1), 1)
+    assert (better.box.low, better.box.high) == pytest.approx((563.0, 672.0), abs=8.0)
+    assert better.low_set[0] < 563.0 < better.low_set[1]
+    assert better.high_set[0] < 672.0 < better.high_set[1]
+    assert (better.z, better.p) == (found.z, found.p)
+
+
+def test_a_window_counts_with_the_share_of_its_time_that_lies_inside():
+    car = load_vehicle(ROOT / "data" / "vehicles" / "bmw-i3-60ah.toml")
+    driven_trips = [trip_of(each, driven(each, car)) for each in (drive(car, k) for k in range(4))]
+    windows = [windows_of(each, ()) for each in driven_trips]
+    found, columns = boxes(windows, driven=driven_trips)
+    fast = next(k for k, box in enumerate(found) if box.axis is Axis.SPEED and box.low > 20.0)
+    steps = driven_trips[0]
+    kmh = 3.6 * steps.drive.speed_mps
+    inside_s = np.where((kmh >= found[fast].low) & (kmh < found[fast].high), steps.drive.duration_s, 0.0)
+    expected = np.bincount(steps.window, weights=inside_s) / windows[0].duration_s
+    np.testing.assert_allclose(columns[0][:, fast], expected, atol=1e-9)
+    assert bool(((expected > 0.0) & (expected < 1.0)).any())
+    np.testing.assert_allclose(in_box(found[fast], windows[0], steps), expected, atol=1e-9)
 
 
 def test_of_boxes_with_the_same_windows_the_first_is_taken_whatever_the_last_bit():
