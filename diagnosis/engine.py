@@ -22,7 +22,7 @@ from diagnosis.causes.battery import battery_loss
 from diagnosis.causes.driven import driven, with_vehicle
 from diagnosis.errors import DiagnosisCancelled, DiagnosisError
 from diagnosis.fit.fitting import fit
-from diagnosis.fit.levels import KINDS
+from diagnosis.fit.levels import KINDS, LOAD, ROLLING
 from diagnosis.fit.model import BOX, residual_w
 from diagnosis.fit.scan import in_box
 from diagnosis.fit.selection import LEAST_TRIPS
@@ -167,6 +167,8 @@ def diagnose(
     strange = (*map(odd.__getitem__, odd), *odd_among(model, held), *unexplained(model))
     off = _file_is_off(accounts, odd)
     named = {LEVEL_FIELDS.get(finding.effect) for finding in found}  # of which some trips have more, on the whole too
+    if LOAD.field in named:
+        named.add(ROLLING.field)  # tyres carry the load
     wrong = tuple(
         error
         for error in parameter_errors(model)

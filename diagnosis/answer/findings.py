@@ -12,7 +12,7 @@ from diagnosis.answer.separation import sentence, separating
 from diagnosis.causes.families import Family
 from diagnosis.fit.axes import AXES, Axis
 from diagnosis.fit.jackknife import FORM_SD_FRAC
-from diagnosis.fit.levels import levels, trip_wind
+from diagnosis.fit.levels import levels, loads, trip_wind
 from diagnosis.fit.model import BOX
 from diagnosis.fit.scan import CELL_M, DRAWS, cell_centre_deg
 from diagnosis.fit.standstill import at_standstill
@@ -45,6 +45,9 @@ FORM_SD_FRACS: Final = {
     Family.MASS: 0.15,
     Family.BATTERY: 0.1,
 }
+BEND: Final = "load_curvature"
+LEAST_BEND: Final = 2.5  # percent of efficiency at 20 kW, that usual drives do not reach (1.9 in 99 % of made ones)
+BEND_SD: Final = 5.0
 SEEN_STANDING: Final = 0.75  # of heat, that standstill must show, or part of it moves with the car
 SHOWN_AXES: Final = (Axis.AMBIENT, Axis.SINCE_START, Axis.SPEED, Axis.STANDSTILL, Axis.POWER, Axis.SOC)
 
@@ -67,6 +70,9 @@ def findings(model: Model) -> tuple[Finding, ...]:
         low_kwh, high_kwh = finding.energy_kwh_ci95 or (0.0, 0.0)
         if low_kwh > 0.0 or high_kwh < 0.0 or any(candidate.term.oscillates for candidate in terms):
             found.append(finding)
+    bend = _power_loss(model) if _can_be_told(model, Family.DRIVETRAIN) else None
+    if bend is not None:
+        found.append(bend)
     wind = trip_wind(model) if _can_be_told(model, Family.WIND) else None
     level = levels(model)
     if wind is not None and level is not None:  # either may stand in for the other
@@ -79,6 +85,42 @@ def findings(model: Model) -> tuple[Finding, ...]:
     if level is not None:
         found.append(_level_finding(level))
     return tuple(sorted(found, key=lambda finding: -finding.energy_share_frac))
+
+
+def _power_loss(model: Model) -> Finding | None:
+    """Losses that grow with power faster than efficiencies let them, by how those bend; None where they bend as usual.
+
+    A battery's resistance and a drive's losses look alike in it, and are told apart by voltage alone.
+    """
+    families = {candidate.term.family for candidate in model.found}
+    if BEND not in model.solution.names or families & {Family.DRIVETRAIN, Family.BATTERY, Family.MASS}:
+        return None
+    k = model.solution.names.index(BEND)
+    value, sd = float(model.solution.coefficients[k]), float(model.solution.sd()[k])
+    energy_j = value * sum(float(trip.column(BEND).sum()) for trip in model.windows)
+    share = energy_j / measured_size_j(model.windows)
+    if value < LEAST_BEND or value < BEND_SD * sd or share < LEAST_SHARE_FRAC or loads(model) is not None:
+        return None
+    battery = model.trips[0].drive.battery
+    rivals = (Rival("battery_resistance", Family.BATTERY),) if battery is None or battery.share is None else ()
+    half_j = 1.96 * float(np.hypot(sd / value, FORM_SD_FRACS[Family.DRIVETRAIN])) * energy_j
+    text = f"{sentence('power_loss')} took {energy_j / JOULE_PER_KWH:.2f} kWh, {share:.1%} of all."
+    recording = None
+    if rivals:
+        text += f" It cannot be told from {sentence('battery_resistance').lower()}."
+        recording = "A recording with voltage and current beside the power."
+    return Finding(
+        effect="power_loss",
+        family=Family.DRIVETRAIN,
+        text=text,
+        coefficients=(Coefficient("efficiency_loss_at_20_kw", "%", value, (value - 1.96 * sd, value + 1.96 * sd)),),
+        energy_kwh=energy_j / JOULE_PER_KWH,
+        energy_kwh_ci95=((energy_j - half_j) / JOULE_PER_KWH, (energy_j + half_j) / JOULE_PER_KWH),
+        energy_share_frac=share,
+        t=value / sd,
+        ambiguous_with=rivals,
+        separating_recording=recording,
+    )
 
 
 def _can_be_told(model: Model, family: Family) -> bool:
@@ -95,10 +137,11 @@ def _can_be_told(model: Model, family: Family) -> bool:
 
 def unexplained(model: Model) -> tuple[Unexplained, ...]:
     """Structures that no effect explains, the largest first."""
-    found = [
+    each = [
         _unexplained(model, structure, model.solution.value(f"{BOX}{k}"), k)
         for k, structure in enumerate(model.structures)
     ]
+    found = [one for one in each if one.ci95_w is None or one.ci95_w[0] > 0.0 or one.ci95_w[1] < 0.0]
     return tuple(sorted(found, key=lambda structure: -abs(structure.energy_kwh)))
 
 

@@ -64,7 +64,7 @@ HEATING: Final = ("heating_w_per_k", "warm_up_w_per_k")
 COOLING: Final = ("cooling_w_per_k", "pull_down_w_per_k")
 USUAL_W_PER_K: Final = 100.0
 CAPACITY_OPEN: Final = "Too few drives tell it."
-LIMITS: Final = ("lost_beyond_cap_frac", "lost_below_frac")
+LIMITS: Final = ("lost_beyond_cap_frac", "lost_below_frac", "lost_fading_frac")
 REASONS: Final = {
     "warm_restart_w_per_k": "a route does not know when the car was last driven; conditions.cabin_start_c tells it",
     "battery_heating_w": "routes do not know the battery's temperature",
@@ -76,6 +76,7 @@ REASONS: Final = {
     "payload_coef": "routes take the payload from conditions, at full strength",
     "lost_beyond_cap_frac": "only part of what lies beyond the cap is lost, which routes have no term for",
     "lost_below_frac": "only part of what is recuperated at low speed is lost, which routes have no term for",
+    "lost_fading_frac": "only part of what is recuperated at low speed is lost, which routes have no term for",
     "lost_to_brakes_frac": "the routes' decelerations are the vehicle's own",
     "lost_in_cold_frac": "the cap on recuperation is what routes know of the cold",
     "lost_when_full_frac": "the fading acceptance of conditions.regen_limited stands for it",
@@ -230,8 +231,9 @@ def _carried(model: Model, terms: Sequence[Candidate], solution: Solution, shown
                 "regen_fade_soc_frac": 0.999,
             }
             values |= {"regen_cold_full_k": 231.0, "regen_cold_none_k": 221.0}
-        else:
-            values["regen_min_speed_mps"] = candidate.shape / 3.6
+        else:  # routes end at once what fades evenly: half-way
+            share = 0.5 if candidate.term.name == "lost_fading_frac" else 1.0
+            values["regen_min_speed_mps"] = share * candidate.shape / 3.6
     for name, (field, _) in SAME.items():
         if field not in values and name in shown:
             values[field] = 0.0

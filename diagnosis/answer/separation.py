@@ -20,6 +20,7 @@ SENTENCES: Final = {
     "side_wind": "Side wind",
     "steady_wind": "A steady wind that was not recorded",
     "payload": "The recorded payload",
+    "power_loss": "Losses that grow with power",
     "load_loss": "Losses of the drive that grow with load",
     "battery_resistance": "Resistance of the battery, as its voltage tells it,",
     "cold_battery": "Resistance of a cold battery",

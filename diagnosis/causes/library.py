@@ -35,6 +35,7 @@ COOL_TO: Final = TermShape("cooled_above", "°C", (18.0, 22.0, 26.0), 12.0, 32.0
 TYRE_TAU: Final = TermShape("time_constant", "s", (300.0, 600.0, 1200.0), 100.0, 3600.0)
 REGEN_CAP: Final = TermShape("cap", "kW", (10.0, 15.0, 22.0, 32.0, 45.0, 65.0), 3.0, 120.0)
 REGEN_LOW: Final = TermShape("cut_off", "km/h", (7.0, 11.0, 15.0, 20.0), 3.0, 30.0)
+REGEN_FADE: Final = TermShape("fades_from", "km/h", (12.0, 20.0, 32.0), 5.0, 50.0)
 REGEN_COLD: Final = TermShape("full_from", "°C", (5.0, 12.0), 0.0, 20.0)
 BLEND: Final = TermShape("friction_beyond", "m/s²", (0.8, 1.4, 2.0), 0.5, 3.5)
 BATTERY_COLD: Final = TermShape("battery_below", "°C", (2.0, 8.0, 14.0, 20.0), -10.0, 25.0)
@@ -145,6 +146,12 @@ def _beyond_cap(drive: ReplayedDrive, cap_kw: float) -> NDArray[np.float64]:
 def _below_cut_off(drive: ReplayedDrive, cut_off_kmh: float) -> NDArray[np.float64]:
     slow = drive.speed_mps < cut_off_kmh / KMH_PER_MPS
     return np.asarray(drive.recovered_w() * slow * drive.duration_s, np.float64)
+
+
+def _fading(drive: ReplayedDrive, from_kmh: float) -> NDArray[np.float64]:
+    """Recuperation that fades evenly from a speed down to standstill."""
+    lost = np.maximum(1.0 - drive.speed_mps * KMH_PER_MPS / from_kmh, 0.0)
+    return np.asarray(drive.recovered_w() * lost * drive.duration_s, np.float64)
 
 
 def _hard_braking(drive: ReplayedDrive, beyond_mps2: float) -> NDArray[np.float64]:
@@ -330,6 +337,7 @@ LIBRARY: Final[tuple[Term, ...]] = (
     ),
     Term("recuperation_cap", "lost_beyond_cap_frac", "1", Family.RECUPERATION, _beyond_cap, REGEN_CAP, most=1.0),
     Term("recuperation_low_speed", "lost_below_frac", "1", Family.RECUPERATION, _below_cut_off, REGEN_LOW, most=1.0),
+    Term("recuperation_low_speed", "lost_fading_frac", "1", Family.RECUPERATION, _fading, REGEN_FADE, most=1.0),
     Term("friction_blending", "lost_to_brakes_frac", "1", Family.RECUPERATION, _hard_braking, BLEND, most=1.0),
     Term(
         "recuperation_cold",

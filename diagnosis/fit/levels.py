@@ -16,10 +16,10 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from diagnosis.causes.families import Family
-from diagnosis.fit.jackknife import equations, solve
-from diagnosis.fit.mixture import Groups, drawn_gains, groups_of, step_of
+from diagnosis.fit.jackknife import FORM_SD_FRAC, equations, solve
+from diagnosis.fit.mixture import Groups, drawn_gains, groups_of, spread_of, step_of
 from diagnosis.fit.noise import KERNELS, estimated, whitened
-from diagnosis.fit.windows import measured_size_j, summed
+from diagnosis.fit.windows import FINE_WINDOW_S, is_heightless, measured_size_j, summed
 from energy.units import GRAVITY_MPS2, ZERO_CELSIUS_K
 
 if TYPE_CHECKING:
@@ -46,6 +46,10 @@ HALVES_FRAC: Final = 0.75  # of the trips that carry it, both halves of which mu
 STEP_HALVES_FRAC: Final = 0.5  # likewise of a step, which need not show on each trip
 STEP_LEAST_FRAC: Final = 0.6  # of the least size of a level, that a step has
 STEP_GAIN: Final = 2.5  # beyond what draws of normal days reach: real days have more of the rare
+LEAST_SPREAD: Final = 1.4  # times what days differ by, that loads make of trips' own masses
+LEAST_SPREAD_GAIN: Final = 8.0
+AGREEMENT: Final = 0.7  # of ranks, between stretches of trips
+STRETCH: Final = 6  # windows
 EPOCH_S: Final = 1e8  # times from here on are of a calendar
 COLD_C: Final = 20.0
 HOT_C: Final = 22.0
@@ -133,9 +137,12 @@ def levels(model: Model) -> Level | None:
     """The level that some trips carry, if any stands out."""
     if len(model.windows) < LEAST_TRIPS or model.structures:
         return None
+    differing = loads(model)
+    if differing is not None:
+        return differing
     noise = _within(model)
     known = {candidate.term.family for candidate in model.found}
-    heightless = any(bool(trip.hill_w.any()) for trip in model.windows)
+    heightless = is_heightless(model.windows)
     kinds = [kind for kind in KINDS if kind.family is not Family.MASS or Family.MASS not in known]
     tried = [_tried(model, kind, noise) for kind in (*kinds, *((GRADE,) if heightless else ()))]
     found = sorted((one for one in tried if one is not None and one.clear), key=lambda one: -one.explained)
@@ -199,8 +206,14 @@ def _within(model: Model) -> Noise:
     return replace(noise, variance=variance)
 
 
-def _tried(model: Model, kind: LevelKind, within: Noise) -> _Tried | None:
-    """What trips say of a kind: beside its own, days differ in the other kinds as they do anyway."""
+def _own(
+    model: Model, kind: LevelKind, within: Noise
+) -> tuple[NDArray[np.float64], NDArray[np.float64], list[NDArray[np.float64]], list[NDArray[np.float64]]]:
+    """What trips say of a kind: values and deviations (K,), whitened columns, and what they are to explain.
+
+    A trip that does not tell has an infinite deviation. Beside their own of the kind, days differ in the other kinds as
+    they do anyway.
+    """
     variance = within.variance.copy()
     if kind.kernel:
         variance[KERNELS.index(kind.kernel)] = 0.0
@@ -215,6 +228,80 @@ def _tried(model: Model, kind: LevelKind, within: Noise) -> _Tried | None:
         size = float(column @ column)
         if size > 0.0:
             values[k], sd[k] = float(column @ residuals[k]) / size, 1.0 / np.sqrt(size)
+    return values, sd, columns, residuals
+
+
+def loads(model: Model) -> Level | None:
+    """Loads that differ from trip to trip: their own masses spread more than days do; None where they do not.
+
+    Odd and even stretches of a trip must tell of the same load, or it is no property of the trip. trips: those whose
+    load is clear; energy of all that have any.
+    """
+    seen = model.noise.window_s <= FINE_WINDOW_S and not is_heightless(model.windows)
+    if not seen or any(candidate.term.family is Family.MASS for candidate in model.found):
+        return None
+    values, sd, columns, residuals = _own(model, LOAD, _within(model))
+    known = np.isfinite(sd)
+    if int(known.sum()) < LEAST_TRIPS:
+        return None
+    spread, gain = spread_of(values, sd, _weather(model.windows), LOAD.days)
+    if spread < LEAST_SPREAD * LOAD.days or gain < LEAST_SPREAD_GAIN or _agreement(columns, residuals) < AGREEMENT:
+        return None
+    factor = model.vehicle.mass_kg / model.nameplate.mass_kg * (1.0 + _gain_of_both(model))
+    share = factor * (1.0 + values * spread**2 / (spread**2 + np.where(known, sd, np.inf) ** 2)) - 1.0
+    on = known & (share >= LOAD.least) & (share > 2.0 * sd)
+    if int(on.sum()) < LEAST_ON or float(share[on].max()) > LOAD.most:
+        return None
+    size = float(share[on].mean())
+    more = np.where(known, np.maximum(share, 0.0), 0.0)
+    energies = [
+        float(summed(trip, LOAD.column_j(trip.drive)).sum()) * own / factor
+        for trip, own in zip(model.trips, more.tolist(), strict=True)
+    ]
+    half = 1.96 * float(np.hypot(FORM_SD_FRAC * size, LOAD.days))
+    names = [trip.trip_id for trip in model.windows]
+    carried = (more / size).tolist()
+    return Level(
+        kind=LOAD,
+        trips=tuple(name for name, carries in zip(names, on.tolist(), strict=True) if carries),
+        size=size,
+        half=half,
+        energy_j=sum(energies),
+        share_frac=sum(map(abs, energies)) / measured_size_j(model.windows),
+        z=float(np.sqrt(2.0 * gain)),
+        since=None,
+        rivals=(),
+        unit_size=size / factor,
+        carried=dict(zip(names, carried, strict=True)),
+        drifts=False,
+    )
+
+
+def _gain_of_both(model: Model) -> float:
+    """What a fit has called gains of acceleration and of grade, where both are of one sign: mass as well [-]."""
+    gains = [model.solution.value(name) for name in ("acceleration_gain", "grade_gain")]
+    return float(np.mean(gains)) if gains[0] * gains[1] > 0.0 else 0.0
+
+
+def _agreement(columns: Sequence[NDArray[np.float64]], residuals: Sequence[NDArray[np.float64]]) -> float:
+    """Correlation over trips of what their odd and their even stretches tell [-]."""
+    pairs = []
+    for column, residual in zip(columns, residuals, strict=True):
+        odd = (np.arange(column.size) // STRETCH) % 2 == 1
+        sizes = [float(column[part] @ column[part]) for part in (odd, ~odd)]
+        if min(sizes) > 0.0:
+            pairs.append(
+                [float(column[part] @ residual[part]) / size for part, size in zip((odd, ~odd), sizes, strict=True)]
+            )
+    if len(pairs) < LEAST_TRIPS:
+        return 0.0
+    first, second = (np.argsort(np.argsort(side)) for side in np.array(pairs).T)  # ranks, since one trip may be far off
+    return float(np.corrcoef(first, second)[0, 1])
+
+
+def _tried(model: Model, kind: LevelKind, within: Noise) -> _Tried | None:
+    """One kind: what trips say of it, in two groups or a step."""
+    values, sd, columns, residuals = _own(model, kind, within)
     told = np.isfinite(sd)
     if int(told.sum()) < LEAST_TRIPS:
         return None

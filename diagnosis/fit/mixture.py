@@ -200,6 +200,17 @@ def step_of(
     return Groups(carried, plain, size, apart, gain, float(null_spread[0]), step=True, drift=drift)
 
 
+def spread_of(
+    values: NDArray[np.float64], sd: NDArray[np.float64], covariates: NDArray[np.float64], days: float
+) -> tuple[float, float]:
+    """How much values differ, of SPREADS times days, and what that gains in log likelihood over days; as groups_of."""
+    trips = _days(sd, covariates, days)
+    one, least = values[None, :], np.array([days])
+    best, spread = trips.null(one)
+    mean, _ = trips.fitted(one, least)
+    return float(spread[0]), float(best[0] - trips.density(one, mean, least).sum())
+
+
 def drawn_gains(
     sd: NDArray[np.float64],
     covariates: NDArray[np.float64],

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from diagnosis.causes.families import Family
 from diagnosis.causes.nuisance import PARAMETERS
 from diagnosis.fit.selection import LEAST_TRIPS, chosen
 
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from diagnosis.causes.families import Family
     from diagnosis.causes.terms import Candidate
     from diagnosis.fit.jackknife import Equations
     from diagnosis.fit.windows import Windows
@@ -30,6 +30,8 @@ DRAWS: Final = 24
 PART_FRAC: Final = 0.75  # of the drives, that each draw keeps
 FILE_SD_FRAC: Final = 0.1  # of the file's numbers, by which each draw has others
 CLEAR_FRAC: Final = 0.8  # of the draws, in which a cause must be named to be called clear
+# families that are named as rightly from a smaller share on (as selection.Z_FACTORS)
+CLEAR_FRACS: Final = {Family.ROLLING: 0.65, Family.AERODYNAMIC: 0.65, Family.WIND: 0.65}
 INSTEAD_FRAC: Final = 0.1  # of the draws, from which on something in its place counts
 MORE_FRAC: Final = 0.25  # by which it must be named more often without the cause than beside it
 EASIER: Final = 0.8  # of the threshold, since fewer drives make everything stand out less
@@ -67,10 +69,10 @@ class Stability:
         return {effect: found[effect][1] for effect in sorted(found, key=lambda name: (-found[name][0], name))}
 
     def stands(self, family: Family) -> bool:
-        """Whether a family is named on CLEAR_FRAC of the draws, or on the others something in its place."""
+        """Whether a family is named on its share of the draws, or on the others something in its place."""
         instead = self.instead(family)
         held = sum(family in draw or any(other in draw for other in instead.values()) for draw in self.named)
-        return held >= CLEAR_FRAC * len(self.named)
+        return held >= CLEAR_FRACS.get(family, CLEAR_FRAC) * len(self.named)
 
 
 def stability(
