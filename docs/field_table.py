@@ -26,7 +26,8 @@ if TYPE_CHECKING:
 PAGE: Final = Path(__file__).resolve().parent / "field.md"
 SEED: Final = 20261130
 HEADER: Final = (
-    "drives", "file", "refitted", "ridge", "seven sums", "joulepath", "routes", "carried", "named clearly", "numbers",
+    "drives", "file", "refitted", "ridge", "seven sums", "joulepath", "routes", "carried", "P10..P90", "named clearly",
+    "numbers",
 )  # fmt: skip
 
 
@@ -39,7 +40,9 @@ def row(name: str, splits: Sequence[SplitErrors]) -> tuple[str, ...]:
     named = Counter(family for split in splits for family in split.named)
     numbers = Counter(parameter for split in splits for parameter in split.parameters)
     carried = f"{sum(split.carried for split in splits)}/{len(splits)}"
-    return (name, *means, carried, *(_counted(counter) for counter in (named, numbers)))
+    shares = [split.covered for split in splits if split.covered is not None]
+    covered = f"{np.mean(shares):.0%}" if shares else "–"
+    return (name, *means, carried, covered, *(_counted(counter) for counter in (named, numbers)))
 
 
 def field_table(recordings: Sequence[Recording], vehicle: Vehicle) -> str:

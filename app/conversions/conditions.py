@@ -74,7 +74,8 @@ def vehicle_with_effects(vehicle: Given, sent: EffectsSent | None) -> Given:
     except ConditionsError as error:  # the ranges are the schema's, so these are two temperatures in wrong order
         raise ConditionsError(*misordered(asdict(vehicle.effects) | changes)) from error
     try:
-        return replace(vehicle, effects=effects, **numbers)
+        changed = replace(vehicle, effects=effects, **numbers)
+        return changed.with_residual({*numbers, *(f"effects.{name}" for name in changes)})
     except VehicleError as error:
         raise ConditionsError(f"effects.parameters.{error.field}", error.value, error.allowed) from error
 

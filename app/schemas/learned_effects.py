@@ -38,6 +38,13 @@ class LearnedParameters(Sent):
     usable_capacity_wh: Number | None = Field(
         default=None, ge=1, le=1e7, description="usable energy of the battery [Wh]; charges and ranges follow it"
     )
+    residual_sd_frac: Number | None = Field(
+        default=None,
+        ge=0,
+        le=0.5,
+        description="standard deviation of a trip's dissipated energy about the model's, as trips that were left out"
+        " showed it; quantiles use it in place of the usual one and of the sd of the numbers that are carried",
+    )
 
 
 class OpenCause(Sent):

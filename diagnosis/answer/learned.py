@@ -26,6 +26,7 @@ from energy.errors import EnergyError
 from energy.replay.replay import replay
 from energy.units import ZERO_CELSIUS_K
 from energy.vehicle.coefficients import COEFFICIENT_FLAGS, COEFFICIENT_RANGES
+from energy.vehicle.vehicle import MOST_RESIDUAL_SD_FRAC
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from diagnosis.fit.jackknife import Solution
     from diagnosis.fit.model import Model
     from diagnosis.fit.windows import WindowedTrip
+    from energy.replay.replay import ReplayResult
     from energy.vehicle.vehicle import Vehicle
 
 LEAST_OF_MEDIAN: Final = 0.1  # of the median energy, below which a trip's relative error says nothing
@@ -64,6 +66,7 @@ HEATING: Final = ("heating_w_per_k", "warm_up_w_per_k")
 COOLING: Final = ("cooling_w_per_k", "pull_down_w_per_k")
 USUAL_W_PER_K: Final = 100.0
 CAPACITY_OPEN: Final = "Too few drives tell it."
+PROFILE_SD_FRAC: Final = 0.04  # assumed: what speeds and stops that are planned add to those that were driven
 LIMITS: Final = ("lost_beyond_cap_frac", "lost_below_frac", "lost_fading_frac")
 REASONS: Final = {
     "warm_restart_w_per_k": "a route does not know when the car was last driven; conditions.cabin_start_c tells it",
@@ -113,7 +116,7 @@ def learned(model: Model) -> Learned:
         ]
     except EnergyError as error:
         return replace(NOTHING, not_carried={"all": f"what was learned is no vehicle: {error}"} | beyond)
-    carried, file, refitted = _errors(model, left_out, _without_sensors(model, ()))
+    carried, file, refitted, residual = _errors(model, left_out, _without_sensors(model, ()))
     worse_than_refitted = carried > refitted + SAME_ERROR_FRAC
     if worse_than_refitted or carried >= file:
         which, other = ("its own numbers refitted", refitted) if worse_than_refitted else ("the vehicle's file", file)
@@ -122,7 +125,9 @@ def learned(model: Model) -> Learned:
             f" {other:.1%}"
         )
         return replace(NOTHING, not_carried={"all": reason} | beyond)
-    return replace(found, not_carried=found.not_carried | beyond)
+    spread = min(float(np.hypot(residual, PROFILE_SD_FRAC)), MOST_RESIDUAL_SD_FRAC)
+    parameters = found.parameters | {"residual_sd_frac": spread}
+    return replace(found, parameters=parameters, not_carried=found.not_carried | beyond)
 
 
 def with_capacity(found: Learned, capacity: CapacityEstimate | None) -> Learned:
@@ -144,7 +149,8 @@ def applied(vehicle: Vehicle, found: Learned) -> Vehicle:
         name: bool(value) if name in COEFFICIENT_FLAGS else value for name, value in found.effects.items()
     }
     parameters: dict[str, Any] = dict(found.parameters)
-    return replace(vehicle, **parameters, effects=replace(vehicle.effects, **effects))
+    changed = replace(vehicle, **parameters, effects=replace(vehicle.effects, **effects))
+    return changed.with_residual({*parameters, *(f"effects.{name}" for name in effects)})
 
 
 def learned_vehicle(vehicle: Vehicle, diagnosis: Diagnosis) -> Vehicle:
@@ -157,16 +163,25 @@ def replayed_j(vehicle: Vehicle, trip: WindowedTrip, *, still: bool = False) -> 
 
     still: without any effect.
     """
+    return float(_replayed(vehicle, trip, still).step_energy_j[trip.window >= 0].sum())
+
+
+def dissipated_j(vehicle: Vehicle, trip: WindowedTrip) -> float:
+    """Energy that a replayed trip dissipates, which is what its height and speed do not store [J]."""
+    return float(_replayed(vehicle, trip, still=False).dissipated_j)
+
+
+def _replayed(vehicle: Vehicle, trip: WindowedTrip, still: bool) -> ReplayResult:
     ambient_k = trip.drive.ambient_k
     conditions = Conditions() if still or ambient_k is None else Conditions(ambient_k=ambient_k)
-    return float(replay(vehicle, trip.drive.profile, conditions=conditions).step_energy_j[trip.window >= 0].sum())
+    return replay(vehicle, trip.drive.profile, conditions=conditions)
 
 
-def _errors(model: Model, left_out: Sequence[Vehicle], parameters: Solution) -> tuple[float, float, float]:
+def _errors(model: Model, left_out: Sequence[Vehicle], parameters: Solution) -> tuple[float, float, float, float]:
     """Mean sizes of relative errors of trips' energies by what others carry, by the file, by refitted parameters [-].
 
-    left_out: what all trips but each carry; parameters: refitted alone, without sensors. Trips of less than
-    LEAST_OF_MEDIAN of the median energy don't count.
+    And the standard deviation of the first, over what trips dissipate. left_out: what all trips but each carry;
+    parameters: refitted alone, without sensors. Trips of less than LEAST_OF_MEDIAN of the median energy don't count.
     """
     measured = np.array([float(windows.measured_j.sum()) for windows in model.windows])
     counted = measured >= LEAST_OF_MEDIAN * float(np.median(np.abs(measured)))
@@ -179,7 +194,9 @@ def _errors(model: Model, left_out: Sequence[Vehicle], parameters: Solution) -> 
     size = np.where(counted, np.maximum(np.abs(measured), 1.0), np.inf)
     sizes = [np.abs(np.array(predicted) - measured) / size for predicted in (carried, file, refitted)]
     mean_carried, mean_file, mean_refitted = (float(errors.sum()) / max(int(counted.sum()), 1) for errors in sizes)
-    return mean_carried, mean_file, mean_refitted
+    dissipated = [dissipated_j(vehicle, trip) for vehicle, trip in zip(left_out, model.trips, strict=True)]
+    off = np.where(counted, (np.array(carried) - measured) / np.maximum(np.array(dissipated), 1.0), 0.0)
+    return mean_carried, mean_file, mean_refitted, float(np.sqrt(np.square(off).sum() / max(int(counted.sum()) - 1, 1)))
 
 
 def _fitted(model: Model) -> list[Candidate]:

@@ -10,7 +10,7 @@ import numpy as np
 
 from energy.errors import ConditionsError, VehicleError
 from energy.vehicle.coefficients import COEFFICIENT_RANGES
-from energy.vehicle.vehicle import Vehicle
+from energy.vehicle.vehicle import MOST_RESIDUAL_SD_FRAC, Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 # Source, table VII: standard deviation of the energy error over its 23 trips, parameters set from real drives. Its
 # speeds, stops and climate were simulated, so it holds the error of the driving profile as well.
 RESIDUAL_SD_FRAC: Final = 0.104
-MOST_RESIDUAL_SD_FRAC: Final = 0.5
 SAMPLES: Final = 200
 MOST_SAMPLES: Final = 10_000
 SEED: Final = 20_220_923
@@ -39,6 +38,12 @@ class Sampling:
 
 
 STANDARD_SAMPLING: Final = Sampling()
+
+
+def sampling_of(vehicle: Vehicle | ConsumptionTableVehicle, sampling: Sampling) -> Sampling:
+    """The sampling with the vehicle's own residual, where that was measured."""
+    own = vehicle.residual_sd_frac if isinstance(vehicle, Vehicle) else None
+    return sampling if own is None else replace(sampling, residual_sd_frac=own)
 
 
 def sampled_vehicles(

@@ -17,15 +17,16 @@ import numpy as np
 from energy.chain.chain import RULE_CODE, DriveSettings, LinkModel, chain_links, check_chain, filling_energy_j
 from energy.chain.kernels_chain import ChainDrive, dissipated_j, drive_chain, undriven
 from energy.chain.sampling import (
-    MOST_RESIDUAL_SD_FRAC,
     STANDARD_SAMPLING,
     Sampling,
     check_within,
     residual_fracs,
     sampled_vehicles,
+    sampling_of,
 )
 from energy.force.effects import LinkSetting, drive_of
 from energy.units import JOULE_PER_WH
+from energy.vehicle.vehicle import MOST_RESIDUAL_SD_FRAC
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -93,6 +94,7 @@ def chain_distribution(
     """
     check_within("soc_start_frac", soc_start_frac, 0.0, 1.0)
     check_within("reserve_soc_frac", reserve_soc_frac, 0.0, 1.0)
+    sampling = sampling_of(vehicle, sampling)
     samples = sampling.samples
     residual = residual_fracs(samples, sampling.seed, sampling.residual_sd_frac)
     total, dissipated, arrival, lowest = (np.empty(samples) for _ in range(4))
@@ -137,6 +139,7 @@ def dissipation_sd_frac(
 
     Of D·(1 + f) with D and f independent: the square root of s² + r² + s²·r².
     """
+    sampling = sampling_of(vehicle, sampling)
     check_within("residual_sd_frac", sampling.residual_sd_frac, 0.0, MOST_RESIDUAL_SD_FRAC)
     dissipated = np.empty(sampling.samples)
     for at, _, lost, _, _ in _driven(vehicle, chain, drive, sampling):

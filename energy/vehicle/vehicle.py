@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Self
 
 import numpy as np
 
@@ -14,10 +14,11 @@ from energy.units import KMH_PER_MPS
 from energy.vehicle.coefficients import EffectCoefficients
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
 
     from numpy.typing import NDArray
 
+MOST_RESIDUAL_SD_FRAC: Final = 0.5
 CHECKED_SPEED_MPS: Final = 200.0 / KMH_PER_MPS
 STEEP_COS: Final = 0.95  # cos θ of a 31 % grade, which takes that much of A (equation 4)
 
@@ -44,6 +45,8 @@ class Vehicle:
     sources: where each number is from, by field name; "assumed …" where nothing is published.
     sd: standard deviation of a number by field name, in that field's unit; a field without one is taken as certain.
     effects: how strong each effect is that conditions switch on.
+    residual_sd_frac: standard deviation of a trip's dissipated energy about this model's, where it was measured on the
+    vehicle's own trips [-]; None where it was not.
 
     Raises VehicleError when a number is out of range, when η_dis·η_chg > 1 (a round trip would gain
     energy) or when the road load is negative somewhere in 0..200 km/h.
@@ -69,6 +72,7 @@ class Vehicle:
     sources: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     sd: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     effects: EffectCoefficients = field(default_factory=EffectCoefficients)
+    residual_sd_frac: float | None = None
 
     def __post_init__(self) -> None:
         product = self.drive_eff * self.recuperation_eff
@@ -89,8 +93,19 @@ class Vehicle:
             if not ((value >= low if closed else value > low) and value <= high):
                 bracket = "[" if closed else "("
                 raise VehicleError(name, value, f"{bracket}{low:g}, {high:g}]", self.id)
+        if self.residual_sd_frac is not None and not 0.0 <= self.residual_sd_frac <= MOST_RESIDUAL_SD_FRAC:
+            raise VehicleError("residual_sd_frac", self.residual_sd_frac, f"[0, {MOST_RESIDUAL_SD_FRAC:g}]", self.id)
         self._check_tables()
         self._check_road_load()
+
+    def with_residual(self, names: Collection[str]) -> Self:
+        """The vehicle without standard deviations of these numbers, where its residual, measured on trips, holds them.
+
+        names: fields, those of effects as effects.<field>.
+        """
+        if self.residual_sd_frac is None:
+            return self
+        return replace(self, sd=MappingProxyType({name: sd for name, sd in self.sd.items() if name not in names}))
 
     def _check_tables(self) -> None:
         bounds = self.accel_speed_mps

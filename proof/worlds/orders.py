@@ -121,8 +121,8 @@ def confused(confusion: Confusion) -> tuple[WorldOrder, WorldOrder]:
 
 def standard_plan(
     *,
-    nulls: int = 100,
-    wrong: int = 40,
+    nulls: int = 170,
+    wrong: int = 60,
     singles: int = 6,
     several: int = 3,
     pairs: int = 6,

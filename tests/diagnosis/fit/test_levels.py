@@ -11,6 +11,7 @@ import pytest
 from diagnosis.causes.driven import driven
 from diagnosis.causes.families import Family
 from diagnosis.engine import diagnose
+from energy.units import GRAVITY_MPS2
 from energy.vehicle.files import load_vehicle
 from tests.diagnosis.planted_drives import drive
 
@@ -122,3 +123,42 @@ def test_an_unrecorded_wind_is_told_from_headings(car):
     (found,) = diagnose(drives, car).findings
     assert (found.effect, found.family) == ("steady_wind", Family.WIND)
     assert found.coefficients[0].value == pytest.approx(6.0, rel=0.3)
+
+
+def with_mass(recording, car, kilograms):
+    """The recording with a load, and the energy [kWh] that it took."""
+    steps = driven(recording, car)
+    force = car.rotating_mass_coef * steps.accel_mps2 + GRAVITY_MPS2 * steps.grade_frac
+    more_j = steps.work_j(kilograms * (force + car.road_load_a_n / car.mass_kg))
+    more_w = np.interp(recording.time_s, steps.since_s, more_j / steps.duration_s)
+    return replace(recording, power_w=recording.power_w + more_w), float(more_j.sum()) / 3.6e6
+
+
+def test_loads_that_differ_from_trip_to_trip_are_told_with_their_trips(car):
+    drives, energy_kwh, loaded = [], 0.0, set()
+    for number in range(16):
+        kilograms = (0.0, 120.0, 480.0, 0.0, 300.0)[number % 5]
+        recording, more_kwh = with_mass(drive(car, number), car, kilograms)
+        drives.append(recording)
+        energy_kwh += more_kwh
+        if kilograms >= 300.0:
+            loaded.add(recording.id)
+    (found,) = diagnose(drives, car).findings
+    assert (found.effect, found.family) == ("trip_payload", Family.MASS)
+    assert loaded <= set(found.trips)
+    assert not {f"T{number}" for number in range(16) if number % 5 in (0, 3)} & set(found.trips)
+    low, high = found.energy_kwh_ci95
+    assert low < energy_kwh < high
+
+
+def test_tyres_that_lose_air_grow_worse_from_trip_to_trip(car):
+    drives = []
+    for number in range(20):
+        share = 0.4 * number / 19.0
+        drives.append(with_power(drive(car, number), car, lambda d, s=share: d.work_j(s * car.road_load_a_n)))
+    found = diagnose(drives, car)
+    level = next(finding for finding in found.findings if finding.effect == "trip_rolling")
+    assert "growing from none on T0 to all of it on T19" in level.text
+    assert set(level.trips) == {f"T{number}" for number in range(10, 20)}
+    assert level.coefficients[0].value == pytest.approx(0.4, abs=0.15)
+    assert "road_load_a_n" not in {error.parameter for error in found.parameter_errors}

@@ -413,3 +413,26 @@ def test_quantile_by_one_scaled_vehicle_agrees_with_the_samples(i3, hills):
     found = distribution(i3, hills, samples=2000)
     scaled_j = simulate_chain(pessimistic(i3, factor), hills).energy_j
     assert scaled_j == pytest.approx(found.energy_p90_j, rel=0.03)
+
+
+def test_a_residual_that_was_measured_on_the_vehicles_trips_takes_the_place_of_the_usual_one(i3, hills):
+    own = dataclasses.replace(certain(i3), residual_sd_frac=0.05)
+    usual, measured = (
+        chain_distribution(vehicle, hills, soc_start_frac=0.9, reserve_soc_frac=0.1) for vehicle in (certain(i3), own)
+    )
+    assert (usual.residual_sd_frac, measured.residual_sd_frac) == (RESIDUAL_SD_FRAC, 0.05)
+    widths = [found.energy_p90_j - found.energy_p10_j for found in (usual, measured)]
+    assert widths[1] / widths[0] == pytest.approx(0.05 / RESIDUAL_SD_FRAC, rel=1e-6)
+    assert dissipation_sd_frac(own, hills) == pytest.approx(0.05)
+
+
+def test_a_measured_residual_holds_what_carried_numbers_scatter_by(i3):
+    assert i3.with_residual({"mass_kg"}).sd == i3.sd
+    own = dataclasses.replace(i3, residual_sd_frac=0.08).with_residual({"mass_kg", "road_load_a_n"})
+    assert set(own.sd) == set(i3.sd) - {"mass_kg", "road_load_a_n"}
+
+
+@pytest.mark.parametrize("value", [-0.01, 0.51, float("nan")])
+def test_a_residual_out_of_range_is_refused(i3, value):
+    with pytest.raises(VehicleError, match="residual_sd_frac"):
+        dataclasses.replace(i3, residual_sd_frac=value)

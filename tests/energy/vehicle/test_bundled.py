@@ -27,7 +27,7 @@ BY_HAND = [
     "vw-id4",
 ]
 TABLE_IDS = ["example-here-table", "example-tomtom-table"]
-NOT_NUMBERS = {"id", "name", "powertrain", "sources", "sd", "effects"}
+NOT_NUMBERS = {"id", "name", "powertrain", "sources", "sd", "effects", "residual_sd_frac"}
 NUMBERS = [f.name for f in fields(Vehicle) if f.name not in NOT_NUMBERS]
 TABLE_NUMBERS = {f.name for f in fields(ConsumptionTableVehicle) if f.name not in NOT_NUMBERS}
 

@@ -48,6 +48,8 @@ export const FAMILIES = {
 
 const PARAMETERS = {
   mass_kg: "mass",
+  usable_capacity_wh: "usable capacity",
+  residual_sd_frac: "what trips scatter by",
   road_load_a_n: "rolling resistance (A)",
   road_load_b_n_per_mps: "road load that grows with speed (B)",
   road_load_c_n_per_mps2: "air drag (C)",
