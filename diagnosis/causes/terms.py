@@ -35,7 +35,8 @@ class Term:
     energy_j: of one unit of it on a drive, for a value of the shape (NaN without one), float64 (n,). positive: whether
     it can only be ≥ 0; most: what no such thing exceeds. channels: what must have been recorded. oscillates: whether it
     adds and gives back in turn, so that its size is not its sum. by_voltage: True where the battery's resistance must
-    be known by its voltage, False where the term is not needed then.
+    be known by its voltage, False where the term is not needed then. alternative:
+    whether other terms of its effect are other forms of it.
     """
 
     effect: str
@@ -50,6 +51,11 @@ class Term:
     oscillates: bool = False
     most: float = float("inf")
     by_voltage: bool | None = None
+    alternative: bool = False
+
+    def excludes(self, other: Term) -> bool:
+        """Whether another term cannot stand beside it: itself, and another form of the same effect."""
+        return other is self or (self.alternative and other.alternative and other.effect == self.effect)
 
     def known_on(self, drive: ReplayedDrive) -> bool:
         """Whether a drive has recorded what the term needs."""

@@ -50,6 +50,7 @@ LEAST_SPREAD: Final = 1.4  # times what days differ by, that loads make of trips
 LEAST_SPREAD_GAIN: Final = 8.0
 AGREEMENT: Final = 0.7  # of ranks, between stretches of trips
 STRETCH: Final = 6  # windows
+LEAST_SHARE_FRAC: Final = 0.01  # of the energy of all trips
 EPOCH_S: Final = 1e8  # times from here on are of a calendar
 COLD_C: Final = 20.0
 HOT_C: Final = 22.0
@@ -155,7 +156,8 @@ def levels(model: Model) -> Level | None:
         file = abs(float(getattr(model.nameplate, best.kind.field)))
         factor = abs(float(getattr(model.vehicle, best.kind.field))) / max(file, 1e-9)
         size, half = factor * size, factor * half
-    if not _least(best.kind, best.groups) <= size <= best.kind.most or size - half <= 0.0:
+    share = abs(energy_j) / measured_size_j(model.windows)
+    if not _least(best.kind, best.groups) <= size <= best.kind.most or size - half <= 0.0 or share < LEAST_SHARE_FRAC:
         return None
     on = [trip.trip_id for trip, carries in zip(model.windows, best.groups.on, strict=True) if carries]
     return Level(

@@ -126,7 +126,9 @@ def chosen(
     measured_j = measured_size_j(trips)
     found: list[Candidate] = []
     while len(found) < MOST_TERMS:
-        open_ = [candidate for candidate in candidates if all(candidate.term is not other.term for other in found)]
+        open_ = [
+            candidate for candidate in candidates if not any(other.term.excludes(candidate.term) for other in found)
+        ]
         if not open_:
             break
         names = [*free, *(candidate.label for candidate in found)]

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 
 MOST_STRUCTURES: Final = 3
 HOPES: Final = 2
+BETTER: Final = 1.3
 ZOOMS: Final = (0.5, 0.1)  # of a box's length, by which its ends are looked for around where they are
 
 
@@ -137,8 +138,8 @@ def _powers(trip: Windows, names: Sequence[str]) -> NDArray[np.float64]:
 def _with_structure(model: Model, structure: Structure) -> Model | None:
     """The structure as one more free column, without terms that only stood in for it; None where it stands in for them.
 
-    A term that no longer stands out beside the structure goes, if the structure alone predicts left-out trips better
-    than the term alone.
+    A term that no longer stands out beside the structure goes, if the structure alone gains more on left-out trips than
+    the term alone by BETTER: a little more may be the form of the term.
     """
     label = f"{BOX}{len(model.structures)}"
     windows = tuple(
@@ -152,6 +153,8 @@ def _with_structure(model: Model, structure: Structure) -> Model | None:
     if len(kept) < len(model.found):
         by_terms = solve(system, [*free[:-1], *(candidate.label for candidate in model.found)])
         by_structure = solve(system, [*free, *(candidate.label for candidate in kept)])
-        if by_terms.losses.sum() <= by_structure.losses.sum():
+        by_none = solve(system, [*free[:-1], *(candidate.label for candidate in kept)])
+        gains = [float(by_none.losses.sum() - one.losses.sum()) for one in (by_terms, by_structure)]
+        if gains[1] <= BETTER * gains[0]:
             return None
     return refitted(replace(model, windows=windows, system=system, structures=structures), kept)
