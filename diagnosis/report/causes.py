@@ -40,6 +40,7 @@ if TYPE_CHECKING:
         ParameterError,
         Unexplained,
     )
+    from diagnosis.causes.battery import BatteryLoss
     from diagnosis.report.tables import Cell
 
 NOT_LOOKED: Final = "Not concluded: there are too few drives."
@@ -84,10 +85,11 @@ def parameters_section(diagnosis: Diagnosis) -> Markup:
     return rendered("parameters.html", parameters=table, texts=[error.text for error in errors if error.text])
 
 
-def capacity_section(capacity: CapacityEstimate | None) -> Markup:
-    """What the battery holds by charge against energy, beside what its file has."""
+def battery_section(capacity: CapacityEstimate | None, battery: BatteryLoss | None) -> Markup:
+    """What the battery holds by charge against energy, beside what its file has, and its resistance by its voltage."""
+    loses = [] if battery is None else [_resistance_sentence(battery)]
     if capacity is None:
-        return rendered("nothing.html", text="These drives do not tell what the battery holds.")
+        return rendered("nothing.html", text=" ".join(loses) or "These drives do not tell what the battery holds.")
     heads = [
         *(Header("charge"), Header("vehicle file [kWh]", True), Header("by the drives [kWh]", True)),
         *(Header("95 %", True), Header("drives", True), Header("charge they took [%]", True)),
@@ -102,7 +104,19 @@ def capacity_section(capacity: CapacityEstimate | None) -> Markup:
         data(100.0 * capacity.fall_frac, fixed(100.0 * capacity.fall_frac, 0)),
     ]
     table = Table("Usable capacity by energy over the fall of the charge", heads, [row])
-    return rendered("parameters.html", parameters=table, texts=[capacity.text or CAPACITY_TEXTS[capacity.kind]])
+    return rendered("parameters.html", parameters=table, texts=[capacity.text or CAPACITY_TEXTS[capacity.kind], *loses])
+
+
+def _resistance_sentence(battery: BatteryLoss) -> str:
+    size, half = 1000.0 * battery.ohm, 500.0 * (battery.ohm_ci95[1] - battery.ohm_ci95[0])
+    text = (
+        f"By the voltage of {battery.trips} drives its resistance is {size:.0f} ± {half:.0f} mΩ at 23 °C,"
+        f" and doubles with each {battery.doubling_k:.0f} K colder."
+    )
+    if battery.share is None:
+        return text
+    where = "holds what that loses" if battery.share > 0.5 else "is that at its terminals, without what that loses"
+    return f"{text} The recorded power {where}."
 
 
 def unexplained_section(diagnosis: Diagnosis) -> Markup:
@@ -129,6 +143,9 @@ def _article(finding: Finding, why_not_carried: str | None) -> Article:
         "Energy": quantity(finding.energy_kwh, finding.energy_kwh_ci95, "kWh"),
         "Share of the measured energy": quantity(100.0 * finding.energy_share_frac, share, "%"),
         "Strength (t)": fixed(finding.t, 1),
+        "Seen at standstill": ""
+        if finding.standing_ratio is None
+        else quantity(100.0 * finding.standing_ratio, percents(finding.standing_ratio_ci95), "%"),
         "Shows": listed(places(finding.located)),
         "On drives": ", ".join(finding.trips),
         "Cannot be told from": rivals_sentence(finding) if finding.ambiguous_with else "",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final, NamedTuple
 
 from diagnosis.answer.results import Verdict
-from diagnosis.report.causes import capacity_section, findings_section, parameters_section, unexplained_section
+from diagnosis.report.causes import battery_section, findings_section, parameters_section, unexplained_section
 from diagnosis.report.fit import energy_section, examples_section, fit_section, profile_section, regimes_section
 from diagnosis.report.method import method_section, quality_section
 from diagnosis.report.rendering import rendered
@@ -79,7 +79,7 @@ def _sections(diagnosis: Diagnosis) -> list[Section]:
         Section("fit", "How well drives are met, before and after", fit_section(diagnosis)),
         Section("findings", "What the model leaves out", findings_section(diagnosis)),
         Section("parameters", "Numbers of the vehicle that are off", parameters_section(diagnosis)),
-        Section("capacity", "What the battery holds", capacity_section(diagnosis.capacity)),
+        Section("capacity", "What the battery holds and loses", battery_section(diagnosis.capacity, diagnosis.battery)),
         Section("unexplained", "What no effect explains", unexplained_section(diagnosis)),
         Section("regimes", "Where the mismatch lies", regimes_section(diagnosis)),
         Section("examples", "Example drives over time", examples_section(diagnosis)),
@@ -88,7 +88,7 @@ def _sections(diagnosis: Diagnosis) -> list[Section]:
         Section("quality", "Quality of the recordings", quality_section(diagnosis.data_quality), hidden=True),
         Section("method", "How it was done", method_section(diagnosis), hidden=True),
     ]
-    unknown = {"profile": not diagnosis.profile, "capacity": diagnosis.capacity is None}
+    unknown = {"profile": not diagnosis.profile, "capacity": diagnosis.capacity is None and diagnosis.battery is None}
     return [section for section in found if not unknown.get(section.name, False)]
 
 

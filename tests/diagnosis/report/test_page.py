@@ -28,6 +28,7 @@ from diagnosis.answer.results import (
     Unexplained,
     Verdict,
 )
+from diagnosis.causes.battery import BatteryLoss
 from diagnosis.causes.families import Family
 from diagnosis.report.page import report_html
 from diagnosis.report.style import CSS
@@ -385,6 +386,28 @@ def test_a_battery_that_holds_less_is_a_number_that_is_off_and_ranges_are_not_ca
     agreeing = replace(aged, kind=CapacityKind.AS_IN_FILE, text="", is_carried=False)
     calm = Page(report_html(replace(bare(Verdict.NOTHING_MISSING), capacity=agreeing))).text
     assert "The battery holds what its file says" in calm
+
+
+@pytest.mark.parametrize(
+    ("share", "words"),
+    [
+        (None, "doubles with each 19\xa0K colder."),
+        (0.02, "is that at its terminals, without what that loses"),
+        (0.97, "holds what that loses"),
+    ],
+)
+def test_a_resistance_by_the_voltage_is_told_with_where_the_power_is_taken(share: float | None, words: str):
+    battery = BatteryLoss(0.081, (0.0795, 0.0825), 18.7, 376.6, share, None if share is None else 0.05, 40)
+    text = Page(report_html(replace(bare(Verdict.NOTHING_MISSING), battery=battery))).text
+    assert "81 ± 2 mΩ at 23 °C" in text.replace("\xa0", " ")
+    assert words.replace("\xa0", " ") in text.replace("\xa0", " ")
+
+
+def test_what_standstill_shows_of_a_heat_stands_among_its_facts():
+    seen = replace(HEATING, standing_ratio=0.83, standing_ratio_ci95=(0.66, 0.99))
+    text = Page(report_html(diagnosis(findings=(seen,)))).text
+    assert "Seen at standstill" in text
+    assert "Seen at standstill" not in Page(report_html(diagnosis(findings=(HEATING,)))).text
 
 
 def test_too_few_trips_never_read_as_nothing_missing():
