@@ -30,6 +30,9 @@ PINNED: Final = 1e8  # times all that is known of a column, so that it stays at 
 RIDGE: Final = 1e-12  # on normal equations in units of 1, against columns that are the same
 FORM_SD_FRAC: Final = 0.15  # assumed: an effect's real form differs from the library's, which no spread of trips shows
 TIE_FRAC: Final = 1e-9  # losses and z that differ by less are the same; between processors they differ by up to 1e-12
+AT_ONCE: Final = (
+    16_000_000  # numbers of arrays by trip, column and draw, which are worked through in parts of that size
+)
 LEAST_EFFECTIVE: Final = 3.0  # fewer trips that carry a column say nothing of how trips differ
 
 
@@ -329,7 +332,13 @@ def simulated_additions(
         values, vectors = np.linalg.eigh(gram / np.outer(scale, scale))
         root = vectors * np.sqrt(np.maximum(values, 0.0))
         right[k] = scatter[k] * scale[:, None] * (root @ rng.standard_normal((both.size, draws)))
-    return simulated_z(_added(system, b, c), right[:, : b.size], right[:, b.size :])
+    step = max(AT_ONCE // (system.trips * draws), 1)
+    right_base, right_added = right[:, : b.size], right[:, b.size :]
+    found = []
+    for first in range(0, c.size, step):
+        part = slice(first, first + step)
+        found.append(simulated_z(_added(system, b, c[part]), right_base, right_added[:, part]))
+    return np.hstack(found) if found else np.empty((draws, 0))
 
 
 def effective_trips(information: NDArray[np.float64]) -> NDArray[np.float64]:

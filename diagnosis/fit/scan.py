@@ -14,7 +14,7 @@ import numpy as np
 from scipy import stats
 
 from diagnosis.fit.axes import AXES, Axis
-from diagnosis.fit.jackknife import Added, first_least, ranked, simulated_z, tried
+from diagnosis.fit.jackknife import AT_ONCE, Added, Additions, first_least, ranked, simulated_z, tried
 from diagnosis.fit.noise import whitened
 from diagnosis.fit.windows import measured_size_j
 
@@ -23,7 +23,6 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from diagnosis.fit.jackknife import Additions
     from diagnosis.fit.windows import WindowedTrip, Windows
 
 BINS: Final = 16
@@ -222,17 +221,52 @@ def scan(
     found, columns = places
     if not found:
         return None
+    powers = [
+        whitened(root, np.column_stack((base, trip.residual_j() / trip.duration_s)))
+        for trip, root, base in zip(trips, roots, bases, strict=True)
+    ]
+    step = max(AT_ONCE // (len(trips) * DRAWS), 1)
+    parts = []
+    for first in range(0, len(found), step):
+        some = [column[:, first : first + step] for column in columns]
+        parts.append(_some(trips, roots, powers, some, precision, pull, scatter, seed))
+    added = _together([additions for additions, _ in parts])
+    highest = np.max([z for _, z in parts], axis=0)
+    hours = sum((column * trip.duration_s[:, None]).sum(axis=0) for trip, column in zip(trips, columns, strict=True))
+    return Scanned(
+        found,
+        columns,
+        added,
+        highest,
+        float(np.quantile(highest, 1.0 - FALSE_CLAIM_FRAC)),
+        np.asarray(hours, np.float64),
+    )
+
+
+def _some(
+    trips: Sequence[Windows],
+    roots: Sequence[NDArray[np.float64]],
+    powers: Sequence[NDArray[np.float64]],
+    columns: Sequence[NDArray[np.float64]],
+    precision: NDArray[np.float64],
+    pull: NDArray[np.float64],
+    scatter: NDArray[np.float64],
+    seed: int,
+) -> tuple[Additions, NDArray[np.float64]]:
+    """Some of the boxes beside the base, and how far the highest of them stands out in each drawn set of drives.
+
+    powers: whitened base and residual power of each trip, (n, b + 1). What is drawn is the same for all boxes.
+    """
     rng = np.random.default_rng(seed)
     parts: dict[str, list[NDArray[np.float64]]] = {name: [] for name in ("gb", "x", "own", "vb", "v", "rb", "r")}
-    for trip, root, base, column, more in zip(trips, roots, bases, columns, scatter, strict=True):
-        b = base.shape[1]
-        turned = whitened(root, np.column_stack((base, trip.residual_j() / trip.duration_s, column)))
-        x, y, u = turned[:, :b], turned[:, b], turned[:, b + 1 :]
+    for root, power, column, more in zip(roots, powers, columns, scatter, strict=True):
+        x, y, u = power[:, :-1], power[:, -1], whitened(root, column)
         noise = more * rng.standard_normal((y.size, DRAWS))
         for name, value in zip(
             parts, (x.T @ x, x.T @ u, np.square(u).sum(axis=0), x.T @ y, u.T @ y, x.T @ noise, u.T @ noise), strict=True
         ):
             parts[name].append(np.asarray(value, np.float64))
+    count = columns[0].shape[1]
     added = Added(
         gram_base=np.array(parts["gb"]),
         cross=np.array(parts["x"]),
@@ -240,20 +274,19 @@ def scan(
         base_vector=np.array(parts["vb"]),
         vector=np.array(parts["v"]),
         precision_base=precision,
-        precision=np.zeros(len(found)),
+        precision=np.zeros(count),
         base_prior=pull,
-        added_prior=np.zeros(len(found)),
+        added_prior=np.zeros(count),
     )
-    highest = np.abs(simulated_z(added, np.array(parts["rb"]), np.array(parts["r"]))).max(axis=1)
-    hours = sum((column * trip.duration_s[:, None]).sum(axis=0) for trip, column in zip(trips, columns, strict=True))
-    return Scanned(
-        found,
-        columns,
-        tried(added),
-        highest,
-        float(np.quantile(highest, 1.0 - FALSE_CLAIM_FRAC)),
-        np.asarray(hours, np.float64),
-    )
+    z = np.abs(simulated_z(added, np.array(parts["rb"]), np.array(parts["r"]))).max(axis=1)
+    return tried(added), np.asarray(z, np.float64)
+
+
+def _together(parts: Sequence[Additions]) -> Additions:
+    def all_of(name: str) -> NDArray[np.float64]:
+        return np.concatenate([getattr(part, name) for part in parts], axis=-1)
+
+    return Additions(all_of("coefficients"), all_of("sd"), all_of("z"), all_of("effective"), all_of("losses"))
 
 
 def strongest(scanned: Scanned, trips: Sequence[Windows], least_z: float) -> Structure | None:

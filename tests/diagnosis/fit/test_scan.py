@@ -75,6 +75,16 @@ def test_both_ends_are_found_between_the_edges_that_were_tried_first():
     assert (better.z, better.p) == (found.z, found.p)
 
 
+def test_boxes_worked_through_in_parts_are_as_all_at_once(monkeypatch):
+    trips = [trip(k, lambda z: 1500.0 * ((z > 560.0) & (z < 680.0))) for k in range(TRIPS)]
+    whole = scanned(trips)
+    monkeypatch.setattr("diagnosis.fit.scan.AT_ONCE", 7 * TRIPS * 200)
+    parts = scanned(trips)
+    np.testing.assert_allclose(parts.highest, whole.highest, rtol=1e-9)
+    for name in ("coefficients", "sd", "z", "effective", "losses"):
+        np.testing.assert_allclose(getattr(parts.added, name), getattr(whole.added, name), rtol=1e-7, atol=1e-9)
+
+
 def test_a_window_counts_with_the_share_of_its_time_that_lies_inside():
     car = load_vehicle(ROOT / "data" / "vehicles" / "bmw-i3-60ah.toml")
     driven_trips = [trip_of(each, driven(each, car)) for each in (drive(car, k) for k in range(4))]
