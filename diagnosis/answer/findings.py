@@ -13,7 +13,7 @@ from diagnosis.causes.families import Family
 from diagnosis.causes.library import candidates
 from diagnosis.fit.axes import AXES, Axis
 from diagnosis.fit.jackknife import FORM_SD_FRAC, additions, solve
-from diagnosis.fit.levels import levels, loads, trip_wind
+from diagnosis.fit.levels import CLEAR_Z, levels, loads, trip_wind
 from diagnosis.fit.model import BOX
 from diagnosis.fit.scan import CELL_M, DRAWS, cell_centre_deg
 from diagnosis.fit.selection import RIVAL_LOSS_FRAC
@@ -55,8 +55,6 @@ SEEN_STANDING: Final = 0.75  # of heat, that standstill must show, or part of it
 # times the half width of an interval by jackknife and form, by family: about what 95 % of true energies in 194 claims
 # of made worlds of retired seeds lay within (split conformal); of tyres, the temperature they refer to differs anyway
 WIDER: Final = {
-    Family.THERMAL: 0.75,
-    Family.AERODYNAMIC: 0.5,
     Family.RECUPERATION: 0.9,
     Family.MASS: 1.2,
     Family.DRIVETRAIN: 1.3,
@@ -89,7 +87,7 @@ def findings(model: Model) -> tuple[Finding, ...]:
     wind = trip_wind(model) if _can_be_told(model, Family.WIND) else None
     level = levels(model)
     if wind is not None and level is not None:  # either may stand in for the other
-        if trip_wind(model, level) is None:
+        if level.z >= CLEAR_Z or trip_wind(model, level) is None:
             wind = None
         else:
             level = None

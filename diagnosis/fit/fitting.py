@@ -13,7 +13,7 @@ from diagnosis.causes.library import candidates
 from diagnosis.causes.nuisance import PARAMETERS
 from diagnosis.causes.terms import Candidate
 from diagnosis.fit.jackknife import additions, equations, first_least, solve
-from diagnosis.fit.levels import loads
+from diagnosis.fit.levels import CLEAR_Z, LOAD, levels
 from diagnosis.fit.model import (
     BOX,
     CAPPED,
@@ -135,8 +135,9 @@ def _finished(model: Model, seed: int, on_step: Callable[[str], None]) -> Model:
     """With refined shapes, structures that no effect explains, and without effects that those take over."""
     on_step("refining shapes")
     model = _accompanied(_lasting(_refined(model), seed))
-    if loads(model) is not None:
-        return model  # trips of other masses differ in all places at once
+    level = levels(model)
+    if level is not None and (level.kind is LOAD or level.z >= CLEAR_Z):
+        return model  # some trips differ in all places at once; what they have would be located somewhere
     on_step("looking for what no effect explains")
     return with_structures(model, seed)
 

@@ -51,6 +51,7 @@ LEAST_SPREAD_GAIN: Final = 8.0
 AGREEMENT: Final = 0.7  # of ranks, between stretches of trips
 STRETCH: Final = 6  # windows
 LEAST_SHARE_FRAC: Final = 0.01  # of the energy of all trips
+CLEAR_Z: Final = 5.5  # of a level that is no stand-in for something else
 EPOCH_S: Final = 1e8  # times from here on are of a calendar
 COLD_C: Final = 20.0
 HOT_C: Final = 22.0

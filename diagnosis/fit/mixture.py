@@ -16,6 +16,7 @@ SPREADS: Final = (1.0, 1.5, 2.2, 3.3, 5.0, 8.0, 12.0)  # of days, in units of wh
 LEAST_SIDE: Final = 3  # trips before and after a step
 MOST_TRIED: Final = 48  # sizes of groups, or places of steps; expectation maximisation finds what lies between
 MOST_CELLS: Final = 4_000_000  # of arrays that are settled at once
+STEP_PLACES: Final = 1.5  # of log likelihood: a step is the best of many places, a drift is one
 RIDGE: Final = 1e-9
 UNKNOWN_SD: Final = 1e6  # in units of the days' spread, of a trip that does not tell its value
 
@@ -188,7 +189,8 @@ def step_of(
     one = values[None, :]
     null, null_spread = trips.null(one)
     likelihood, belongs, usual, shift, spread = trips.steps(one, order)
-    best = int(np.argmax(likelihood[0]))
+    drifts = np.arange(likelihood.shape[1]) >= likelihood.shape[1] - len(SPREADS)
+    best = int(np.argmax(likelihood[0] + np.where(drifts, STEP_PLACES, 0.0)))
     gain = float(likelihood[0, best] - null[0])
     if not gain > 0.0:
         return None
@@ -196,8 +198,7 @@ def step_of(
     if size < 0.0:  # what came before had more
         carried, plain, size = 1.0 - carried, plain + size, -size
     apart = size / float(np.hypot(spread[best], np.median(sd[np.isfinite(sd)])))
-    drift = best >= belongs.shape[0] - len(SPREADS)
-    return Groups(carried, plain, size, apart, gain, float(null_spread[0]), step=True, drift=drift)
+    return Groups(carried, plain, size, apart, gain, float(null_spread[0]), step=True, drift=bool(drifts[best]))
 
 
 def spread_of(
