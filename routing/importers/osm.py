@@ -13,12 +13,14 @@ from routing.errors import ImportFailedError
 from routing.importers.roads import Restriction, Roads, Ways
 from routing.importers.speeds import limits_from_tags
 from routing.importers.tags import (
+    Barrier,
     Control,
     Dropped,
     Oneway,
     TurnRule,
-    blocks_cars,
+    barrier_of,
     control,
+    drivable,
     is_roundabout,
     is_structure,
     oneway,
@@ -76,7 +78,7 @@ class _Reader:
     def __init__(self) -> None:
         self.dropped: Counter[str] = Counter()
         self.controls_by_id: dict[int, Control] = {}
-        self.blocked: set[int] = set()
+        self.blocked: dict[int, Dropped] = {}
         self.countries: Counter[str] = Counter()
         self.country_areas: set[str] = set()
         self.point_idx: dict[int, int] = {}
@@ -97,8 +99,9 @@ class _Reader:
         found = control(tags)
         if found is not None:
             self.controls_by_id[node.id] = found
-        if blocks_cars(tags):
-            self.blocked.add(node.id)
+        barrier = barrier_of(tags)
+        if barrier is not Barrier.OPEN:
+            self.blocked[node.id] = Dropped.BARRIER if barrier is Barrier.SHUT else Dropped.BARRIER_UNKNOWN
         if "addr:country" in tags:
             self.countries[tags["addr:country"].upper()] += 1
 
@@ -112,8 +115,8 @@ class _Reader:
             return
         tags = {tag.k: tag.v for tag in way.tags}
         reason = reason_to_drop(tags)
-        direction = oneway(tags)
-        if reason is None and direction is Oneway.CHANGING:
+        forward, backward = drivable(tags)
+        if reason is None and oneway(tags) is Oneway.CHANGING:
             reason = Dropped.REVERSIBLE
         if reason is not None:
             self.dropped[reason] += 1
@@ -132,8 +135,8 @@ class _Reader:
             found.living_street,
             is_roundabout(tags),
             is_structure(tags),
-            direction is not Oneway.BACKWARD,
-            direction is not Oneway.FORWARD,
+            forward,
+            backward,
             limits.forward_mps or np.nan,
             limits.backward_mps or np.nan,
             -1 if limits.urban is None else int(limits.urban),
@@ -157,7 +160,7 @@ class _Reader:
             x, y = location.x, location.y
             if node.ref in self.blocked:
                 # each side gets its own copy of the point, so that no path leads through it
-                self.dropped[Dropped.BARRIER] += 1
+                self.dropped[self.blocked[node.ref]] += 1
                 if parts[-1]:
                     parts[-1].append(self._copy(x, y))
                 parts.append([self._copy(x, y)])
@@ -192,7 +195,8 @@ class _Reader:
         tags = {tag.k: tag.v for tag in relation.tags}
         if tags.get("boundary") == "administrative" and tags.get("admin_level") == "2" and "ISO3166-1" in tags:
             self.country_areas.add(tags["ISO3166-1"].upper())
-        if tags.get("type") != "restriction" and not tags.get("type", "").startswith("restriction:"):
+        kind = tags.get("type", "").strip().lower()
+        if kind != "restriction" and not kind.startswith("restriction:"):
             return
         rule = turn_rule(tags)
         if rule is None:
@@ -207,6 +211,9 @@ class _Reader:
         via = [(kind, ref) for role, kind, ref in members if role == "via"]
         origin = tuple(ref for role, kind, ref in members if role == "from" and kind == "w")
         target = tuple(ref for role, kind, ref in members if role == "to" and kind == "w")
+        if origin and target and via and all(kind == "w" for kind, _ in via):
+            self.dropped[Dropped.RESTRICTION_VIA_WAY] += 1
+            return
         if len(via) != 1 or via[0][0] != "n" or not origin or not target:
             self.dropped[Dropped.RESTRICTION] += 1
             return

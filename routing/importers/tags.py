@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 from enum import Enum, IntEnum, StrEnum
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Literal
 
 from energy.stops import FunctionalClass
 
@@ -22,12 +23,14 @@ class Dropped(StrEnum):
     REVERSIBLE = "ways_reversible"
     POINTS = "way_points_missing"
     BARRIER = "way_points_blocked"
+    BARRIER_UNKNOWN = "way_points_blocked_by_unknown_barriers"
     SPEED = "speed_limits_implausible"
     CONDITIONAL = "conditional_tags_ignored"
     FERRY = "ferries"
     RESTRICTION = "restrictions_not_understood"
     RESTRICTION_CONDITIONAL = "restrictions_conditional"
     RESTRICTION_MOOT = "restrictions_without_effect"
+    RESTRICTION_VIA_WAY = "restrictions_over_ways"
     LOOP = "loops_too_short"
     HEIGHT = "roads_without_height"
 
@@ -60,64 +63,149 @@ HIGHWAYS: Final[Mapping[str, RoadClass]] = {
     "service": RoadClass(FunctionalClass.SERVICE),
 }
 _ACCESS_KEYS: Final = ("motorcar", "motor_vehicle", "vehicle", "access")  # the narrowest wins
+_CAR_CLASSES: Final = frozenset(("motorcar", "motor_vehicle", "vehicle"))
+_PERMITTED: Final = frozenset(
+    (
+        *("yes", "permissive", "designated", "destination", "customers", "public", "discouraged", "allowed", "toll"),
+        *("motorcar", "motor_vehicle", "vehicle", "car", "visitors", "guests", "tolls"),
+    )
+)
+# Values that admit others than a private car on its way through. The wiki's page on access=delivery: only suppliers.
 _DENIED: Final = frozenset(
     (
-        *("no", "private", "agricultural", "forestry", "agricultural;forestry", "emergency", "military", "psv", "bus"),
-        *("taxi", "hov", "residents", "permit", "employees", "staff", "official", "restricted"),
+        *(
+            "no",
+            "private",
+            "agricultural",
+            "forestry",
+            "emergency",
+            "military",
+            "psv",
+            "bus",
+            "taxi",
+            "hov",
+            "delivery",
+        ),
+        *("residents", "resident", "permit", "employees", "employee", "staff", "official", "restricted", "disabled"),
+        *("hgv", "goods", "coach", "tourist_bus", "share_taxi", "minibus", "public_transport", "tram", "service"),
+        *("bicycle", "foot", "pedestrian", "pedestrians", "horse", "moped", "mofa", "motorcycle", "use_sidepath"),
+        *("dismount", "police", "garbage", "authorized", "authorised", "members", "closed"),
+        *("license", "licence", "agriculture", "forest", "hazmat", "caravan", "carsharing", "car_sharing"),
     )
 )
 _SERVICE_DROPPED: Final = frozenset(
-    ("driveway", "parking_aisle", "drive-through", "emergency_access", "parking", "bus", "busway")
+    ("driveway", "parking_aisle", "drive-through", "drive_through", "emergency_access", "parking", "bus", "busway")
 )
+# After the wiki page Key:barrier. A gate opens; what only keeps out animals, great heights or widths lets a car by.
 _OPEN_BARRIERS: Final = frozenset(
     (
-        *("no", "entrance", "gate", "lift_gate", "swing_gate", "cattle_grid", "toll_booth", "border_control", "kerb"),
-        *("sally_port", "height_restrictor", "width_restrictor", "arch", "rising_bollard", "spikes", "speed_bump"),
-        "checkpoint",
+        *("no", "entrance", "gate", "lift_gate", "swing_gate", "sliding_gate", "sliding_beam", "hampshire_gate"),
+        *("bump_gate", "double_gate", "wire_gate", "garage_door", "ticket_gate", "cattle_grid", "toll_booth"),
+        *("border_control", "kerb", "sally_port", "height_restrictor", "width_restrictor", "arch", "coupure"),
+        *("rising_bollard", "spikes", "speed_bump", "checkpoint", "drawbridge"),
+    )
+)
+_SHUT_BARRIERS: Final = frozenset(
+    (
+        *("bollard", "bollards", "block", "blocks", "bar", "boulder", "rock", "bus_trap", "cable_barrier", "chain"),
+        *("city_wall", "concrete", "cycle_barrier", "debris", "ditch", "fence", "full-height_turnstile", "guard_rail"),
+        *("handrail", "hedge", "hedge_bank", "horse_stile", "jersey_barrier", "kent_carriage_gap", "kissing_gate"),
+        *("log", "motorcycle_barrier", "pipe", "planter", "pole", "retaining_wall", "rope", "stile", "sump_buster"),
+        *("tank_trap", "tree", "trench", "turnstile", "tyres", "wall", "wedge", "wicket_gate", "yes"),
     )
 )
 _YES: Final = frozenset(("yes", "true", "1"))
 _NO: Final = frozenset(("no", "false", "0"))
 
 
+def tag_values(tags: Mapping[str, str], key: str) -> list[str]:
+    """The values of a tag, several apart at `;`, in lower case as they are meant; empty where there is none."""
+    return [value for part in tags.get(key, "").split(";") if (value := part.strip().lower())]
+
+
+def _value(tags: Mapping[str, str], key: str) -> str | None:
+    """The first value of a tag in lower case, or None."""
+    return next(iter(tag_values(tags, key)), None)
+
+
 def road_class(highway: str) -> RoadClass | None:
     """Class of a highway value that cars may drive, the first known of several, or None."""
-    for value in highway.split(";"):
-        if value.strip() in HIGHWAYS:
-            return HIGHWAYS[value.strip()]
+    for value in tag_values({"highway": highway}, "highway"):
+        if value in HIGHWAYS:
+            return HIGHWAYS[value]
     return None
 
 
 def car_may_pass(tags: Mapping[str, str]) -> bool:
-    """Whether a private car may use the object: motorcar over motor_vehicle over vehicle over access.
+    """Whether a private car may use the object in either direction; see car_may_pass_along."""
+    return car_may_pass_along(tags, "forward") or car_may_pass_along(tags, "backward")
 
-    `destination`, `customers`, `permissive` and unknown values let it pass; conditional tags are not read.
+
+def car_may_pass_along(tags: Mapping[str, str], direction: Literal["forward", "backward"]) -> bool:
+    """Whether a private car may use the object in one direction of its way.
+
+    motorcar wins over motor_vehicle, that over vehicle, that over access; of the same class the key with the
+    direction (`access:backward`) wins. A list denies when none of its values admits. `destination`, `customers` and
+    `permissive` let a car pass; a value that is not known says nothing; conditional tags are not read.
     """
     for key in _ACCESS_KEYS:
-        if key in tags:
-            return tags[key] not in _DENIED
+        for own in (f"{key}:{direction}", key):
+            admitted = _admits(tags, own)
+            if admitted is not None:
+                return admitted
     return True
 
 
+def _admits(tags: Mapping[str, str], key: str) -> bool | None:
+    values = [v for value in tag_values(tags, key) for part in re.split(r"[,|]", value) if (v := part.strip())]
+    if any(value in _PERMITTED for value in values):
+        return True
+    return False if any(value in _DENIED for value in values) else None
+
+
+class Barrier(Enum):
+    """What a barrier node does to cars."""
+
+    OPEN = "open"
+    SHUT = "shut"
+    UNKNOWN = "unknown"  # a value without a known meaning: shut
+
+
+def barrier_of(tags: Mapping[str, str]) -> Barrier:
+    """What the barrier of a node does to cars: bollards and blocks shut, gates where locked or where access is denied.
+
+    Access tags win over the kind of barrier; of several kinds (`gate;cattle_grid`) all must be open.
+    """
+    kinds = tag_values(tags, "barrier")
+    if not set(kinds) - {"no"}:
+        return Barrier.OPEN
+    if any(_admits(tags, f"{key}{end}") is not None for key in _ACCESS_KEYS for end in ("", ":forward", ":backward")):
+        return Barrier.OPEN if car_may_pass(tags) else Barrier.SHUT
+    if _value(tags, "locked") in _YES:
+        return Barrier.SHUT
+    rising = _value(tags, "bollard") in ("rising", "retractable")
+    kinds = [kind for kind in kinds if not (rising and kind == "bollard")]
+    if all(kind in _OPEN_BARRIERS for kind in kinds):
+        return Barrier.OPEN
+    return Barrier.SHUT if any(kind in _SHUT_BARRIERS for kind in kinds) else Barrier.UNKNOWN
+
+
 def blocks_cars(tags: Mapping[str, str]) -> bool:
-    """Whether a barrier node stops cars: bollards and blocks do, gates do only where access is denied."""
-    barrier = tags.get("barrier")
-    if barrier is None or barrier == "no":
-        return False
-    if any(key in tags for key in _ACCESS_KEYS):
-        return not car_may_pass(tags)
-    return barrier not in _OPEN_BARRIERS and tags.get("bollard") != "rising"
+    """Whether a barrier node stops cars: bollards, blocks and unknown barriers do, gates where access is denied."""
+    return barrier_of(tags) is not Barrier.OPEN
 
 
 def reason_to_drop(tags: Mapping[str, str]) -> Dropped | None:
     """Why a way of a drivable class is left out, or None."""
-    if not car_may_pass(tags):
+    if not any(drivable(tags)):
         return Dropped.ACCESS
-    if tags.get("highway") == "service" and tags.get("service") in _SERVICE_DROPPED:
+    if _value(tags, "highway") == "service" and _value(tags, "service") in _SERVICE_DROPPED:
         return Dropped.SERVICE
-    if tags.get("area") == "yes":
+    if _value(tags, "area") in _YES:
         return Dropped.AREA
-    if tags.get("smoothness") == "impassable" or tags.get("ice_road") == "yes" or tags.get("winter_road") == "yes":
+    if _value(tags, "smoothness") == "impassable":
+        return Dropped.CONDITION
+    if _value(tags, "ice_road") in _YES or _value(tags, "winter_road") in _YES:
         return Dropped.CONDITION
     return None
 
@@ -134,7 +222,7 @@ class Oneway(Enum):
 def oneway(tags: Mapping[str, str]) -> Oneway:
     """Driving direction of a way from oneway tags, else from what motorways and roundabouts imply."""
     for key in ("oneway:motorcar", "oneway:motor_vehicle", "oneway:vehicle", "oneway"):
-        value = tags.get(key)
+        value = _value(tags, key)
         if value in _YES:
             return Oneway.FORWARD
         if value in ("-1", "reverse"):
@@ -143,22 +231,31 @@ def oneway(tags: Mapping[str, str]) -> Oneway:
             return Oneway.BOTH
         if value in ("reversible", "alternating"):
             return Oneway.CHANGING
-    if is_roundabout(tags) or tags.get("highway") == "motorway":
+    if is_roundabout(tags) or _value(tags, "highway") == "motorway":
         return Oneway.FORWARD
     return Oneway.BOTH
 
 
+def drivable(tags: Mapping[str, str]) -> tuple[bool, bool]:
+    """Whether a private car may drive a way along and against its points: by its oneway and its access tags."""
+    direction = oneway(tags)
+    return (
+        direction is not Oneway.BACKWARD and car_may_pass_along(tags, "forward"),
+        direction is not Oneway.FORWARD and car_may_pass_along(tags, "backward"),
+    )
+
+
 def is_roundabout(tags: Mapping[str, str]) -> bool:
     """Whether a way is the ring of a roundabout."""
-    return tags.get("junction") in ("roundabout", "circular")
+    return _value(tags, "junction") in ("roundabout", "circular")
 
 
 def is_structure(tags: Mapping[str, str]) -> bool:
     """Whether a way leaves the terrain: a bridge, a tunnel or a gallery."""
     return (
-        tags.get("bridge", "no") not in _NO
-        or tags.get("tunnel", "no") not in ("no", "false", "0", "culvert", "building_passage")
-        or tags.get("covered") in ("arcade_gallery", "gallery")
+        (_value(tags, "bridge") or "no") not in _NO
+        or (_value(tags, "tunnel") or "no") not in ("no", "false", "0", "culvert", "building_passage")
+        or _value(tags, "covered") in ("arcade_gallery", "gallery")
     )
 
 
@@ -193,25 +290,25 @@ class Control:
 
 def control(tags: Mapping[str, str]) -> Control | None:
     """The strongest control among the tags of a node, or None."""
-    highway = [value.strip() for value in tags.get("highway", "").split(";")]
+    highway = tag_values(tags, "highway")
     if "traffic_signals" in highway:
         return Control(ControlKind.SIGNALS, _facing(tags, "traffic_signals:direction"))
     if "stop" in highway:
-        everybody = tags.get("stop") == "all"
+        everybody = _value(tags, "stop") == "all"
         return Control(ControlKind.STOP_ALL if everybody else ControlKind.STOP, _facing(tags, "stop:direction"))
     if "give_way" in highway:
         return Control(ControlKind.GIVE_WAY, _facing(tags, "give_way:direction"))
     if "mini_roundabout" in highway:
         return Control(ControlKind.MINI_ROUNDABOUT, Facing.BOTH)
-    if tags.get("crossing") == "traffic_signals" or tags.get("crossing:signals") == "yes":
+    if "traffic_signals" in tag_values(tags, "crossing") or _value(tags, "crossing:signals") == "yes":
         return Control(ControlKind.PEDESTRIAN_SIGNALS, Facing.BOTH)
-    if tags.get("railway") in ("level_crossing", "tram_level_crossing"):
+    if _value(tags, "railway") in ("level_crossing", "tram_level_crossing"):
         return Control(ControlKind.LEVEL_CROSSING, Facing.BOTH)
     return None
 
 
 def _facing(tags: Mapping[str, str], key: str) -> Facing:
-    value = tags.get(key, tags.get("direction", ""))
+    value = _value(tags, key) or _value(tags, "direction")
     return Facing(value) if value in ("forward", "backward", "both") else Facing.UNSAID
 
 
@@ -222,24 +319,42 @@ class TurnRule:
     only: bool
 
 
+_BANS: Final = frozenset(("no_right_turn", "no_left_turn", "no_u_turn", "no_straight_on", "no_entry", "no_exit"))
+_ORDERS: Final = frozenset(("only_right_turn", "only_left_turn", "only_straight_on", "only_u_turn"))
+_RED: Final = frozenset(("no_turn_on_red", "no_right_turn_on_red", "no_left_turn_on_red", "no_straight_on_red"))
+
+
 def turn_rule(tags: Mapping[str, str]) -> TurnRule | Dropped | None:
-    """What a restriction relation asks of cars: a rule, a reason to pass it over, or None where cars are exempt."""
-    exempt = {value.strip() for value in tags.get("except", "").split(";")}
-    if exempt & {"motorcar", "motor_vehicle", "vehicle"}:
+    """What a restriction relation asks of cars: a rule, a reason to pass it over, or None where it leaves cars alone.
+
+    `type=restriction:CLASS` and `restriction:CLASS` are for that class alone, `except` exempts; the narrowest key that
+    holds for cars wins. Values other than the closed list of the wiki's page Relation:restriction are not understood;
+    a ban of turning on red leaves the turn free on green.
+    """
+    if _listed(tags.get("except", "")) & _CAR_CLASSES:
         return None
+    kind = tags.get("type", "").strip().lower()
+    if kind.startswith("restriction:"):
+        classes = set(kind.split(":")[1:]) - {"conditional"}
+        if classes and not set().union(*map(_listed, classes)) & _CAR_CLASSES:
+            return None
     for key in ("restriction:motorcar", "restriction:motor_vehicle", "restriction:vehicle", "restriction"):
-        value = tags.get(key)
-        if value is None:
+        values = {value.replace(" ", "_").replace("-", "_") for value in tag_values(tags, key)}
+        if not values:
             continue
+        if values <= _RED | {"none", "no"}:
+            return None
         if any(limit in tags for limit in ("day_on", "hour_on", "day_off", "hour_off")):
             return Dropped.RESTRICTION_CONDITIONAL
-        if value.startswith("no_"):
+        if values <= _BANS:
             return TurnRule(only=False)
-        if value.startswith("only_"):
-            return TurnRule(only=True)
-        return Dropped.RESTRICTION
-    if any(key.startswith("restriction") and key.endswith(":conditional") for key in tags):
+        return TurnRule(only=True) if values <= _ORDERS else Dropped.RESTRICTION
+    if any(f"{key}:conditional" in tags for key in ("restriction", *(f"restriction:{name}" for name in _CAR_CLASSES))):
         return Dropped.RESTRICTION_CONDITIONAL
     if any(key.startswith("restriction:") for key in tags):
         return None  # for lorries, buses, bicycles
     return Dropped.RESTRICTION
+
+
+def _listed(value: str) -> set[str]:
+    return {part.strip().lower() for part in re.split(r"[;,|]", value)}

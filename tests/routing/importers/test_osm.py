@@ -113,6 +113,42 @@ def test_import_with_a_bollard_lets_nothing_through(draw_map: Any) -> None:
     assert graph.meta.dropped["way_points_blocked"] == 1
 
 
+@pytest.mark.parametrize(
+    ("tags", "drives"),
+    [
+        ({"motor_vehicle:backward": "private"}, (True, False)),
+        ({"motorcar:forward": "no"}, (False, True)),
+        ({"oneway": "YES"}, (True, False)),
+        ({"access": "delivery"}, (False, False)),
+        ({"oneway": "yes", "vehicle:forward": "no"}, (False, False)),
+    ],
+)
+def test_import_drives_a_way_only_where_its_tags_let_a_car(
+    draw_map: Any, tags: dict[str, str], drives: tuple[bool, bool]
+) -> None:
+    ways = {10: ([1, 5, 2, 3, 6, 4, 1], STREET), 11: ([5, 6], {**MAIN, **tags})}
+    graph = import_region(draw_map(SQUARE, ways), [], "directions")
+    of_way = [[k for k in links_between(graph, *ends) if graph.way_id[k] == 11] for ends in ((5, 6), (6, 5))]
+    assert (bool(of_way[0]), bool(of_way[1])) == drives
+
+
+@pytest.mark.parametrize(
+    ("tags", "passes", "counted"),
+    [
+        ({"barrier": "sliding_gate"}, True, None),
+        ({"barrier": "gate", "access": "delivery"}, False, "way_points_blocked"),
+        ({"barrier": "force_field"}, False, "way_points_blocked_by_unknown_barriers"),
+    ],
+)
+def test_import_with_a_barrier_tells_whether_it_is_known(
+    draw_map: Any, tags: dict[str, str], passes: bool, counted: str | None
+) -> None:
+    ways = {10: ([1, 5, 2, 3, 6, 4, 1], STREET), 11: ([5, 7, 6], STREET)}
+    graph = import_region(draw_map({**SQUARE, 7: (100, 100)}, ways, {7: tags}), [], "barrier")
+    assert bool([k for k in links_between(graph, 5, 6) if graph.way_id[k] == 11]) is passes
+    assert [key for key in graph.meta.dropped if key.startswith("way_points_blocked")] == ([counted] if counted else [])
+
+
 def test_import_with_missing_points_cuts_the_way_there(draw_map: Any) -> None:
     ways = {10: ([1, 5, 2, 3, 6, 4, 1], STREET), 11: ([5, 999, 6], MAIN)}
     graph = import_region(draw_map(SQUARE, ways), [], "extract")
@@ -138,6 +174,20 @@ def test_import_with_no_left_turn_forbids_it_and_nothing_else(draw_map: Any) -> 
     assert follows(graph, 2, 1, 4)
 
 
+@pytest.mark.parametrize(
+    "tags",
+    [
+        {"restriction": "no_left_turn_on_red"},
+        {"type": "restriction:hgv", "restriction": "no_left_turn"},
+        {"restriction:bus": "no_left_turn"},
+    ],
+)
+def test_import_with_a_restriction_that_is_not_for_cars_leaves_the_turn(draw_map: Any, tags: dict[str, str]) -> None:
+    members, plain = restriction(5, 1, 4)
+    graph = import_region(draw_map(CROSSROADS, ARMS, relations=[(members, {**plain, **tags})]), [], "not for cars")
+    assert follows(graph, 5, 1, 4)
+
+
 def test_import_with_only_straight_on_forbids_the_rest(draw_map: Any) -> None:
     path = draw_map(CROSSROADS, ARMS, relations=[restriction(5, 1, 3, restriction="only_straight_on")])
     graph = import_region(path, [], "only")
@@ -158,7 +208,7 @@ def test_import_with_exempt_conditional_and_via_way_restrictions_counts_what_it_
     assert follows(graph, 5, 1, 4)
     assert follows(graph, 5, 1, 2)
     assert graph.meta.dropped["restrictions_conditional"] == 1
-    assert graph.meta.dropped["restrictions_not_understood"] == 1
+    assert graph.meta.dropped["restrictions_over_ways"] == 1
     assert graph.meta.dropped["restrictions_without_effect"] == 1
 
 

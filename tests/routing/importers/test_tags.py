@@ -6,15 +6,18 @@ import pytest
 
 from energy.stops import FunctionalClass
 from routing.importers.tags import (
+    Barrier,
     Control,
     ControlKind,
     Dropped,
     Facing,
     Oneway,
     TurnRule,
+    barrier_of,
     blocks_cars,
     car_may_pass,
     control,
+    drivable,
     is_structure,
     oneway,
     reason_to_drop,
@@ -39,6 +42,18 @@ from routing.importers.tags import (
         ({"motor_vehicle": "agricultural"}, False),
         ({"access:conditional": "no @ (22:00-06:00)"}, True),
         ({"access": "permissive", "bicycle": "no"}, True),
+        ({"access": "delivery"}, False),
+        ({"motor_vehicle": "delivery;destination"}, True),
+        ({"motor_vehicle": "private;no"}, False),
+        ({"access": "psv; taxi"}, False),
+        ({"motor_vehicle": "bus,taxi"}, False),
+        ({"motor_vehicle": "agricultural;destination"}, True),
+        ({"access": "Private"}, False),
+        ({"access": "NO", "motorcar": "Yes"}, True),
+        ({"access": "private", "motor_vehicle": "unknown"}, False),
+        ({"access": "unknown"}, True),
+        ({"motor_vehicle": ""}, True),
+        ({"bicycle:backward": "no"}, True),
     ],
 )
 def test_access_takes_the_narrowest_tag(tags: dict[str, str], passes: bool) -> None:
@@ -46,9 +61,39 @@ def test_access_takes_the_narrowest_tag(tags: dict[str, str], passes: bool) -> N
 
 
 @pytest.mark.parametrize(
+    ("tags", "along", "against"),
+    [
+        ({}, True, True),
+        ({"access:backward": "no"}, True, False),
+        ({"vehicle:forward": "no"}, False, True),
+        ({"motor_vehicle:backward": "Private"}, True, False),
+        ({"motorcar:forward": "bus;taxi"}, False, True),
+        ({"access": "no", "motorcar:forward": "yes"}, True, False),
+        ({"access:backward": "no", "motor_vehicle": "yes"}, True, True),  # the narrower class wins over the direction
+        ({"motor_vehicle": "no", "motor_vehicle:backward": "destination"}, False, True),
+        ({"access:forward": "no", "access:backward": "no"}, False, False),
+        ({"oneway": "yes", "access:backward": "no"}, True, False),
+        ({"oneway": "-1", "access:backward": "no"}, False, False),
+        ({"oneway": "yes", "motor_vehicle:backward": "yes"}, True, False),
+        ({"oneway": "yes", "oneway:motorcar": "no", "vehicle:backward": "no"}, True, False),
+        ({"highway": "motorway", "access:forward": "no"}, False, False),
+    ],
+)
+def test_access_of_a_direction_is_by_class_then_direction_within_the_oneway(
+    tags: dict[str, str], along: bool, against: bool
+) -> None:
+    assert drivable(tags) == (along, against)
+    assert (reason_to_drop(tags) is Dropped.ACCESS) is not (along or against)
+
+
+@pytest.mark.parametrize(
     ("tags", "direction"),
     [
         ({}, Oneway.BOTH),
+        ({"oneway": "Yes"}, Oneway.FORWARD),
+        ({"oneway": "TRUE"}, Oneway.FORWARD),
+        ({"oneway": "No"}, Oneway.BOTH),
+        ({"junction": "Roundabout"}, Oneway.FORWARD),
         ({"oneway": "yes"}, Oneway.FORWARD),
         ({"oneway": "true"}, Oneway.FORWARD),
         ({"oneway": "1"}, Oneway.FORWARD),
@@ -80,6 +125,7 @@ def test_road_class_of_ramps_living_streets_and_paths() -> None:
     mixed = road_class("unclassified;tertiary")
     assert mixed is not None
     assert mixed.functional_class is FunctionalClass.UNCLASSIFIED
+    assert road_class("Residential") == road_class("residential")
     for value in ("footway", "track", "construction", "busway", "raceway", ""):
         assert road_class(value) is None
 
@@ -111,15 +157,41 @@ def test_reason_to_drop_names_why(tags: dict[str, str], reason: Dropped | None) 
         ({"barrier": "gate", "access": "private"}, True),
         ({"barrier": "toll_booth"}, False),
         ({"barrier": "block"}, True),
+        ({"barrier": "Bollard"}, True),
+        ({"barrier": "bollard", "bollard": "removable"}, True),
+        ({"barrier": "sliding_gate"}, False),
+        ({"barrier": "sliding_beam"}, False),
+        ({"barrier": "hampshire_gate"}, False),
+        ({"barrier": "lift_gate"}, False),
+        ({"barrier": "swing_gate"}, False),
+        ({"barrier": "bump_gate"}, False),
+        ({"barrier": "height_restrictor"}, False),
+        ({"barrier": "wicket_gate"}, True),
+        ({"barrier": "kissing_gate"}, True),
+        ({"barrier": "gate;cattle_grid"}, False),
+        ({"barrier": "gate;bollard"}, True),
+        ({"barrier": "gate", "access": "delivery"}, True),
+        ({"barrier": "gate", "locked": "yes"}, True),
+        ({"barrier": "gate", "locked": "yes", "motor_vehicle": "yes"}, False),
+        ({"barrier": "bollard", "access": "unknown"}, True),
+        ({"barrier": "gate", "motor_vehicle:forward": "no"}, False),
     ],
 )
 def test_barriers_block_cars_unless_they_open(tags: dict[str, str], blocks: bool) -> None:
     assert blocks_cars(tags) is blocks
 
 
+def test_barriers_without_a_known_meaning_are_told_apart() -> None:
+    assert barrier_of({"barrier": "force_field"}) is Barrier.UNKNOWN
+    assert barrier_of({"barrier": "force_field", "motor_vehicle": "yes"}) is Barrier.OPEN
+    assert barrier_of({"barrier": "force_field;block"}) is Barrier.SHUT
+    assert blocks_cars({"barrier": "force_field"})
+
+
 @pytest.mark.parametrize(
     ("tags", "expected"),
     [
+        ({"highway": "Traffic_Signals"}, Control(ControlKind.SIGNALS)),
         ({"highway": "traffic_signals"}, Control(ControlKind.SIGNALS)),
         ({"highway": "crossing;traffic_signals"}, Control(ControlKind.SIGNALS)),
         (
@@ -153,6 +225,26 @@ def test_control_of_a_node(tags: dict[str, str], expected: Control | None) -> No
         ({"restriction:conditional": "no_left_turn @ (07:00-09:00)"}, Dropped.RESTRICTION_CONDITIONAL),
         ({"restriction": "no_left_turn", "hour_on": "07:00"}, Dropped.RESTRICTION_CONDITIONAL),
         ({"restriction": "give_way"}, Dropped.RESTRICTION),
+        ({"restriction": "no_turn_on_red"}, None),
+        ({"restriction": "no_right_turn_on_red"}, None),
+        ({"restriction": "no_thoroughfare"}, Dropped.RESTRICTION),
+        ({"restriction": "only_uphill"}, Dropped.RESTRICTION),
+        ({"restriction": "none"}, None),
+        ({"restriction": "No_Left_Turn"}, TurnRule(only=False)),
+        ({"restriction": "no_left_turn;no_u_turn"}, TurnRule(only=False)),
+        ({"restriction": "no_left_turn;only_straight_on"}, Dropped.RESTRICTION),
+        *(
+            ({"restriction": f"no_{turn}"}, TurnRule(only=False))
+            for turn in ("right_turn", "u_turn", "straight_on", "entry", "exit")
+        ),
+        *(({"restriction": f"only_{turn}"}, TurnRule(only=True)) for turn in ("right_turn", "left_turn", "u_turn")),
+        ({"type": "restriction:hgv", "restriction": "no_left_turn"}, None),
+        ({"type": "restriction:bus", "restriction:conditional": "no_left_turn @ (Mo-Fr)"}, None),
+        ({"type": "restriction:motorcar", "restriction": "no_left_turn"}, TurnRule(only=False)),
+        ({"type": "restriction:hgv;motorcar", "restriction": "no_left_turn"}, TurnRule(only=False)),
+        ({"restriction": "no_left_turn", "restriction:motorcar": "none"}, None),
+        ({"restriction:hgv:conditional": "no_left_turn @ (Mo-Fr)"}, None),
+        ({"restriction": "no_left_turn", "except": "PSV, Motorcar"}, None),
         ({}, Dropped.RESTRICTION),
     ],
 )
