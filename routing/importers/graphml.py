@@ -12,7 +12,7 @@ import shapely
 from routing.errors import ImportFailedError
 from routing.graph.earth import E7
 from routing.importers.roads import Roads, Ways, short_distance_m
-from routing.importers.speeds import HIGHEST_KMH, KMH, LOWEST_KMH, limit_mps_from_value
+from routing.importers.speeds import HIGHEST_KMH, KMH, LOWEST_KMH, limit_mps_from_value, may_be_unlimited
 from routing.importers.tags import Control, Dropped, car_may_pass, control, is_roundabout, is_structure, road_class
 
 if TYPE_CHECKING:
@@ -187,7 +187,8 @@ def _length_m(data: dict[str, Any], source: str) -> float:
 
 def _limit_mps(data: dict[str, Any]) -> float:
     """Limit of an edge [m/s], NaN where none is stated; the lowest of several."""
-    limit = limit_mps_from_value(";".join(_values(data.get("maxspeed", ""))))
+    unlimited = may_be_unlimited({"highway": ";".join(_values(data.get("highway", "")))})
+    limit = limit_mps_from_value(";".join(_values(data.get("maxspeed", ""))), unlimited=unlimited)
     if limit is None and "speed_kph" in data:
         kmh = float(_first(data["speed_kph"]))
         limit = kmh * KMH if LOWEST_KMH <= kmh <= HIGHEST_KMH else None

@@ -11,7 +11,7 @@ from shapely import Polygon
 
 from routing.errors import ImportFailedError
 from routing.importers.roads import Restriction, Roads, Ways
-from routing.importers.speeds import limits_from_tags
+from routing.importers.speeds import country_code, limits_from_tags, most_named
 from routing.importers.tags import (
     Barrier,
     Control,
@@ -103,7 +103,9 @@ class _Reader:
         if barrier is not Barrier.OPEN:
             self.blocked[node.id] = Dropped.BARRIER if barrier is Barrier.SHUT else Dropped.BARRIER_UNKNOWN
         if "addr:country" in tags:
-            self.countries[tags["addr:country"].upper()] += 1
+            code = country_code(tags["addr:country"])
+            if code is not None:
+                self.countries[code] += 1
 
     def add_way(self, way: Any) -> None:
         highway = way.tags.get("highway")
@@ -126,8 +128,10 @@ class _Reader:
             self.dropped[Dropped.SPEED] += limits.implausible
         if limits.country:
             self.countries[limits.country] += 1
-        if any(key.endswith(":conditional") for key in tags):
+        if any(key.endswith(":conditional") and not key.startswith("maxspeed") for key in tags):
             self.dropped[Dropped.CONDITIONAL] += 1
+        for reason, count in limits.conditions().items():
+            self.dropped[reason] += count
         label = tags.get("name") or tags.get("ref") or ""
         row = (
             int(found.functional_class),
@@ -194,7 +198,7 @@ class _Reader:
     def add_relation(self, relation: Any) -> None:
         tags = {tag.k: tag.v for tag in relation.tags}
         if tags.get("boundary") == "administrative" and tags.get("admin_level") == "2" and "ISO3166-1" in tags:
-            self.country_areas.add(tags["ISO3166-1"].upper())
+            self.country_areas.add(country_code(tags["ISO3166-1"]) or tags["ISO3166-1"].upper())
         kind = tags.get("type", "").strip().lower()
         if kind != "restriction" and not kind.startswith("restriction:"):
             return
@@ -222,7 +226,7 @@ class _Reader:
     def country(self) -> str | None:
         """The country most tags name, else the only one whose boundary is in the file."""
         if self.countries:
-            return self.countries.most_common(1)[0][0]
+            return most_named(self.countries)
         return next(iter(self.country_areas)) if len(self.country_areas) == 1 else None
 
     def roads(self, source: str) -> Roads:

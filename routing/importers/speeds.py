@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from energy.stops import FunctionalClass
+from routing.importers.conditional import ConditionalLimit, conditional_limits
+from routing.importers.tags import Dropped, tag_values
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -20,8 +23,9 @@ MPH: Final = 0.44704  # m/s, exact (international mile)
 KNOT: Final = 1852.0 / 3600.0  # m/s, exact
 NO_LIMIT_KMH: Final = 130.0  # `none`: the German advisory speed (Autobahn-Richtgeschwindigkeits-V)
 WALK_KMH: Final = 7.0  # `walk`: German courts read walking speed as 4..7 km/h, up to 10; assumed 7
-LOWEST_KMH: Final = 3.0  # a tagged limit outside these two is a typing error (assumed bounds)
-HIGHEST_KMH: Final = 150.0
+LOWEST_KMH: Final = 3.0  # a lower tagged limit is a typing error (assumed)
+HIGHEST_KMH: Final = 160.0  # the highest limit on signs: Abu Dhabi
+NEAR_HIGHEST_KMH: Final = 200.0  # up to here a tagged limit is taken as HIGHEST_KMH, above as a typing error (assumed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -85,6 +89,51 @@ COUNTRIES: Final[Mapping[str, CountryLimits]] = {
 }
 GENERAL: Final = CountryLimits(50, 90, 100, 120)  # the commonest value of each column above
 
+
+def _state(urban: float, rural: float, motorway: float = 65.0) -> CountryLimits:
+    """Limits of a state of the USA from miles an hour."""
+    return CountryLimits(urban * _MPH, rural * _MPH, rural * _MPH, motorway * _MPH, 15 * _MPH)
+
+
+# Regions whose rules differ from their country's, by ISO 3166-2; source and caution as above (revision of 2023). The
+# 20 mph of Wales are the Restricted Roads (20 mph Speed Limit) (Wales) Order 2022.
+REGIONS: Final[Mapping[str, CountryLimits]] = {
+    "AU-NT": replace(COUNTRIES["AU"], rural=110, expressway=110),
+    "AU-WA": replace(COUNTRIES["AU"], rural=110, expressway=110),
+    "BE-BRU": replace(COUNTRIES["BE"], urban=30, rural=70),
+    "BE-VLG": replace(COUNTRIES["BE"], rural=70),
+    "BE-WAL": COUNTRIES["BE"],
+    "CA-MB": replace(COUNTRIES["CA"], rural=90),
+    "CA-NT": replace(COUNTRIES["CA"], rural=90),
+    "CA-NU": replace(COUNTRIES["CA"], rural=90),
+    "CA-QC": replace(COUNTRIES["CA"], rural=90),
+    "GB-WLS": replace(COUNTRIES["GB"], urban=20 * _MPH),
+    "US-AL": _state(30, 45, 70),
+    "US-AZ": _state(25, 65),
+    "US-CA": _state(25, 55),
+    "US-CO": _state(30, 55),
+    "US-FL": _state(30, 55, 70),
+    "US-GA": _state(30, 55),
+    "US-ID": _state(35, 55, 75),
+    "US-IL": _state(30, 55, 70),
+    "US-KY": _state(35, 55),
+    "US-MA": _state(30, 40),
+    "US-MD": _state(30, 50),
+    "US-MI": _state(25, 55, 70),
+    "US-MN": _state(30, 55),
+    "US-NC": _state(35, 55),
+    "US-NE": _state(25, 55, 70),
+    "US-NJ": _state(25, 50),
+    "US-OH": _state(25, 55, 70),
+    "US-PA": _state(35, 55),
+    "US-TX": _state(30, 60),
+    "US-VA": _state(35, 55, 55),
+    "US-WA": _state(25, 50),
+    "US-WI": _state(25, 55, 70),
+}
+_ALIASES: Final[Mapping[str, str]] = {"UK": "GB", "EL": "GR"}  # what tags say beside ISO 3166-1
+_MPH_COUNTRIES: Final = frozenset(("GB", "US", "IM", "JE", "GG"))
+
 # What a road carries in practice where the law allows more: assumed, no sign and no source. [km/h]
 RURAL_CAPS_KMH: Final = {
     FunctionalClass.TERTIARY: 80.0,
@@ -95,10 +144,52 @@ SERVICE_KMH: Final = 20.0
 RAMP_KMH: Final = {FunctionalClass.TRUNK: 60.0}  # of motorways and trunk roads
 RAMP_OTHER_KMH: Final = 50.0
 
-_NUMBER = re.compile(r"^(\d+(?:\.\d+)?)\s*(km/?h|kph|mph|knots?|)$", re.IGNORECASE)
-_IMPLICIT = re.compile(r"^([A-Z]{2})(?:-[A-Z0-9]{2,3})?:(?:zone:?)?([a-z_]+|\d+)$")
-_UNIT_MPS: Final = {"mph": MPH, "knot": KNOT, "knots": KNOT}
+_NUMBER = re.compile(r"^(\d+(?:[.,]\d+)?)\s*(km/?h|kmph|kph|mph|mi/h|knots?|)$", re.IGNORECASE)
+_APART = re.compile(r"[;|]|,(?!\d)|(?<!\d),")  # between digits a comma is a decimal comma
+_IMPLICIT = re.compile(r"^([a-z]{2})(?:[-:]([a-z0-9]{1,3}))?:(?:zone:?)?([a-z_]+|\d+)$", re.IGNORECASE)
+_PLACE = re.compile(r"^([a-z]{2})(?:[-:]([a-z0-9]{1,3}))?$", re.IGNORECASE)
+_UNIT_MPS: Final = {"mph": MPH, "mi/h": MPH, "knot": KNOT, "knots": KNOT}
 _RULE_KEYS: Final = ("zone:maxspeed", "maxspeed:type", "source:maxspeed", "zone:traffic")
+_CLASSES: Final = ("motorcar", "motor_vehicle", "vehicle")  # the narrowest wins
+_DIRECTIONS: Final = ("", ":forward", ":backward")
+_UNLIMITED_HIGHWAYS: Final = frozenset(("motorway", "trunk"))
+
+
+def country_code(text: str) -> str | None:
+    """The country of an address or a rule: `GB` for `UK`, `BE-VLG` where the region's rules are known, else None."""
+    match = _PLACE.match(text.strip())
+    return _code(match[1], match[2]) if match else None
+
+
+def _code(country: str, region: str | None) -> str:
+    code = _ALIASES.get(country.upper(), country.upper())
+    own = f"{code}-{region.upper()}" if region else code
+    return own if own in REGIONS else code
+
+
+def most_named(counts: Mapping[str, int]) -> str:
+    """The country that most codes name, its regions counted with it; of it the region that most of them name."""
+    by_country: dict[str, int] = {}
+    for code, count in counts.items():
+        by_country[code[:2]] = by_country.get(code[:2], 0) + count
+    country = max(by_country, key=lambda code: by_country[code])
+    inside = {code: count for code, count in counts.items() if code[:2] == country}
+    first = max(inside, key=lambda code: inside[code])
+    return first if 2 * inside[first] > by_country[country] else country
+
+
+def country_limits(code: str | None) -> CountryLimits:
+    """The row of a country or region, the country's for an unknown region, the general one for an unknown country."""
+    if code is None:
+        return GENERAL
+    return REGIONS.get(code) or COUNTRIES.get(_code(code[:2], None), GENERAL)
+
+
+def may_be_unlimited(tags: Mapping[str, str]) -> bool:
+    """Whether a road can be without a limit: motorways, trunk roads and motor roads, not their ramps."""
+    highways = tag_values(tags, "highway")
+    own = any(tag_values(tags, key) == ["yes"] for key in ("motorroad", "expressway"))
+    return bool(_UNLIMITED_HIGHWAYS & set(highways)) or (own and not any(h.endswith("_link") for h in highways))
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,6 +198,7 @@ class TaggedLimits:
 
     forward_mps, backward_mps: limit for either direction of the way [m/s]; urban: inside a built-up area;
     country: the code in a tag such as `DE:urban`; implausible: values that were passed over.
+    conditional: limits under a condition for both directions, forward, backward; unread: conditions not understood.
     """
 
     forward_mps: float | None
@@ -114,58 +206,100 @@ class TaggedLimits:
     urban: bool | None
     country: str | None
     implausible: int
+    conditional: tuple[tuple[ConditionalLimit, ...], tuple[ConditionalLimit, ...]] = ((), ())
+    unread: int = 0
+
+    def conditions(self) -> dict[Dropped, int]:
+        """How many limits hold in the wet, at hours, or under a condition that is not understood; none is applied."""
+        limits = set(self.conditional[0]) | set(self.conditional[1])
+        wet = sum(limit.wet for limit in limits)
+        counts = {Dropped.LIMIT_WET: wet, Dropped.LIMIT_HOURS: len(limits) - wet, Dropped.LIMIT_CONDITION: self.unread}
+        return {reason: count for reason, count in counts.items() if count}
 
 
 def limits_from_tags(tags: Mapping[str, str]) -> TaggedLimits:
     """Speed limits of a way from its tags; the direction's own tag wins over the general one, a sign over a rule."""
-    implausible = 0
+    unlimited = may_be_unlimited(tags)
+    passed_over: set[str] = set()
     limits: list[float | None] = []
     for direction in ("forward", "backward"):
         limit: float | None = None
-        own = (f"maxspeed:motorcar:{direction}", f"maxspeed:{direction}")
-        for key in (*own, "maxspeed:motorcar", "maxspeed", *_RULE_KEYS):
+        own = (*(f"maxspeed:{name}:{direction}" for name in _CLASSES), f"maxspeed:{direction}")
+        general = (*(f"maxspeed:{name}" for name in _CLASSES), "maxspeed")
+        rules = (key for rule in _RULE_KEYS for key in (f"{rule}:{direction}", rule))
+        for key in (*own, *general, *rules):
             if key in tags:
-                limit = limit_mps_from_value(tags[key])
+                limit = limit_mps_from_value(tags[key], unlimited=unlimited)
                 if limit is not None:
                     break
-                implausible += direction == "forward" and _is_number(tags[key])
+                if _is_number(tags[key]) or tags[key].strip().lower() == "none":
+                    passed_over.add(key)
         limits.append(limit)
     urban: bool | None = None
     country: str | None = None
     for key in ("zone:traffic", "maxspeed:type", "source:maxspeed", "zone:maxspeed", "maxspeed"):
-        match = _IMPLICIT.match(tags.get(key, ""))
+        match = _IMPLICIT.match(tags.get(key, "").strip())
         if match:
-            country = country or match[1]
+            country = country or _code(match[1], match[2])
             if urban is None:
-                urban = {"urban": True, "rural": False, "motorway": False, "trunk": False}.get(match[2])
-    return TaggedLimits(limits[0], limits[1], urban, country, implausible)
+                named = {"urban": True, "rural": False, "motorway": False, "trunk": False}
+                urban = named.get(match[3].lower())
+    both, unread = _conditional(tags, unlimited)
+    return TaggedLimits(limits[0], limits[1], urban, country, len(passed_over), both, unread)
 
 
-def limit_mps_from_value(value: str) -> float | None:
-    """Limit [m/s] of one maxspeed value, None where it names none; the lowest of several (`50; 30`)."""
-    found = [limit for part in re.split(r"[;|,]", value) if (limit := _one_limit_mps(part.strip())) is not None]
+def _conditional(
+    tags: Mapping[str, str], unlimited: bool
+) -> tuple[tuple[tuple[ConditionalLimit, ...], tuple[ConditionalLimit, ...]], int]:
+    """Conditional limits forward and backward, the direction's own key before the general one, and those not read."""
+    read: dict[str, tuple[ConditionalLimit, ...]] = {}
+    unread = 0
+    prefixes = (*(f"maxspeed:{name}" for name in _CLASSES), "maxspeed")
+    for key in (f"{prefix}{end}" for prefix in prefixes for end in _DIRECTIONS):
+        if f"{key}:conditional" in tags:
+            value = tags[f"{key}:conditional"]
+            limits, count = conditional_limits(value, partial(limit_mps_from_value, unlimited=unlimited))
+            read[key] = tuple(limits)
+            unread += count
+
+    def along(direction: str) -> tuple[ConditionalLimit, ...]:
+        keys = (f"{prefix}{end}" for end in (direction, "") for prefix in prefixes)
+        return next((read[key] for key in keys if key in read), ())
+
+    return (along(":forward"), along(":backward")), unread
+
+
+def limit_mps_from_value(value: str, *, unlimited: bool = True) -> float | None:
+    """Limit [m/s] of a maxspeed value, None where it names none; the lowest of several (`50; 30`).
+
+    unlimited: whether the road can be without a limit, so that `none` is to be believed.
+    """
+    parts = [part.strip() for part in _APART.split(value)]
+    parts = [p for part in parts for p in (part.split(",") if part.count(",") > 1 else [part])]
+    found = [limit for part in parts if (limit := _limit_of_part_mps(part, unlimited)) is not None]
     return min(found) if found else None
 
 
-def _one_limit_mps(value: str) -> float | None:
-    if value == "none":
-        return NO_LIMIT_KMH * KMH
+def _limit_of_part_mps(value: str, unlimited: bool) -> float | None:
+    value = value.lower()
+    if value in ("none", "unlimited"):
+        return NO_LIMIT_KMH * KMH if unlimited else None
     if value == "walk":
         return WALK_KMH * KMH
     number = _NUMBER.match(value)
     if number:
-        limit = float(number[1]) * _UNIT_MPS.get(number[2].lower(), KMH)
-        return limit if LOWEST_KMH * KMH <= limit <= HIGHEST_KMH * KMH else None
+        limit = float(number[1].replace(",", ".")) * _UNIT_MPS.get(number[2], KMH)
+        return min(limit, HIGHEST_KMH * KMH) if LOWEST_KMH * KMH <= limit <= NEAR_HIGHEST_KMH * KMH else None
     implicit = _IMPLICIT.match(value)
-    return _rule_mps(implicit[1], implicit[2]) if implicit else None
+    return _rule_mps(_code(implicit[1], implicit[2]), implicit[3]) if implicit else None
 
 
-def _rule_mps(country: str, rule: str) -> float | None:
-    """Limit of a named rule such as `DE:urban` or `GB:nsl_dual` [m/s], None for an unknown rule."""
-    limits = COUNTRIES.get("GB" if country == "UK" else country, GENERAL)
+def _rule_mps(code: str, rule: str) -> float | None:
+    """Limit of a named rule of a country or region such as `DE` and `urban` [m/s], None for an unknown rule."""
+    limits = country_limits(code)
     digits = re.fullmatch(r"(?:zone)?(\d+)", rule)
     if digits:
-        return _one_limit_mps(digits[1] + (" mph" if country in ("GB", "UK", "US") else ""))
+        return _limit_of_part_mps(digits[1] + (" mph" if code[:2] in _MPH_COUNTRIES else ""), unlimited=False)
     by_rule = {
         "urban": limits.urban,
         "rural": limits.rural,
@@ -173,10 +307,12 @@ def _rule_mps(country: str, rule: str) -> float | None:
         "nsl_dual": limits.expressway,
         "nsl_restricted": limits.urban,
         "trunk": limits.expressway,
+        "expressway": limits.expressway,
         "motorway": limits.motorway,
         "living_street": limits.living,
         "pedestrian_zone": WALK_KMH,
         "bicycle_road": 30.0,
+        "cyclestreet": 30.0,
         "walk": WALK_KMH,
     }
     return by_rule[rule] * KMH if rule in by_rule else None
@@ -194,7 +330,7 @@ def default_limits_mps(
     urban: NDArray[np.bool_],
 ) -> NDArray[np.float64]:
     """Limit of roads without a sign, float64 (M,) > 0 [m/s], from the country's row or the general one."""
-    limits = COUNTRIES.get(country or "", GENERAL)
+    limits = country_limits(country)
     collector = limits.collector or limits.urban
     local = limits.local or collector
     table = np.empty((len(FunctionalClass), 2))  # columns: rural, urban

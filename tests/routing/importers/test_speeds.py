@@ -6,7 +6,17 @@ import numpy as np
 import pytest
 
 from energy.stops import FunctionalClass
-from routing.importers.speeds import COUNTRIES, GENERAL, default_limits_mps, limit_mps_from_value, limits_from_tags
+from routing.importers.speeds import (
+    COUNTRIES,
+    GENERAL,
+    country_code,
+    country_limits,
+    default_limits_mps,
+    limit_mps_from_value,
+    limits_from_tags,
+    most_named,
+)
+from routing.importers.tags import Dropped
 
 
 @pytest.mark.parametrize(
@@ -33,6 +43,26 @@ from routing.importers.speeds import COUNTRIES, GENERAL, default_limits_mps, lim
         ("GB:nsl_single", 96.56064),
         ("BE-VLG:urban", 50.0),
         ("XK:rural", 90.0),
+        ("62,4", 62.4),
+        ("30,5 mph", 49.084992),  # 30.5 * 1.609344
+        ("50, 70", 50.0),
+        ("50 mph,60 mph", 80.4672),
+        ("30,50,70", 30.0),
+        ("160", 160.0),
+        ("180", 160.0),
+        ("85 mph", 136.79424),
+        ("30 MPH", 48.28032),
+        ("None", 130.0),
+        ("Walk", 7.0),
+        ("de:urban", 50.0),
+        ("BE-VLG:rural", 70.0),
+        ("BE-WAL:rural", 90.0),
+        ("BE-BRU:urban", 30.0),
+        ("US:CA:urban", 40.2336),  # 25 mph
+        ("US-TX:rural", 96.56064),  # 60 mph
+        ("US-ZZ:rural", 88.51392),  # an unknown region: the country's 55 mph
+        ("UK:nsl_dual", 112.65408),
+        ("UK:30", 48.28032),
     ],
 )
 def test_limit_of_a_value_is_its_speed(value: str, kmh: float) -> None:
@@ -44,6 +74,66 @@ def test_limit_of_a_value_is_its_speed(value: str, kmh: float) -> None:
 )
 def test_limit_of_a_value_without_a_speed_is_none(value: str) -> None:
     assert limit_mps_from_value(value) is None
+
+
+@pytest.mark.parametrize("highway", ["service", "residential", "living_street", "tertiary", "motorway_link", "primary"])
+def test_limits_of_a_road_that_cannot_be_without_one_leave_none_unsaid(highway: str) -> None:
+    limits = limits_from_tags({"highway": highway, "maxspeed": "none"})
+    assert (limits.forward_mps, limits.backward_mps, limits.implausible) == (None, None, 1)
+
+
+@pytest.mark.parametrize(
+    "tags", [{"highway": "motorway"}, {"highway": "trunk"}, {"highway": "primary", "motorroad": "yes"}]
+)
+def test_limits_of_a_road_that_can_be_without_one_believe_none(tags: dict[str, str]) -> None:
+    assert limits_from_tags({**tags, "maxspeed": "none"}).forward_mps == pytest.approx(130 / 3.6)
+
+
+def test_limits_of_a_vehicle_class_are_the_narrowest_and_others_say_nothing() -> None:
+    tags = {"maxspeed": "100", "maxspeed:motor_vehicle": "90", "maxspeed:motorcar": "80", "maxspeed:hgv": "60"}
+    assert limits_from_tags(tags).forward_mps == 80 / 3.6
+    assert limits_from_tags({"maxspeed": "100", "maxspeed:hgv": "60"}).forward_mps == 100 / 3.6
+
+
+@pytest.mark.parametrize(
+    ("value", "code"),
+    [
+        ("uk", "GB"),
+        ("GB", "GB"),
+        ("EL", "GR"),
+        ("be-vlg", "BE-VLG"),
+        ("DE-BY", "DE"),
+        ("Deutschland", None),
+        ("", None),
+    ],
+)
+def test_country_of_an_address_is_its_code(value: str, code: str | None) -> None:
+    assert country_code(value) == code
+
+
+def test_country_of_rules_is_counted_with_its_regions_and_under_all_its_names() -> None:
+    assert limits_from_tags({"maxspeed:type": "UK:nsl_single"}).country == "GB"
+    assert limits_from_tags({"source:maxspeed": "BE-VLG:urban"}).country == "BE-VLG"
+    assert most_named({"BE-VLG": 3, "BE": 2, "NL": 4}) == "BE-VLG"
+    assert most_named({"BE-VLG": 2, "BE-WAL": 2, "NL": 3}) == "BE"
+    assert country_limits("UK") == COUNTRIES["GB"]
+    assert country_limits("BE-VLG").rural == 70
+    assert country_limits("XX") == country_limits(None) == GENERAL
+
+
+def test_limits_under_a_condition_are_kept_by_direction_and_counted_by_kind() -> None:
+    limits = limits_from_tags(
+        {
+            "maxspeed": "100",
+            "maxspeed:conditional": "80 @ wet; 30 @ (Mo-Fr 07:00-17:00); 60 @ (weight>7.5)",
+            "maxspeed:backward:conditional": "70 @ wet",
+            "maxspeed:hgv:conditional": "50 @ wet",
+        }
+    )
+    assert limits.forward_mps == 100 / 3.6
+    assert [limit.limit_mps * 3.6 for limit in limits.conditional[0]] == pytest.approx([80, 30])
+    assert [limit.limit_mps * 3.6 for limit in limits.conditional[1]] == pytest.approx([70])
+    assert limits.conditions() == {Dropped.LIMIT_WET: 2, Dropped.LIMIT_HOURS: 1, Dropped.LIMIT_CONDITION: 1}
 
 
 def test_limits_with_directions_differ() -> None:

@@ -1,0 +1,83 @@
+"""Limits under a condition."""
+
+from __future__ import annotations
+
+import pytest
+
+from routing.importers.conditional import ConditionalLimit, Hours, conditional_limits, limit_under
+from routing.importers.speeds import limit_mps_from_value
+
+WORKDAYS = frozenset(range(5))
+EVERY_DAY = frozenset(range(7))
+MONDAY_8 = 8 * 60
+SATURDAY_8 = 5 * 1440 + 8 * 60
+
+
+def read(value: str) -> tuple[list[ConditionalLimit], int]:
+    return conditional_limits(value, limit_mps_from_value)
+
+
+@pytest.mark.parametrize(
+    ("value", "limit"),
+    [
+        ("80 @ wet", ConditionalLimit(80 / 3.6, wet=True)),
+        ("80 @ (Wet)", ConditionalLimit(80 / 3.6, wet=True)),
+        ("30 @ (07:00-17:00)", ConditionalLimit(30 / 3.6, hours=(Hours(EVERY_DAY, 420, 1020),))),
+        ("30 @ (Mo-Fr 7:00-17:30)", ConditionalLimit(30 / 3.6, hours=(Hours(WORKDAYS, 420, 1050),))),
+        ("30 @ (Sa,Su)", ConditionalLimit(30 / 3.6, hours=(Hours(frozenset((5, 6)), 0, 1440),))),
+        ("30 @ (Sa-Mo)", ConditionalLimit(30 / 3.6, hours=(Hours(frozenset((5, 6, 0)), 0, 1440),))),
+        ("80 @ 22:00-06:00", ConditionalLimit(80 / 3.6, hours=(Hours(EVERY_DAY, 1320, 1800),))),
+        (
+            "40 @ (Mo-Fr 08:00-09:30, 14:30-16:00)",
+            ConditionalLimit(40 / 3.6, hours=(Hours(WORKDAYS, 480, 570), Hours(WORKDAYS, 870, 960))),
+        ),
+        ("30 @ (Mo-Fr 07:00-17:00; PH off; SH off)", ConditionalLimit(30 / 3.6, hours=(Hours(WORKDAYS, 420, 1020),))),
+        (
+            "60 @ (wet AND 22:00-06:00)",
+            ConditionalLimit(60 / 3.6, wet=True, hours=(Hours(EVERY_DAY, 1320, 1800),)),
+        ),
+    ],
+)
+def test_condition_of_wet_and_hours_is_read(value: str, limit: ConditionalLimit) -> None:
+    assert read(value) == ([limit], 0)
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        *("60 @ (weight>7.5)", "30 @ (PH)", "30 @ (SH Mo-Fr 07:00-17:00)", "80 @ winter", "50 @ (Nov-Apr)", "30 @ ()"),
+        *(
+            "30",
+            "fast @ wet",
+            "30 @ (25:00-26:00)",
+            "30 @ (07:00+)",
+            "30 @ (sunrise-sunset)",
+            "30 @ (PH off)",
+        ),
+    ],
+)
+def test_condition_that_is_not_understood_gives_no_limit_and_is_counted(value: str) -> None:
+    assert read(value) == ([], 1)
+
+
+def test_conditions_of_one_value_are_read_apart() -> None:
+    limits, unread = read("120 @ (06:00-20:00); 80 @ wet; 60 @ snow")
+    assert [limit.limit_mps * 3.6 for limit in limits] == pytest.approx([120, 80])
+    assert unread == 1
+
+
+def test_limit_under_conditions_is_the_last_that_holds() -> None:
+    limits, _ = read("80 @ wet; 30 @ (Mo-Fr 07:00-17:00)")
+    assert limit_under(100 / 3.6, limits) == 100 / 3.6
+    assert limit_under(100 / 3.6, limits, wet=True) == 80 / 3.6
+    assert limit_under(100 / 3.6, limits, wet=True, minute=MONDAY_8) == 30 / 3.6
+    assert limit_under(100 / 3.6, limits, minute=SATURDAY_8) == 100 / 3.6
+    assert limit_under(None, limits) is None
+
+
+def test_hours_past_midnight_reach_into_the_next_day_and_from_sunday_into_monday() -> None:
+    night = Hours(frozenset((6,)), 22 * 60, 30 * 60)
+    assert night.hold(6 * 1440 + 23 * 60)
+    assert night.hold(5 * 60)  # Monday 05:00
+    assert not night.hold(6 * 60)
+    assert not night.hold(6 * 1440 + 5 * 60)  # Sunday 05:00 belongs to Saturday's night
