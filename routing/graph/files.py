@@ -16,7 +16,15 @@ import numpy as np
 
 from energy.stops import Cross, FunctionalClass
 from routing.errors import GraphFormatError
-from routing.graph.road_graph import ARRAY_NAMES, FORMAT_VERSION, GraphMeta, RoadGraph, Terrain, meta_fields
+from routing.graph.road_graph import (
+    ARRAY_NAMES,
+    FORMAT_VERSION,
+    GraphMeta,
+    RoadGraph,
+    Terrain,
+    cut_off_parts,
+    meta_fields,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -138,6 +146,7 @@ def load_meta(folder: Path) -> GraphMeta:
             smoothing_m=float(raw["smoothing_m"]),
             bbox=(west, south, east, north),
             dropped={str(k): int(v) for k, v in raw["dropped"].items()},
+            cut_off=cut_off_parts(raw),
         )
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise GraphFormatError(

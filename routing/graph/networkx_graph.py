@@ -15,7 +15,7 @@ import shapely
 from energy.stops import FunctionalClass
 from routing.errors import GraphFormatError
 from routing.graph.earth import E7
-from routing.graph.road_graph import FORMAT_VERSION, GraphMeta, RoadGraph, Terrain, meta_fields
+from routing.graph.road_graph import FORMAT_VERSION, GraphMeta, RoadGraph, Terrain, cut_off_parts, meta_fields
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -153,6 +153,7 @@ def _rebuilt(graph: NetworkxGraph) -> RoadGraph:
         smoothing_m=float(raw["smoothing_m"]),
         bbox=(west, south, east, north),
         dropped={str(k): int(v) for k, v in raw["dropped"].items()},
+        cut_off=cut_off_parts(raw),
     )
     node_data = [row[2] for row in nodes]
     return RoadGraph(

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from enum import StrEnum
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
-from scipy.sparse import csr_array
+from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
 from routing.errors import ImportFailedError
@@ -34,12 +34,30 @@ class Terrain(StrEnum):
 
 
 @dataclass(frozen=True, slots=True)
+class CutOffPart:
+    """A part of a map that is not connected to the graph: links, length of road (both directions once) and a place.
+
+    lat_deg, lon_deg: the middle of its longest link [deg]; name: of the road there, or empty.
+    """
+
+    link_count: int
+    length_m: float
+    lat_deg: float
+    lon_deg: float
+    name: str
+
+
+PARTS_NAMED: Final = 10  # of the parts that were cut off the longest are kept by name
+
+
+@dataclass(frozen=True, slots=True)
 class GraphMeta:
     """What a graph is made of; goes into meta.json and, shortened, into every answer.
 
     bbox: west, south, east, north [deg].
     elevation_method: how heights were made, in words; smoothing_m: smoothing length along the road [m], 0 where none.
     dropped: what the import left out, by reason.
+    cut_off: the longest parts of the map that are not connected to the graph, longest first, at most PARTS_NAMED.
     """
 
     name: str
@@ -51,6 +69,7 @@ class GraphMeta:
     smoothing_m: float
     bbox: tuple[float, float, float, float]
     dropped: Mapping[str, int] = field(default_factory=dict)
+    cut_off: tuple[CutOffPart, ...] = ()
 
 
 def meta_fields(meta: GraphMeta) -> dict[str, object]:
@@ -65,7 +84,22 @@ def meta_fields(meta: GraphMeta) -> dict[str, object]:
         "smoothing_m": meta.smoothing_m,
         "bbox": list(meta.bbox),
         "dropped": dict(meta.dropped),
+        "cut_off": [asdict(part) for part in meta.cut_off],
     }
+
+
+def cut_off_parts(raw: Mapping[str, Any]) -> tuple[CutOffPart, ...]:
+    """The parts of meta.json that were cut off, none where it is older; raises KeyError, TypeError, ValueError."""
+    return tuple(
+        CutOffPart(
+            int(part["link_count"]),
+            float(part["length_m"]),
+            float(part["lat_deg"]),
+            float(part["lon_deg"]),
+            str(part["name"]),
+        )
+        for part in raw.get("cut_off", ())
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -188,13 +222,17 @@ class LooseNodes:
 
 
 def assemble_graph(meta: GraphMeta, names: tuple[str, ...], nodes: LooseNodes, links: LooseLinks) -> RoadGraph:
-    """The largest strongly connected part of loose links as a RoadGraph, in O((M + S) log M).
+    """The strongly connected part of loose links with most road as a RoadGraph, in O((M + S) log M).
 
-    Connected means link to link, over permitted transitions, so that every link reaches every other one.
-    meta.dropped gains `not_connected`, the number of links left out here.
+    Connected means link to link, over permitted transitions, so that every link reaches every other one. A road
+    counts once, whether it is driven in one or both directions.
+    meta.dropped gains `not_connected`, the number of links left out here, and `not_connected_m`, the length of road
+    that is lost with them; meta.cut_off names the longest parts of it.
     Raises ImportFailedError when nothing is left.
     """
     kept = np.arange(links.tail.size)
+    twin = _reverse_of(links, kept)
+    road_m = np.where(twin >= 0, 0.5, 1.0) * links.length_m  # a road counts once, in one direction or both
     forbidden = _pair_keys(links.forbidden_turns, links.tail.size)
     while True:
         reverse = _reverse_of(links, kept)
@@ -205,7 +243,7 @@ def assemble_graph(meta: GraphMeta, names: tuple[str, ...], nodes: LooseNodes, l
             raise ImportFailedError("links", int(links.tail.size), "no two drivable links are connected")
         if count == 1:
             break
-        kept = kept[component == np.argmax(np.bincount(component))]
+        kept = kept[component == np.argmax(np.bincount(component, road_m[kept]))]
     order = np.argsort(links.tail[kept], kind="stable")
     rank = np.empty(kept.size, np.int64)
     rank[order] = np.arange(kept.size)
@@ -222,21 +260,15 @@ def assemble_graph(meta: GraphMeta, names: tuple[str, ...], nodes: LooseNodes, l
         int(geometry_first[-1])
     )
     lon, lat = links.geometry_lon_e7[point], links.geometry_lat_e7[point]
+    apart = np.setdiff1d(np.arange(links.tail.size), used)
+    lost = apart[~np.isin(twin[apart], used)]  # of the others the road stays in its other direction
     dropped = dict(meta.dropped)
-    dropped["not_connected"] = dropped.get("not_connected", 0) + int(links.tail.size - used.size)
+    dropped["not_connected"] = dropped.get("not_connected", 0) + int(apart.size)
+    if lost.size:
+        dropped["not_connected_m"] = dropped.get("not_connected_m", 0) + round(float(road_m[lost].sum()))
     bbox = (float(lon.min() / E7), float(lat.min() / E7), float(lon.max() / E7), float(lat.max() / E7))
     return RoadGraph(
-        meta=GraphMeta(
-            meta.name,
-            meta.source,
-            meta.licence,
-            meta.attribution,
-            meta.terrain,
-            meta.elevation_method,
-            meta.smoothing_m,
-            bbox,
-            dropped,
-        ),
+        meta=replace(meta, bbox=bbox, dropped=dropped, cut_off=_cut_off(names, nodes, links, lost, road_m[lost])),
         names=names,
         node_lat_deg=nodes.lat_deg[node_used],
         node_lon_deg=nodes.lon_deg[node_used],
@@ -259,6 +291,37 @@ def assemble_graph(meta: GraphMeta, names: tuple[str, ...], nodes: LooseNodes, l
         successor_first=new_first,
         successor=rank[successor[gather]].astype(np.int32),
     )
+
+
+def _cut_off(
+    names: tuple[str, ...],
+    nodes: LooseNodes,
+    links: LooseLinks,
+    apart: NDArray[np.int64],
+    road_m: NDArray[np.float64],
+) -> tuple[CutOffPart, ...]:
+    """The longest parts of links that were left out; a part is what hangs together, whatever its directions."""
+    if not apart.size:
+        return ()
+    size = nodes.lat_deg.size
+    joined = coo_array((np.ones(apart.size, np.int8), (links.tail[apart], links.head[apart])), shape=(size, size))
+    part = np.unique(connected_components(joined, directed=False)[1][links.tail[apart]], return_inverse=True)[1]
+    part_m, count = np.bincount(part, road_m), np.bincount(part)
+    parts: list[CutOffPart] = []
+    for k in np.argsort(-part_m, kind="stable")[:PARTS_NAMED].tolist():
+        inside = apart[part == k]
+        longest = int(inside[np.argmax(links.length_m[inside])])
+        middle = int(links.geometry_first[longest : longest + 2].sum()) // 2
+        parts.append(
+            CutOffPart(
+                link_count=int(count[k]),
+                length_m=round(float(part_m[k]), 1),
+                lat_deg=round(float(links.geometry_lat_e7[middle] / E7), 5),
+                lon_deg=round(float(links.geometry_lon_e7[middle] / E7), 5),
+                name=names[int(links.name_idx[longest])] if names else "",
+            )
+        )
+    return tuple(parts)
 
 
 def _pair_keys(pairs: NDArray[np.int64], link_count: int) -> NDArray[np.int64]:

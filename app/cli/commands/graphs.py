@@ -18,7 +18,9 @@ from app.settings import Settings
 from energy.folders import user_graphs_folder
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
+
+    from routing.graph.road_graph import CutOffPart
 
 graphs = typer.Typer(no_args_is_help=True, help="The road networks that requests can name.")
 making = typer.Typer()
@@ -57,6 +59,7 @@ def import_map(
         graph = import_region(map_path, tiles, name or place.name, smoothing_m=length_m, progress=reporter(progress))
     save_graph(graph, place)
     _say_written(place, graph.node_count, graph.link_count, graph.meta.dropped)
+    _say_cut_off(graph.meta.cut_off)
 
 
 @making.command()
@@ -143,3 +146,11 @@ def _say_written(out: Path, nodes: int, links: int, dropped: Mapping[str, int]) 
     console.print(f"{out}: {nodes} nodes, {links} directed links", highlight=False)
     for reason, count in dropped.items():
         console.print(f"  left out, {reason}: {count}", style="dim", highlight=False)
+
+
+def _say_cut_off(parts: Sequence[CutOffPart]) -> None:
+    console = Console(stderr=True)
+    for part in parts:
+        place = f"lat {part.lat_deg:.5f}, lon {part.lon_deg:.5f}" + (f" ({part.name})" if part.name else "")
+        road = f"{part.length_m / 1000.0:.2f} km of road in {part.link_count} links"
+        console.print(f"  not connected: {road} at {place}", style="dim", highlight=False, markup=False)

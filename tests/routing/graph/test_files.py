@@ -253,6 +253,8 @@ def test_damaged_meta_file_is_refused(folder: Path, text: str) -> None:
         ("smoothing_m", "far"),
         ("dropped", {"a": "b"}),
         ("dropped", []),
+        ("cut_off", 3),
+        ("cut_off", [{"link_count": 2}]),
     ],
 )
 def test_meta_file_with_a_wrong_field_is_refused(folder: Path, field: str, value: object) -> None:

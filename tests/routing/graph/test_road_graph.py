@@ -96,7 +96,12 @@ def test_links_outside_the_largest_strongly_connected_part_are_dropped_and_count
     kept = both_ways((0, 1), (1, 3), (3, 0), (3, 4))
     graph = assembled([*kept, (1, 2), *both_ways((5, 6))])
     assert sorted(ends(graph, link) for link in range(graph.link_count)) == sorted(kept)
-    assert graph.meta.dropped == {"footways": 7, "not_connected": 3}
+    assert graph.meta.dropped == {"footways": 7, "not_connected": 3, "not_connected_m": 200}
+    # the oneway of 100 m, and the street of 100 m, a road once in both directions; places are middles of links
+    assert sorted((part.link_count, part.length_m, part.name) for part in graph.meta.cut_off) == [
+        (1, 100.0, "High Street"),
+        (2, 100.0, "High Street"),
+    ]
     assert graph.node_id.tolist() == [1000, 1001, 1003, 1004]
     assert graph.node_height_m.tolist() == [100.0, 101.0, 103.0, 104.0]
 
@@ -106,6 +111,17 @@ def test_ring_without_a_dead_end_keeps_one_direction():
     graph = assembled(both_ways((0, 1), (1, 3), (3, 0)))
     assert graph.link_count == 3
     assert graph.meta.dropped["not_connected"] == 3
+    assert "not_connected_m" not in graph.meta.dropped  # each road is there in its other direction
+    assert graph.meta.cut_off == ()
+
+
+def test_part_with_most_road_is_kept_though_another_has_more_links():
+    # two streets of 100 m beside one of 316 m that is not joined: 4 links and 200 m against 2 links and 316 m
+    graph = assembled([*both_ways((0, 1), (1, 3)), *both_ways((2, 5))])
+    assert sorted(ends(graph, link) for link in range(graph.link_count)) == [(2, 5), (5, 2)]
+    (part,) = graph.meta.cut_off
+    assert (part.link_count, part.length_m) == (4, 200.0)
+    assert (part.lat_deg, part.lon_deg) in {(0.0, 0.0), (0.0, 0.001), (0.001, 0.001)}
 
 
 def test_oneway_ring_is_kept_whole_and_has_no_reverse_links():
