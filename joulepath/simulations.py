@@ -94,7 +94,7 @@ def simulate(
         if fast
         else simulate_timestep(
             vehicle.model,
-            graph.planner.chain(spans),
+            graph.planner.chain(spans, road=driven_in.road),
             conditions=driven_in,
             stop_rule=rule,
             arrive_stopped=arrive_stopped,

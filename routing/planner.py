@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from energy.chain.chain import LinkModel, StopRule, simulate_chain
-from energy.conditions import STILL, Conditions
+from energy.conditions import STILL, Conditions, RoadSurface
 from energy.stops import StopSettings
 from routing.errors import QueryError
 from routing.graph.practice import practice_graph
@@ -173,7 +173,7 @@ class Planner:
         """
         return simulate_chain(
             vehicle,
-            self.chain(spans, stop_settings),
+            self.chain(spans, stop_settings, conditions.road),
             conditions=conditions,
             link_model=link_model,
             stop_rule=stop_rule,
@@ -181,9 +181,11 @@ class Planner:
             soc_start_frac=soc_start_frac,
         )
 
-    def chain(self, spans: tuple[LinkSpan, ...], settings: StopSettings | None = None) -> Chain:
+    def chain(
+        self, spans: tuple[LinkSpan, ...], settings: StopSettings | None = None, road: RoadSurface = RoadSurface.DRY
+    ) -> Chain:
         """The chain of links that stretches of links make; raises LinkError as simulate does."""
-        return self._chains.chain(spans, settings)
+        return self._chains.chain(spans, settings, road)
 
 
 def _search_stats(way: Way) -> SearchStats:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
 from app.atlas import Atlas
-from app.conversions.conditions import vehicle_with_effects
+from app.conversions.conditions import conditions_from, vehicle_with_effects
 from app.conversions.course import course_of
 from app.conversions.graph import graph_detail, graph_summary
 from app.conversions.matrix import matrix_query
@@ -184,7 +184,7 @@ class Service:
             return warned, sent.model_copy(update={"vehicle": chosen.choice})
         planner, chosen, understood = self._understood(sent)
         spans = spans_from_links(understood.links or [], planner.graph)
-        chain = planner.chain(spans, StopSettings())
+        chain = planner.chain(spans, StopSettings(), conditions_from(understood.conditions).road)
         course = course_of(chain, chosen.vehicle, sent, spans, planner.graph)
         return replace(course, warnings=chosen.warnings_on(lambda: course_limits(course))), understood
 

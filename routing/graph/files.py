@@ -16,6 +16,7 @@ import numpy as np
 
 from energy.stops import Cross, FunctionalClass
 from routing.errors import GraphFormatError
+from routing.graph.conditional_limits import ConditionalLimits, conditional_limits_from
 from routing.graph.road_graph import (
     ARRAY_NAMES,
     FORMAT_VERSION,
@@ -55,6 +56,8 @@ ARRAY_DTYPES: Final[Mapping[str, type[np.generic]]] = {
     "successor": np.int32,
 }
 
+CONDITIONAL_FILE: Final = "conditional_limits.json"
+
 # what numpy's reader lets out when a header is damaged: it is a Python literal, evaluated
 _UNREADABLE: Final = (
     OSError,
@@ -86,6 +89,8 @@ def save_graph(graph: RoadGraph, folder: Path) -> None:
         for name in ARRAY_NAMES:
             np.save(new / f"{name}.npy", getattr(graph, name), allow_pickle=False)
         (new / "names.json").write_text(json.dumps(graph.names, ensure_ascii=False), encoding="utf-8")
+        if graph.conditional is not None:
+            (new / CONDITIONAL_FILE).write_text(json.dumps(graph.conditional.columns()), encoding="utf-8")
         (new / "meta.json").write_text(_meta_json(graph), encoding="utf-8")
         new.chmod(0o755)
         if place.exists():
@@ -166,7 +171,19 @@ def load_graph(folder: Path) -> RoadGraph:
     _check_shapes(path, arrays)
     _check_values(path, arrays)
     names = _load_names(folder, count=int(arrays["name_idx"].max(initial=-1)) + 1)
-    return RoadGraph(meta=meta, names=names, **arrays)
+    return RoadGraph(meta=meta, names=names, conditional=_load_conditional(folder, arrays["tail"].size), **arrays)
+
+
+def _load_conditional(folder: Path, link_count: int) -> ConditionalLimits | None:
+    """Limits under a condition, None where the graph has none."""
+    path = folder / CONDITIONAL_FILE
+    if not path.exists():
+        return None
+    try:
+        return conditional_limits_from(json.loads(path.read_text(encoding="utf-8")), link_count)
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, OSError, RecursionError) as error:
+        allowed = "limits of links of the graph, as `joulepath import` writes them"
+        raise GraphFormatError(str(folder), CONDITIONAL_FILE, f"damaged ({error})", allowed) from error
 
 
 def _load_array(folder: Path, name: str) -> NDArray[Any]:

@@ -14,6 +14,7 @@ import shapely
 
 from energy.stops import FunctionalClass
 from routing.errors import GraphFormatError
+from routing.graph.conditional_limits import conditional_limits_from
 from routing.graph.earth import E7
 from routing.graph.road_graph import FORMAT_VERSION, GraphMeta, RoadGraph, Terrain, cut_off_parts, meta_fields
 
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
     NetworkxGraph = nx.MultiDiGraph[Any]
 
+_CONDITIONAL_KEY: Final = "joulepath_conditional_limits"
 _VERSION_KEY: Final = "joulepath_format_version"
 _HIGHWAY: Final = {c: c.name.lower() for c in FunctionalClass}
 
@@ -43,6 +45,8 @@ def to_networkx(graph: RoadGraph) -> NetworkxGraph:
         joulepath_meta=json.dumps(meta_fields(meta), ensure_ascii=False),
         joulepath_names=json.dumps(graph.names, ensure_ascii=False),
     )
+    if graph.conditional is not None:
+        result.graph[_CONDITIONAL_KEY] = json.dumps(graph.conditional.columns())
     unique = np.unique(graph.node_id).size == graph.node_count
     key = graph.node_id.tolist() if unique else list(range(graph.node_count))
     streets = _street_counts(graph)
@@ -142,6 +146,7 @@ def _rebuilt(graph: NetworkxGraph) -> RoadGraph:
     if successor.size and not 0 <= int(successor.min()) <= int(successor.max()) < len(edges):
         raise ValueError("successors name unknown edges")
     raw = json.loads(graph.graph["joulepath_meta"])
+    conditional = graph.graph.get(_CONDITIONAL_KEY)
     west, south, east, north = (float(x) for x in raw["bbox"])
     meta = GraphMeta(
         name=str(raw["name"]),
@@ -179,6 +184,7 @@ def _rebuilt(graph: NetworkxGraph) -> RoadGraph:
         geometry_lat_e7=np.ascontiguousarray(points[:, 1]),
         successor_first=np.concatenate(([0], np.cumsum([len(row) for row in successors]))).astype(np.int64),
         successor=successor,
+        conditional=conditional_limits_from(json.loads(conditional), len(edges)) if conditional else None,
     )
 
 

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from routing.graph.conditional_limits import ConditionalLimits
+
     SomeLinks = NDArray[np.integer] | slice  # indices of links, or a run of them
 
 FORMAT_VERSION: Final = 1
@@ -116,6 +118,7 @@ class RoadGraph:
     geometry_first: int64 (M+1,), geometry_lon_e7, geometry_lat_e7: int32 (G,) polyline of a link, ends included.
     successor_first: int64 (M+1,), successor: int32 (S,) links that may follow a link: turn restrictions and
     U-turns (permitted at dead ends only) are already taken out.
+    conditional: limits under a condition, None where there are none.
     """
 
     meta: GraphMeta
@@ -140,6 +143,7 @@ class RoadGraph:
     geometry_lat_e7: NDArray[np.int32]
     successor_first: NDArray[np.int64]
     successor: NDArray[np.int32]
+    conditional: ConditionalLimits | None = None
 
     def __post_init__(self) -> None:
         for name in ARRAY_NAMES:
@@ -154,6 +158,12 @@ class RoadGraph:
     def link_count(self) -> int:
         """Number of directed links."""
         return int(self.tail.size)
+
+    def limit_mps(self, *, wet: bool) -> NDArray[np.float64]:
+        """Speed limits on a wet or a dry road, float64 (M,) > 0 [m/s]; speed_limit_mps itself where none differs."""
+        return (
+            self.speed_limit_mps if self.conditional is None else self.conditional.over(self.speed_limit_mps, wet=wet)
+        )
 
     def climb_m(self, links: SomeLinks = ALL_LINKS) -> NDArray[np.float64]:
         """Height gained along links from their node heights, float64 (k,) [m]."""
@@ -185,7 +195,7 @@ class RoadGraph:
         return self.successor[self.successor_first[link_idx] : self.successor_first[link_idx + 1]]
 
 
-ARRAY_NAMES: Final = tuple(f.name for f in fields(RoadGraph) if f.name not in ("meta", "names"))
+ARRAY_NAMES: Final = tuple(f.name for f in fields(RoadGraph) if f.name not in ("meta", "names", "conditional"))
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,6 +203,7 @@ class LooseLinks:
     """Links in any order, as an importer makes them; shapes and units as in RoadGraph.
 
     forbidden_turns: int64 (k, 2), positions in these arrays: the first link may not be followed by the second.
+    conditional: limits under a condition, of positions in these arrays, or None.
     """
 
     tail: NDArray[np.int32]
@@ -209,6 +220,7 @@ class LooseLinks:
     geometry_lon_e7: NDArray[np.int32]
     geometry_lat_e7: NDArray[np.int32]
     forbidden_turns: NDArray[np.int64]
+    conditional: ConditionalLimits | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -290,6 +302,7 @@ def assemble_graph(meta: GraphMeta, names: tuple[str, ...], nodes: LooseNodes, l
         geometry_lat_e7=lat,
         successor_first=new_first,
         successor=rank[successor[gather]].astype(np.int32),
+        conditional=None if links.conditional is None else links.conditional.of_links(kept, rank),
     )
 
 

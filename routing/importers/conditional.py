@@ -6,10 +6,11 @@ import re
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
+from routing.graph.conditional_limits import DAY_MIN
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-DAY_MIN: Final = 24 * 60
 _DAYS: Final = ("mo", "tu", "we", "th", "fr", "sa", "su")
 _ALL_DAYS: Final = frozenset(range(7))
 _DAY_PART: Final = re.compile(r"^(mo|tu|we|th|fr|sa|su)(?:-(mo|tu|we|th|fr|sa|su))?$")

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from routing.graph.conditional_limits import DAY_MIN, EVERY_DAY, ConditionalLimits
 from routing.graph.earth import E7
 from routing.graph.road_graph import LooseLinks, LooseNodes
 from routing.importers.crossings import cross_at_heads
@@ -75,6 +76,7 @@ def loose_graph(
         geometry_lon_e7=lon,
         geometry_lat_e7=lat,
         forbidden_turns=_forbidden_turns(roads, tail, head, ways.id[way], node_id, dropped),
+        conditional=_conditional(roads, way, reversed_),
     )
     nodes = LooseNodes(
         lat_deg=chains.lat_e7[node_point] / E7,
@@ -83,6 +85,26 @@ def loose_graph(
         id=node_id,
     )
     return nodes, links
+
+
+def _conditional(roads: Roads, way: NDArray[np.int64], reversed_: NDArray[np.bool_]) -> ConditionalLimits | None:
+    """Limits under a condition of the links of ways, None where no way has one."""
+    rows: list[tuple[int, float, bool, int, int, int]] = []
+    for link in np.flatnonzero(np.isin(way, list(roads.conditional))).tolist():
+        for limit in roads.conditional[int(way[link])][int(reversed_[link])]:
+            spans = [(sum(1 << day for day in h.days), h.begin_min, h.end_min) for h in limit.hours]
+            rows += [(link, limit.limit_mps, limit.wet, *span) for span in spans or [(EVERY_DAY, 0, DAY_MIN)]]
+    if not rows:
+        return None
+    link_idx, limit_mps, wet, days, begin_min, end_min = zip(*rows, strict=True)
+    return ConditionalLimits(
+        link=np.array(link_idx, np.int64),
+        limit_mps=np.array(limit_mps),
+        wet=np.array(wet, np.bool_),
+        days=np.array(days, np.int64),
+        begin_min=np.array(begin_min, np.int64),
+        end_min=np.array(end_min, np.int64),
+    )
 
 
 def _geometry(

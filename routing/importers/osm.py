@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
 
+    from routing.importers.conditional import ConditionalLimit
+
 BUILT_UP_LANDUSE: Final = frozenset(("residential", "commercial", "retail", "industrial"))
 _KEYS: Final = (
     *("highway", "barrier", "crossing", "crossing:signals", "railway", "landuse", "type", "route"),
@@ -93,6 +95,7 @@ class _Reader:
         self.restrictions: list[Restriction] = []
         self.built_up: list[Polygon] = []
         self.copies = 0
+        self.conditional: dict[int, tuple[tuple[ConditionalLimit, ...], tuple[ConditionalLimit, ...]]] = {}
 
     def add_node(self, node: Any) -> None:
         tags = {tag.k: tag.v for tag in node.tags}
@@ -147,6 +150,8 @@ class _Reader:
             self.name_idx.setdefault(label, len(self.name_idx)),
         )
         for part in self._parts(way):
+            if any(limits.conditional):
+                self.conditional[len(self.way_id)] = limits.conditional
             self.way_point.extend(part)
             self.way_first.append(len(self.way_point))
             self.way_id.append(way.id)
@@ -263,4 +268,5 @@ class _Reader:
             licence="ODbL-1.0",
             attribution="© OpenStreetMap contributors",
             dropped=dict(self.dropped),
+            conditional=self.conditional,
         )

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from shapely import Polygon
 
+    from routing.importers.conditional import ConditionalLimit
     from routing.importers.tags import Control
 
 _WGS84_A_M: Final = 6_378_137.0
@@ -65,6 +66,7 @@ class Roads:
     point_id: int64 (P,); lon_e7, lat_e7: int32 (P,) [1e-7 deg]; height_m: float64 (P,) [m] where the map has its own
     heights (NaN between known ones), else None. controls: by position of the point. built_up: landuse areas.
     country: the code whose speed rules hold, or None. dropped: what was left out, by reason.
+    conditional: limits under a condition along and against a way, by the way's row.
     """
 
     point_id: NDArray[np.int64]
@@ -81,6 +83,9 @@ class Roads:
     attribution: str
     dropped: Mapping[str, int] = field(default_factory=dict)
     height_m: NDArray[np.float64] | None = None
+    conditional: Mapping[int, tuple[tuple[ConditionalLimit, ...], tuple[ConditionalLimit, ...]]] = field(
+        default_factory=dict
+    )
 
 
 def short_distance_m(

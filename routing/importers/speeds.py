@@ -210,10 +210,10 @@ class TaggedLimits:
     unread: int = 0
 
     def conditions(self) -> dict[Dropped, int]:
-        """How many limits hold in the wet, at hours, or under a condition that is not understood; none is applied."""
+        """How many limits are not applied: those of hours, and those under a condition that is not understood."""
         limits = set(self.conditional[0]) | set(self.conditional[1])
-        wet = sum(limit.wet for limit in limits)
-        counts = {Dropped.LIMIT_WET: wet, Dropped.LIMIT_HOURS: len(limits) - wet, Dropped.LIMIT_CONDITION: self.unread}
+        hours = sum(bool(limit.hours) for limit in limits)
+        counts = {Dropped.LIMIT_HOURS: hours, Dropped.LIMIT_CONDITION: self.unread}
         return {reason: count for reason, count in counts.items() if count}
 
 

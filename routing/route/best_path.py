@@ -192,7 +192,7 @@ class RouteSearch:
         """Battery energy [J] and time [s] of each stretch from departure on as the search sees them, float64 (n,)."""
         result = simulate_chain(
             query.vehicle,
-            self._chains.chain(spans, query.stop_settings),
+            self._chains.chain(spans, query.stop_settings, query.conditions.road),
             conditions=query.conditions,
             link_model=query.link_model,
             stop_rule=StopRule.EXPECTED if query.stop_rule is StopRule.COUNTED else query.stop_rule,

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 from energy.chain.chain import LinkModel, StopRule
+from energy.conditions import Conditions, RoadSurface
 from energy.errors import LinkError
 from energy.vehicle.vehicle import Vehicle
 from routing.errors import PointFarFromRoadError, PointOutsideMapError, QueryError
+from routing.graph.conditional_limits import EVERY_DAY, ConditionalLimits
 from routing.graph.road_graph import RoadGraph, Terrain
 from routing.places import LinkSpan, Point
 from routing.planner import Planner
@@ -420,3 +422,21 @@ def test_simulation_in_parts_of_one_link_each_adds_distance_up(planner):
     result = planner.simulate(tuple(spans), car())
     assert result.distance_m == pytest.approx(sum(span.to_m for span in spans), rel=1e-12)
     assert sum(link.energy_j for link in result.links) == pytest.approx(result.energy_j, rel=1e-12)
+
+
+def test_limit_in_the_wet_holds_on_wet_roads_alone():
+    plain = street_map()
+    slow = np.flatnonzero((plain.tail == 1) & (plain.head == 2))
+    always = {"days": np.array([EVERY_DAY]), "begin_min": np.array([0]), "end_min": np.array([1440])}
+    limits = ConditionalLimits(link=slow, limit_mps=np.array([20.0 / 3.6]), wet=np.array([True]), **always)
+    planner = Planner(replace(plain, conditional=limits))
+    kmh, duration_s = {}, {}
+    for road in RoadSurface:
+        (route,) = planner.route(query(along(0, 1, 0.5), along(2, 3, 0.5), conditions=Conditions(road=road))).routes
+        kmh[road] = [round(link.speed_limit_mps * 3.6) for link in route.links]
+        duration_s[road] = route.duration_s
+    assert kmh == {RoadSurface.DRY: [50, 50, 50], RoadSurface.WET: [50, 20, 50], RoadSurface.SNOW: [50, 50, 50]}
+    # some 760 m at 20 instead of 50 km/h
+    assert duration_s[RoadSurface.WET] - duration_s[RoadSurface.DRY] == pytest.approx(
+        0.76 * 3600 * (1 / 20 - 1 / 50), abs=10
+    )

@@ -10,6 +10,8 @@ import pytest
 
 from energy.stops import Cross, FunctionalClass
 from routing.errors import ImportFailedError
+from routing.graph.files import load_graph, save_graph
+from routing.graph.networkx_graph import from_networkx, to_networkx
 from routing.graph.road_graph import RoadGraph, Terrain
 from routing.importers.osm import read_osm
 from routing.importers.region import LONGEST_LINK_M, import_region
@@ -82,6 +84,25 @@ def test_import_takes_speeds_by_direction(draw_map: Any) -> None:
     assert graph.speed_limit_mps[there] == pytest.approx(70 / 3.6)
     assert graph.speed_limit_mps[back] == pytest.approx(40 / 3.6)
     assert graph.names[graph.name_idx[there]] == "Calle Mayor"
+
+
+def test_import_keeps_limits_under_conditions_and_the_wet_ones_hold_on_a_wet_road(
+    draw_map: Any, tmp_path: Path
+) -> None:
+    tags = {**MAIN, "maxspeed": "100", "maxspeed:forward:conditional": "80 @ wet; 30 @ (Mo-Fr 07:00-17:00)"}
+    drawn = import_region(draw_map(SQUARE, {10: ([1, 5, 2], STREET), 11: ([5, 6], tags)}), [], "wet")
+    save_graph(drawn, tmp_path / "wet")
+    for graph in (drawn, load_graph(tmp_path / "wet"), from_networkx(to_networkx(drawn))):
+        there, back = link(graph, 5, 6), link(graph, 6, 5)
+        assert graph.speed_limit_mps[[there, back]] * 3.6 == pytest.approx([100, 100])
+        assert graph.limit_mps(wet=False) is graph.speed_limit_mps
+        assert graph.limit_mps(wet=True)[[there, back]] * 3.6 == pytest.approx([80, 100])
+        assert graph.conditional is not None
+        assert graph.conditional.link.tolist() == [there, there]
+        assert graph.conditional.days.tolist() == [0b1111111, 0b0011111]
+        assert graph.conditional.begin_min.tolist() == [0, 420]
+    assert drawn.meta.dropped["speed_limits_at_hours_not_applied"] == 1
+    assert import_region(draw_map(SQUARE, {10: ([1, 5, 2], STREET)}), [], "dry").conditional is None
 
 
 def test_import_drops_what_cars_may_not_drive_and_says_so(draw_map: Any) -> None:

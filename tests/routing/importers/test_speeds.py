@@ -133,7 +133,7 @@ def test_limits_under_a_condition_are_kept_by_direction_and_counted_by_kind() ->
     assert limits.forward_mps == 100 / 3.6
     assert [limit.limit_mps * 3.6 for limit in limits.conditional[0]] == pytest.approx([80, 30])
     assert [limit.limit_mps * 3.6 for limit in limits.conditional[1]] == pytest.approx([70])
-    assert limits.conditions() == {Dropped.LIMIT_WET: 2, Dropped.LIMIT_HOURS: 1, Dropped.LIMIT_CONDITION: 1}
+    assert limits.conditions() == {Dropped.LIMIT_HOURS: 1, Dropped.LIMIT_CONDITION: 1}
 
 
 def test_limits_with_directions_differ() -> None:

@@ -1,0 +1,82 @@
+"""Speed limits of links that hold under a condition: on a wet road, at hours of the week."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from numpy.typing import NDArray
+
+DAY_MIN: Final = 1440
+EVERY_DAY: Final = 0b1111111
+FASTEST_MPS: Final = 100.0  # bound of a stored limit, far above any
+
+
+@dataclass(frozen=True, slots=True)
+class ConditionalLimits:
+    """One row a limit and span of hours; of those of a link that hold the last counts.
+
+    link: int64 (C,) index of the link; limit_mps: float64 (C,) > 0; wet: bool (C,) on a wet road only.
+    days: int64 (C,) bits of weekdays on which the hours begin, Monday the lowest. begin_min, end_min: int64 (C,)
+    minutes of that day, 0..1440 and 0..2880, the end not included; all days from 0 to 1440 is always.
+    """
+
+    link: NDArray[np.int64]
+    limit_mps: NDArray[np.float64]
+    wet: NDArray[np.bool_]
+    days: NDArray[np.int64]
+    begin_min: NDArray[np.int64]
+    end_min: NDArray[np.int64]
+
+    @property
+    def always(self) -> NDArray[np.bool_]:
+        """Whether a row holds at all hours, bool (C,)."""
+        always: NDArray[np.bool_] = (self.days == EVERY_DAY) & (self.begin_min == 0) & (self.end_min >= DAY_MIN)
+        return always
+
+    def over(self, plain_mps: NDArray[np.float64], *, wet: bool) -> NDArray[np.float64]:
+        """Limits of all links on a wet or a dry road at an unknown time, float64 (M,); plain_mps where none holds."""
+        held = self.always & (wet | ~self.wet)
+        if not held.any():
+            return plain_mps
+        limit_mps = np.array(plain_mps)
+        limit_mps[self.link[held]] = self.limit_mps[held]  # of several rows of a link the last stays
+        limit_mps.flags.writeable = False
+        return limit_mps
+
+    def of_links(self, kept: NDArray[np.int64], rank: NDArray[np.int64]) -> ConditionalLimits:
+        """The rows of some links under new numbers; kept: int64 (K,) their links, rank: int64 (K,) the new numbers."""
+        new = np.full(int(max(self.link.max(initial=-1), kept.max(initial=-1))) + 1, -1, np.int64)
+        new[kept] = rank
+        chosen = new[self.link] >= 0
+        rest = {f.name: getattr(self, f.name)[chosen] for f in fields(self)}
+        return ConditionalLimits(**{**rest, "link": new[self.link[chosen]]})
+
+    def columns(self) -> dict[str, list[Any]]:
+        """The columns as JSON takes them."""
+        return {f.name: getattr(self, f.name).tolist() for f in fields(self)}
+
+
+def conditional_limits_from(columns: Mapping[str, Sequence[Any]], link_count: int) -> ConditionalLimits:
+    """What columns() gave; raises KeyError, TypeError, ValueError or OverflowError where they are damaged."""
+    link = np.array(columns["link"], np.int64)
+    limits = ConditionalLimits(
+        link=link,
+        limit_mps=np.array(columns["limit_mps"], np.float64),
+        wet=np.array(columns["wet"], np.bool_),
+        days=np.array(columns["days"], np.int64),
+        begin_min=np.array(columns["begin_min"], np.int64),
+        end_min=np.array(columns["end_min"], np.int64),
+    )
+    if any(getattr(limits, f.name).shape != (link.size,) for f in fields(limits)):
+        raise ValueError("columns of different length")
+    if link.size and not 0 <= int(link.min()) <= int(link.max()) < link_count:
+        raise ValueError("limits of unknown links")
+    if not bool(((limits.limit_mps > 0.0) & (limits.limit_mps < FASTEST_MPS)).all()):
+        raise ValueError("limits out of range")
+    return limits
