@@ -10,9 +10,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from energy.errors import ConditionsError
+
+if TYPE_CHECKING:
+    from datetime import datetime
 
 
 class RoadSurface(StrEnum):
@@ -36,6 +39,8 @@ class Conditions:
     road: what lies on it. speed_factor: driven speed over the limit [-]; top_speed_mps: never faster [m/s].
     aux_power_w: instead of the vehicle's [W]. sun_w: heat that the sun brings into the cabin [W].
     regen_limited: recuperation has a power cap that fades at high charge and in the cold.
+    departure_min: minute of the week, 0..10079 from Monday 00:00, local time of the roads: the limits of that time hold
+    on the whole way; None: those without a time.
 
     Raises ConditionsError naming field, value and range.
     """
@@ -54,12 +59,15 @@ class Conditions:
     aux_power_w: float | None = None
     sun_w: float = 0.0
     regen_limited: bool = False
+    departure_min: int | None = None
 
     def __post_init__(self) -> None:
         for name, (low, high) in CONDITION_RANGES.items():
             value = getattr(self, name)
             if value is not None and not low <= value <= high:
                 raise ConditionsError(f"conditions.{name}", value, f"{low:g}..{high:g}")
+        if self.departure_min is not None and not 0 <= self.departure_min < WEEK_MIN:
+            raise ConditionsError("conditions.departure_min", self.departure_min, f"0..{WEEK_MIN - 1}")
         if self.ambient_k is None:
             for name in ("cabin_start_k", "sun_w"):
                 if getattr(self, name):
@@ -71,6 +79,7 @@ class Conditions:
         return self.ambient_k is not None if self.altitude_density is None else self.altitude_density
 
 
+WEEK_MIN: Final = 7 * 1440  # minutes of a week
 CONDITION_RANGES: Final = {
     "ambient_k": (220.0, 330.0),
     "cabin_start_k": (220.0, 350.0),
@@ -85,3 +94,8 @@ CONDITION_RANGES: Final = {
 }
 
 STILL: Final = Conditions()
+
+
+def minute_of_week(departure: datetime) -> int:
+    """Minute of the week of a local time, 0..10079 from Monday 00:00."""
+    return departure.weekday() * 1440 + departure.hour * 60 + departure.minute

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from datetime import datetime
 from typing import Final
 
-from energy.conditions import CONDITION_RANGES, STILL, RoadSurface
+from energy.conditions import CONDITION_RANGES, STILL, RoadSurface, minute_of_week
 from energy.conditions import Conditions as ConditionsInSi
 from energy.errors import ConditionsError
 from energy.units import KMH_PER_MPS, ZERO_CELSIUS_K
@@ -42,6 +43,7 @@ class Conditions:
     aux_power_w: float | None = None
     sun_w: float = 0.0
     regen_limited: bool = False
+    departure: datetime | None = None
 
     def __post_init__(self) -> None:
         for name, (inside, factor, offset) in IN_SI.items():
@@ -52,6 +54,8 @@ class Conditions:
         if self.ambient_c is None and (self.cabin_start_c is not None or self.sun_w > 0.0):
             name = "cabin_start_c" if self.cabin_start_c is not None else "sun_w"
             raise ConditionsError(f"conditions.{name}", getattr(self, name), "only together with ambient_c")
+        if self.departure is not None and not isinstance(self.departure, datetime):
+            raise ConditionsError("conditions.departure", repr(self.departure), "a datetime, local at the roads")
         self.in_si()
 
     def in_si(self) -> ConditionsInSi:
@@ -73,6 +77,7 @@ class Conditions:
             aux_power_w=self.aux_power_w,
             sun_w=self.sun_w,
             regen_limited=self.regen_limited,
+            departure_min=None if self.departure is None else minute_of_week(self.departure),
         )
 
 

@@ -94,7 +94,7 @@ def simulate(
         if fast
         else simulate_timestep(
             vehicle.model,
-            graph.planner.chain(spans, road=driven_in.road),
+            graph.planner.chain(spans, conditions=driven_in),
             conditions=driven_in,
             stop_rule=rule,
             arrive_stopped=arrive_stopped,

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from energy.chain.chain import LinkModel, StopRule, simulate_chain
-from energy.conditions import STILL, Conditions, RoadSurface
+from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
 from routing.errors import QueryError
 from routing.graph.practice import practice_graph
@@ -173,7 +173,7 @@ class Planner:
         """
         return simulate_chain(
             vehicle,
-            self.chain(spans, stop_settings, conditions.road),
+            self.chain(spans, stop_settings, conditions),
             conditions=conditions,
             link_model=link_model,
             stop_rule=stop_rule,
@@ -182,10 +182,10 @@ class Planner:
         )
 
     def chain(
-        self, spans: tuple[LinkSpan, ...], settings: StopSettings | None = None, road: RoadSurface = RoadSurface.DRY
+        self, spans: tuple[LinkSpan, ...], settings: StopSettings | None = None, conditions: Conditions = STILL
     ) -> Chain:
         """The chain of links that stretches of links make; raises LinkError as simulate does."""
-        return self._chains.chain(spans, settings, road)
+        return self._chains.chain(spans, settings, conditions)
 
 
 def _search_stats(way: Way) -> SearchStats:

@@ -10,7 +10,7 @@ from app.conversions.effects import misordered
 from app.schemas.conditions import DIGITS, ConditionsSent
 from app.schemas.effects import CELSIUS_FIELDS, EffectsSent
 from app.schemas.learned_effects import LearnedEffects
-from energy.conditions import STILL, Conditions
+from energy.conditions import STILL, Conditions, minute_of_week
 from energy.errors import ConditionsError, VehicleError
 from energy.units import KMH_PER_MPS, ZERO_CELSIUS_K
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
@@ -45,6 +45,7 @@ def conditions_from(sent: ConditionsSent | None) -> Conditions:
         aux_power_w=sent.aux_power_w,
         sun_w=sent.sun_w,
         regen_limited=sent.regen_limited,
+        departure_min=None if sent.departure is None else minute_of_week(sent.departure),
     )
 
 

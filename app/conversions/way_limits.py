@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 import shapely
 
-from energy.conditions import RoadSurface
 from energy.force.effects import drive_of
 from energy.units import KMH_PER_MPS
 
@@ -98,7 +97,5 @@ def area_limits(
     links = np.flatnonzero(inside[graph.tail])
     length_m = graph.length_m[links]
     grade_frac = np.clip(graph.climb_m(links) / length_m, -1.0, 1.0)
-    driven_mps = drive_of(vehicle, conditions).driven_mps(
-        graph.limit_mps(wet=conditions.road is RoadSurface.WET)[links]
-    )
+    driven_mps = drive_of(vehicle, conditions).driven_mps(graph.limit_mps(conditions)[links])
     return way_limits(length_m, grade_frac, driven_mps, max(OVER_M, AREA_FRAC * float(length_m.sum())))

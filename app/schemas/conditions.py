@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from pydantic import Field, model_validator
+from pydantic import Field, NaiveDatetime, model_validator
 
 from app.schemas.base import Flag, Number, Sent, refusal
 from energy.conditions import CONDITION_RANGES, RoadSurface
@@ -49,6 +49,11 @@ class ConditionsSent(Sent):
     sun_w: Number = condition_field("sun_w", 0.0, "heat of the sun into the cabin [W], with ambient_c only")
     regen_limited: Flag = Field(
         default=False, description="whether recuperation has a power cap that falls at high charge and in the cold"
+    )
+
+    departure: NaiveDatetime | None = Field(
+        default=None,
+        description="local time at the roads such as 2026-11-30T08:15: limits at hours hold that hold then",
     )
 
     @model_validator(mode="after")

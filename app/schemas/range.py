@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, ClassVar, Literal
 
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, field_validator, model_validator
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, NaiveDatetime, Tag, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
 from app.schemas.base import Answered, Count, Flag, Fraction, refusal
@@ -112,6 +112,7 @@ class ConditionsParameters(BaseModel):
     aux_power_w: float | None = condition_field("aux_power_w", None, "instead of the vehicle's [W]")
     sun_w: float = condition_field("sun_w", 0.0, "heat of the sun into the cabin [W], with ambient_c only")
     regen_limited: bool = Field(default=False, description="whether recuperation has a power cap")
+    departure: NaiveDatetime | None = Field(default=None, description="local time at the roads, for limits at hours")
 
 
 class RangeParameters(ConditionsParameters):

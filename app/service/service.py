@@ -184,7 +184,7 @@ class Service:
             return warned, sent.model_copy(update={"vehicle": chosen.choice})
         planner, chosen, understood = self._understood(sent)
         spans = spans_from_links(understood.links or [], planner.graph)
-        chain = planner.chain(spans, StopSettings(), conditions_from(understood.conditions).road)
+        chain = planner.chain(spans, StopSettings(), conditions_from(understood.conditions))
         course = course_of(chain, chosen.vehicle, sent, spans, planner.graph)
         return replace(course, warnings=chosen.warnings_on(lambda: course_limits(course))), understood
 

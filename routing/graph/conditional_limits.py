@@ -33,15 +33,21 @@ class ConditionalLimits:
     begin_min: NDArray[np.int64]
     end_min: NDArray[np.int64]
 
-    @property
-    def always(self) -> NDArray[np.bool_]:
-        """Whether a row holds at all hours, bool (C,)."""
-        always: NDArray[np.bool_] = (self.days == EVERY_DAY) & (self.begin_min == 0) & (self.end_min >= DAY_MIN)
-        return always
+    def hold(self, minute: int | None) -> NDArray[np.bool_]:
+        """Whether a row holds at a minute of the week, 0..10079 from Monday 00:00, or at all times, bool (C,)."""
+        if minute is None:
+            return np.asarray((self.days == EVERY_DAY) & (self.begin_min == 0) & (self.end_min >= DAY_MIN), np.bool_)
+        day, of_day = divmod(minute, DAY_MIN)
+        today, yesterday = self.days >> day & 1 == 1, self.days >> (day - 1) % 7 & 1 == 1
+        begun = today & (self.begin_min <= of_day) & (of_day < self.end_min)
+        return np.asarray(begun | (yesterday & (of_day + DAY_MIN < self.end_min)), np.bool_)
 
-    def over(self, plain_mps: NDArray[np.float64], *, wet: bool) -> NDArray[np.float64]:
-        """Limits of all links on a wet or a dry road at an unknown time, float64 (M,); plain_mps where none holds."""
-        held = self.always & (wet | ~self.wet)
+    def over(self, plain_mps: NDArray[np.float64], *, wet: bool, minute: int | None = None) -> NDArray[np.float64]:
+        """Limits of all links on a wet or dry road at a minute of the week or an unknown time, float64 (M,) [m/s].
+
+        plain_mps: those without a condition, float64 (M,); given back where none holds.
+        """
+        held = self.hold(minute) & (wet | ~self.wet)
         if not held.any():
             return plain_mps
         limit_mps = np.array(plain_mps)

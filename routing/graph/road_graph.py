@@ -10,6 +10,7 @@ import numpy as np
 from scipy.sparse import coo_array, csr_array
 from scipy.sparse.csgraph import connected_components
 
+from energy.conditions import RoadSurface
 from routing.errors import ImportFailedError
 from routing.graph.earth import E7, EARTH_RADIUS_M
 
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from energy.conditions import Conditions
     from routing.graph.conditional_limits import ConditionalLimits
 
     SomeLinks = NDArray[np.integer] | slice  # indices of links, or a run of them
@@ -159,11 +161,15 @@ class RoadGraph:
         """Number of directed links."""
         return int(self.tail.size)
 
-    def limit_mps(self, *, wet: bool) -> NDArray[np.float64]:
-        """Speed limits on a wet or a dry road, float64 (M,) > 0 [m/s]; speed_limit_mps itself where none differs."""
-        return (
-            self.speed_limit_mps if self.conditional is None else self.conditional.over(self.speed_limit_mps, wet=wet)
-        )
+    def limit_mps(self, conditions: Conditions) -> NDArray[np.float64]:
+        """Speed limits on the road as it lies and at the time of departure, float64 (M,) > 0 [m/s].
+
+        speed_limit_mps itself where none differs.
+        """
+        if self.conditional is None:
+            return self.speed_limit_mps
+        wet = conditions.road is RoadSurface.WET
+        return self.conditional.over(self.speed_limit_mps, wet=wet, minute=conditions.departure_min)
 
     def climb_m(self, links: SomeLinks = ALL_LINKS) -> NDArray[np.float64]:
         """Height gained along links from their node heights, float64 (k,) [m]."""

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 from routing.graph.conditional_limits import DAY_MIN
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
 _DAYS: Final = ("mo", "tu", "we", "th", "fr", "sa", "su")
 _ALL_DAYS: Final = frozenset(range(7))
@@ -30,13 +30,6 @@ class Hours:
     begin_min: int
     end_min: int
 
-    def hold(self, minute: int) -> bool:
-        """Whether a minute of the week, 0..10079 from Monday 00:00, lies within."""
-        day, of_day = divmod(minute, DAY_MIN)
-        if day in self.days and self.begin_min <= of_day < self.end_min:
-            return True
-        return (day - 1) % 7 in self.days and self.begin_min <= of_day + DAY_MIN < self.end_min
-
 
 @dataclass(frozen=True, slots=True)
 class ConditionalLimit:
@@ -45,22 +38,6 @@ class ConditionalLimit:
     limit_mps: float
     wet: bool = False
     hours: tuple[Hours, ...] = ()
-
-    def holds(self, wet: bool, minute: int | None) -> bool:
-        """Whether it holds on a wet road or a dry one, at a minute of the week or at a time that is not known."""
-        if self.wet and not wet:
-            return False
-        return not self.hours or (minute is not None and any(hours.hold(minute) for hours in self.hours))
-
-
-def limit_under(
-    limit_mps: float | None, conditional: Sequence[ConditionalLimit], *, wet: bool = False, minute: int | None = None
-) -> float | None:
-    """The limit under a condition [m/s]: of the conditional ones that hold the last, else the plain one."""
-    for limit in conditional:
-        if limit.holds(wet, minute):
-            limit_mps = limit.limit_mps
-    return limit_mps
 
 
 def conditional_limits(value: str, speed_mps: Callable[[str], float | None]) -> tuple[list[ConditionalLimit], int]:

@@ -133,8 +133,8 @@ class _Reader:
             self.countries[limits.country] += 1
         if any(key.endswith(":conditional") and not key.startswith("maxspeed") for key in tags):
             self.dropped[Dropped.CONDITIONAL] += 1
-        for reason, count in limits.conditions().items():
-            self.dropped[reason] += count
+        if limits.unread:
+            self.dropped[Dropped.LIMIT_CONDITION] += limits.unread
         label = tags.get("name") or tags.get("ref") or ""
         row = (
             int(found.functional_class),

@@ -11,7 +11,7 @@ import numpy as np
 
 from energy.stops import FunctionalClass
 from routing.importers.conditional import ConditionalLimit, conditional_limits
-from routing.importers.tags import Dropped, tag_values
+from routing.importers.tags import tag_values
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -208,13 +208,6 @@ class TaggedLimits:
     implausible: int
     conditional: tuple[tuple[ConditionalLimit, ...], tuple[ConditionalLimit, ...]] = ((), ())
     unread: int = 0
-
-    def conditions(self) -> dict[Dropped, int]:
-        """How many limits are not applied: those of hours, and those under a condition that is not understood."""
-        limits = set(self.conditional[0]) | set(self.conditional[1])
-        hours = sum(bool(limit.hours) for limit in limits)
-        counts = {Dropped.LIMIT_HOURS: hours, Dropped.LIMIT_CONDITION: self.unread}
-        return {reason: count for reason, count in counts.items() if count}
 
 
 def limits_from_tags(tags: Mapping[str, str]) -> TaggedLimits:

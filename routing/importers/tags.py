@@ -26,7 +26,6 @@ class Dropped(StrEnum):
     BARRIER_UNKNOWN = "way_points_blocked_by_unknown_barriers"
     SPEED = "speed_limits_implausible"
     CONDITIONAL = "conditional_tags_ignored"
-    LIMIT_HOURS = "speed_limits_at_hours_not_applied"
     LIMIT_CONDITION = "speed_limits_under_unknown_conditions"
     FERRY = "ferries"
     RESTRICTION = "restrictions_not_understood"

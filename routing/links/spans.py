@@ -9,7 +9,7 @@ import numpy as np
 
 from energy.chain.chain import Chain
 from energy.chain.kernels_chain import REST
-from energy.conditions import RoadSurface
+from energy.conditions import STILL, Conditions
 from energy.errors import LinkError
 from energy.stops import StopSettings
 from routing.links.stops import link_stops
@@ -30,9 +30,9 @@ class ChainMaker:
         self.graph = graph
 
     def chain(
-        self, spans: tuple[LinkSpan, ...], settings: StopSettings | None = None, road: RoadSurface = RoadSurface.DRY
+        self, spans: tuple[LinkSpan, ...], settings: StopSettings | None = None, conditions: Conditions = STILL
     ) -> Chain:
-        """The chain of links that stretches of links make, with altitude and heading, and the limits of a wet road.
+        """The chain of links that stretches of links make, with altitude and heading, and the limits that hold.
 
         Raises LinkError where a link does not exist, may not follow the one before, or a stretch leaves it.
         """
@@ -40,7 +40,7 @@ class ChainMaker:
         length_m = np.array([s.to_m - s.from_m for s in spans])
         if not self._whole_links(idx, spans):
             self._check(spans)
-        chain = self.of_links(idx, length_m, settings or StopSettings(), road)
+        chain = self.of_links(idx, length_m, settings or StopSettings(), conditions)
         rest = np.array([s.rest for s in spans])
         if not rest.any():
             return chain
@@ -110,7 +110,7 @@ class ChainMaker:
         idx: NDArray[np.int64],
         length_m: NDArray[np.float64],
         settings: StopSettings,
-        road: RoadSurface = RoadSurface.DRY,
+        conditions: Conditions = STILL,
     ) -> Chain:
         """Links of the graph one after the other, each driven over a length."""
         graph = self.graph
@@ -119,7 +119,7 @@ class ChainMaker:
         return Chain(
             length_m=length_m,
             grade_frac=graph.climb_m(idx) / graph.length_m[idx],
-            speed_limit_mps=graph.limit_mps(wet=road is RoadSurface.WET)[idx],
+            speed_limit_mps=graph.limit_mps(conditions)[idx],
             stop_probability_frac=probability,
             stop_time_s=wait,
             stop_class=stop_class.astype(np.int8),

@@ -137,7 +137,7 @@ class RangeSearch:
         graph = self.graph
         rng = np.random.default_rng(SEED)
         idx = rng.choice(graph.link_count, SAMPLE_LINKS, p=graph.length_m / graph.length_m.sum())
-        chain = self._chains.of_links(idx, graph.length_m[idx], query.stop_settings, query.conditions.road)
+        chain = self._chains.of_links(idx, graph.length_m[idx], query.stop_settings, query.conditions)
         return dissipation_sd_frac(
             query.vehicle, chain, DriveSettings(query.conditions, query.link_model, query.stop_rule)
         )

@@ -47,7 +47,7 @@ def route_of(
     leg_first: for each leg, the position of its first stretch, and the number of stretches at the end.
     """
     graph = chains.graph
-    chain = chains.chain(spans, query.stop_settings, query.conditions.road)
+    chain = chains.chain(spans, query.stop_settings, query.conditions)
     result = simulate_chain(
         query.vehicle,
         chain,

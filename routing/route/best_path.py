@@ -100,6 +100,8 @@ class RouteSearch:
         conditions: Conditions = STILL,
     ) -> SearchSpace:
         """The graph as a vehicle sees it, from the ones kept or computed; raises ConditionsError."""
+        if self.graph.conditional is None:
+            conditions = replace(conditions, departure_min=None)  # no limit depends on it
         stops = (rule, settings.probability_frac.tobytes(), settings.time_s.tobytes())
         key = (_vehicle_key(vehicle), model, *stops, conditions)
         with self._lock:
@@ -192,7 +194,7 @@ class RouteSearch:
         """Battery energy [J] and time [s] of each stretch from departure on as the search sees them, float64 (n,)."""
         result = simulate_chain(
             query.vehicle,
-            self._chains.chain(spans, query.stop_settings, query.conditions.road),
+            self._chains.chain(spans, query.stop_settings, query.conditions),
             conditions=query.conditions,
             link_model=query.link_model,
             stop_rule=StopRule.EXPECTED if query.stop_rule is StopRule.COUNTED else query.stop_rule,

@@ -10,7 +10,7 @@ import numpy as np
 
 from energy.chain.chain import LinkModel, StopRule
 from energy.chain.kernels_link import TOUCH_MPS, mean_over_intervals
-from energy.conditions import STILL, Conditions, RoadSurface
+from energy.conditions import STILL, Conditions
 from energy.force import kernels_physics
 from energy.force.effects import LinkSetting, drive_of
 from energy.force.kernels_physics import LinkPhysics
@@ -72,7 +72,7 @@ def link_setting(graph: RoadGraph, drive: Drive) -> LinkSetting:
     """The links of a graph as conditions see them: grade, speed driven, mean altitude, mean heading."""
     return LinkSetting(
         grade_frac=graph.climb_m() / graph.length_m,
-        driven_mps=drive.driven_mps(graph.limit_mps(wet=drive.conditions.road is RoadSurface.WET)),
+        driven_mps=drive.driven_mps(graph.limit_mps(drive.conditions)),
         altitude_m=graph.altitude_m(),
         heading=graph.heading(),
     )

@@ -10,7 +10,7 @@ import pytest
 
 from energy.chain.chain import LinkModel, StopRule
 from energy.conditions import Conditions, RoadSurface
-from energy.errors import LinkError
+from energy.errors import ConditionsError, LinkError
 from energy.vehicle.vehicle import Vehicle
 from routing.errors import PointFarFromRoadError, PointOutsideMapError, QueryError
 from routing.graph.conditional_limits import EVERY_DAY, ConditionalLimits
@@ -436,7 +436,28 @@ def test_limit_in_the_wet_holds_on_wet_roads_alone():
         kmh[road] = [round(link.speed_limit_mps * 3.6) for link in route.links]
         duration_s[road] = route.duration_s
     assert kmh == {RoadSurface.DRY: [50, 50, 50], RoadSurface.WET: [50, 20, 50], RoadSurface.SNOW: [50, 50, 50]}
+    (evening,) = planner.route(
+        query(along(0, 1, 0.5), along(2, 3, 0.5), conditions=Conditions(departure_min=1200))
+    ).routes
+    assert evening.duration_s == duration_s[RoadSurface.DRY]
     # some 760 m at 20 instead of 50 km/h
     assert duration_s[RoadSurface.WET] - duration_s[RoadSurface.DRY] == pytest.approx(
         0.76 * 3600 * (1 / 20 - 1 / 50), abs=10
     )
+
+
+def test_limit_at_hours_holds_at_a_departure_within_them():
+    plain = street_map()
+    slow = np.flatnonzero((plain.tail == 1) & (plain.head == 2))
+    workdays = {"days": np.array([0b0011111]), "begin_min": np.array([420]), "end_min": np.array([1020])}
+    limits = ConditionalLimits(link=slow, limit_mps=np.array([20.0 / 3.6]), wet=np.array([False]), **workdays)
+    planner = Planner(replace(plain, conditional=limits))
+    for departure_min, kmh in ((None, 50), (8 * 60, 20), (17 * 60, 50), (5 * 1440 + 8 * 60, 50)):
+        driven_in = Conditions(departure_min=departure_min)
+        (route,) = planner.route(query(along(0, 1, 0.5), along(2, 3, 0.5), conditions=driven_in)).routes
+        assert round(route.links[1].speed_limit_mps * 3.6) == kmh
+
+
+def test_departure_outside_the_week_is_refused():
+    with pytest.raises(ConditionsError, match="departure_min"):
+        Conditions(departure_min=7 * 1440)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from datetime import datetime
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
 from annotated_types import Ge, Le
-from pydantic import BaseModel
+from pydantic import BaseModel, ValidationError
 
 from app.conversions.conditions import conditions_from, vehicle_with_effects
 from app.conversions.effects import effects_answer, effects_from_sent
@@ -30,6 +31,7 @@ INSIDE = {
     "cabin_start_c": "cabin_start_k",
     "wind_from_deg": "wind_from_rad",
     "top_speed_kmh": "top_speed_mps",
+    "departure": "departure_min",
     "cabin_target_c": "cabin_target_k",
     "regen_cold_full_c": "regen_cold_full_k",
     "regen_cold_none_c": "regen_cold_none_k",
@@ -115,8 +117,10 @@ def test_conditions_sent_become_si_units() -> None:
         aux_power_w=400.0,
         sun_w=250.0,
         regen_limited=True,
+        departure=datetime(2026, 12, 1, 8, 15),  # a Tuesday
     )
     inside = conditions_from(sent)
+    assert inside.departure_min == (24 + 8) * 60 + 15
     assert (inside.ambient_k, inside.cabin_start_k) == (268.15, 291.15)
     assert (inside.wind_from_rad, inside.top_speed_mps) == pytest.approx((0.5 * math.pi, 30.0))
     for name in set(ConditionsSent.model_fields) - set(INSIDE):
@@ -185,3 +189,18 @@ def test_effects_on_a_consumption_table_are_refused() -> None:
     assert vehicle_with_effects(table, EffectsSent()) is table
     with pytest.raises(ConditionsError, match="none for vehicle 'van'"):
         vehicle_with_effects(table, EffectsSent(heating_cop=2.0))
+
+
+@pytest.mark.parametrize("departure", ["2026-12-01T08:15", "2026-12-01T08:15:30"])
+def test_departure_is_a_local_time_whose_weekday_counts(departure: str) -> None:
+    sent = ConditionsSent.model_validate_json(f'{{"departure": "{departure}"}}')
+    assert conditions_from(sent) == dataclasses.replace(STILL, departure_min=1935)
+    assert ConditionsSent.model_validate_json(sent.model_dump_json()) == sent
+
+
+@pytest.mark.parametrize(
+    "departure", ["2026-12-01T08:15Z", "2026-12-01T08:15+01:00", "08:15", "tomorrow", "2026-13-01T08:15"]
+)
+def test_departure_of_another_form_is_refused(departure: str) -> None:
+    with pytest.raises(ValidationError, match="departure"):
+        ConditionsSent.model_validate({"departure": departure})

@@ -26,6 +26,15 @@ def test_limit_at_hours_does_not_hold_at_an_unknown_time() -> None:
         (0, 20.0, False, EVERY_DAY, 420, 1020), (1, 20.0, False, 0b11111, 0, 1440), (2, 9.0, True, 1, 0, 1440)
     )
     assert limits.over(PLAIN_MPS, wet=True) is PLAIN_MPS
+    assert limits.over(PLAIN_MPS, wet=False, minute=8 * 60).tolist() == [20.0, 20.0, 30.0]  # Monday
+    assert limits.over(PLAIN_MPS, wet=True, minute=7 * 60).tolist() == [20.0, 20.0, 9.0]
+    assert limits.over(PLAIN_MPS, wet=False, minute=6 * 1440 + 17 * 60) is PLAIN_MPS  # Sunday 17:00, the end
+
+
+def test_limit_past_midnight_reaches_into_the_next_day_and_from_sunday_into_monday() -> None:
+    limits = rows((0, 20.0, False, 0b1000000, 22 * 60, 30 * 60))
+    for minute, held in ((6 * 1440 + 23 * 60, True), (5 * 60, True), (6 * 60, False), (6 * 1440 + 5 * 60, False)):
+        assert limits.over(PLAIN_MPS, wet=False, minute=minute)[0] == (20.0 if held else 30.0)
 
 
 def test_last_of_several_limits_that_hold_counts() -> None:

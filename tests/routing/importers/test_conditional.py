@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from routing.importers.conditional import ConditionalLimit, Hours, conditional_limits, limit_under
+from routing.importers.conditional import ConditionalLimit, Hours, conditional_limits
 from routing.importers.speeds import limit_mps_from_value
 
 WORKDAYS = frozenset(range(5))
 EVERY_DAY = frozenset(range(7))
-MONDAY_8 = 8 * 60
-SATURDAY_8 = 5 * 1440 + 8 * 60
 
 
 def read(value: str) -> tuple[list[ConditionalLimit], int]:
@@ -64,20 +62,3 @@ def test_conditions_of_one_value_are_read_apart() -> None:
     limits, unread = read("120 @ (06:00-20:00); 80 @ wet; 60 @ snow")
     assert [limit.limit_mps * 3.6 for limit in limits] == pytest.approx([120, 80])
     assert unread == 1
-
-
-def test_limit_under_conditions_is_the_last_that_holds() -> None:
-    limits, _ = read("80 @ wet; 30 @ (Mo-Fr 07:00-17:00)")
-    assert limit_under(100 / 3.6, limits) == 100 / 3.6
-    assert limit_under(100 / 3.6, limits, wet=True) == 80 / 3.6
-    assert limit_under(100 / 3.6, limits, wet=True, minute=MONDAY_8) == 30 / 3.6
-    assert limit_under(100 / 3.6, limits, minute=SATURDAY_8) == 100 / 3.6
-    assert limit_under(None, limits) is None
-
-
-def test_hours_past_midnight_reach_into_the_next_day_and_from_sunday_into_monday() -> None:
-    night = Hours(frozenset((6,)), 22 * 60, 30 * 60)
-    assert night.hold(6 * 1440 + 23 * 60)
-    assert night.hold(5 * 60)  # Monday 05:00
-    assert not night.hold(6 * 60)
-    assert not night.hold(6 * 1440 + 5 * 60)  # Sunday 05:00 belongs to Saturday's night

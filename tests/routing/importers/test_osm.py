@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from energy.conditions import Conditions, RoadSurface
 from energy.stops import Cross, FunctionalClass
 from routing.errors import ImportFailedError
 from routing.graph.files import load_graph, save_graph
@@ -93,15 +95,18 @@ def test_import_keeps_limits_under_conditions_and_the_wet_ones_hold_on_a_wet_roa
     drawn = import_region(draw_map(SQUARE, {10: ([1, 5, 2], STREET), 11: ([5, 6], tags)}), [], "wet")
     save_graph(drawn, tmp_path / "wet")
     for graph in (drawn, load_graph(tmp_path / "wet"), from_networkx(to_networkx(drawn))):
+        wet = Conditions(road=RoadSurface.WET)
         there, back = link(graph, 5, 6), link(graph, 6, 5)
         assert graph.speed_limit_mps[[there, back]] * 3.6 == pytest.approx([100, 100])
-        assert graph.limit_mps(wet=False) is graph.speed_limit_mps
-        assert graph.limit_mps(wet=True)[[there, back]] * 3.6 == pytest.approx([80, 100])
+        assert graph.limit_mps(Conditions()) is graph.speed_limit_mps
+        assert graph.limit_mps(wet)[[there, back]] * 3.6 == pytest.approx([80, 100])
         assert graph.conditional is not None
         assert graph.conditional.link.tolist() == [there, there]
         assert graph.conditional.days.tolist() == [0b1111111, 0b0011111]
         assert graph.conditional.begin_min.tolist() == [0, 420]
-    assert drawn.meta.dropped["speed_limits_at_hours_not_applied"] == 1
+        monday_8, sunday_8 = 8 * 60, 6 * 1440 + 8 * 60
+        assert graph.limit_mps(Conditions(departure_min=monday_8))[[there, back]] * 3.6 == pytest.approx([30, 100])
+        assert graph.limit_mps(replace(wet, departure_min=sunday_8))[[there, back]] * 3.6 == pytest.approx([80, 100])
     assert import_region(draw_map(SQUARE, {10: ([1, 5, 2], STREET)}), [], "dry").conditional is None
 
 

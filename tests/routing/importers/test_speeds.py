@@ -16,7 +16,6 @@ from routing.importers.speeds import (
     limits_from_tags,
     most_named,
 )
-from routing.importers.tags import Dropped
 
 
 @pytest.mark.parametrize(
@@ -121,7 +120,7 @@ def test_country_of_rules_is_counted_with_its_regions_and_under_all_its_names() 
     assert country_limits("XX") == country_limits(None) == GENERAL
 
 
-def test_limits_under_a_condition_are_kept_by_direction_and_counted_by_kind() -> None:
+def test_limits_under_a_condition_are_kept_by_direction_and_those_not_understood_counted() -> None:
     limits = limits_from_tags(
         {
             "maxspeed": "100",
@@ -133,7 +132,7 @@ def test_limits_under_a_condition_are_kept_by_direction_and_counted_by_kind() ->
     assert limits.forward_mps == 100 / 3.6
     assert [limit.limit_mps * 3.6 for limit in limits.conditional[0]] == pytest.approx([80, 30])
     assert [limit.limit_mps * 3.6 for limit in limits.conditional[1]] == pytest.approx([70])
-    assert limits.conditions() == {Dropped.LIMIT_HOURS: 1, Dropped.LIMIT_CONDITION: 1}
+    assert limits.unread == 1
 
 
 def test_limits_with_directions_differ() -> None:
