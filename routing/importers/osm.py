@@ -10,6 +10,8 @@ import osmium
 from shapely import Polygon
 
 from routing.errors import ImportFailedError
+from routing.graph.earth import E7
+from routing.importers.osm_files import deleted_objects, open_osm
 from routing.importers.roads import Restriction, Roads, Ways
 from routing.importers.speeds import country_code, limits_from_tags, most_named
 from routing.importers.tags import (
@@ -35,6 +37,8 @@ if TYPE_CHECKING:
 
     from routing.importers.conditional import ConditionalLimit
 
+    Conditional = tuple[tuple[ConditionalLimit, ...], tuple[ConditionalLimit, ...]]
+
 BUILT_UP_LANDUSE: Final = frozenset(("residential", "commercial", "retail", "industrial"))
 _KEYS: Final = (
     *("highway", "barrier", "crossing", "crossing:signals", "railway", "landuse", "type", "route"),
@@ -46,20 +50,29 @@ _PROGRESS_STEP: Final = 20_000
 def read_osm(path: Path, progress: Callable[[float], None] | None = None) -> Roads:
     """The drivable roads of an OSM file with their controls, turn restrictions and built-up areas, in O(file).
 
-    Raises ImportFailedError naming the file when it is missing, empty, damaged or holds no drivable way. Ways may name
-    points that the file lacks, as in extracts: they are cut there.
+    Nodes, ways and relations may come in any order and with negative ids; what is marked as deleted is passed over. Of
+    a way that is there twice the later one holds. Raises ImportFailedError naming the file when it is missing, empty,
+    damaged, holds several versions of objects or no drivable way. Ways may name points that the file lacks, as in
+    extracts: they are cut there.
     """
     if not path.is_file():
         raise ImportFailedError("map", path, "no such file")
     size_bytes = path.stat().st_size
     if size_bytes == 0:
         raise ImportFailedError("map", path, "the file is empty (0 bytes)")
-    reader = _Reader()
+    file = open_osm(path)
+    reader = _Reader(deleted_objects(path))
     try:
-        processor = osmium.FileProcessor(str(path)).with_locations().with_filter(osmium.filter.KeyFilter(*_KEYS))
+        processor = osmium.FileProcessor(file)
+        if processor.header.has_multiple_object_versions:
+            reason = "holds the history of objects, allowed: one version of each (osmium time-filter makes it)"
+            raise ImportFailedError("map", path, reason)
+        processor = processor.with_locations().with_filter(osmium.filter.KeyFilter(*_KEYS))
         entity: Any
         for count, entity in enumerate(processor):
-            if entity.is_node():
+            if reader.is_deleted(entity):
+                pass
+            elif entity.is_node():
                 reader.add_node(entity)
             elif entity.is_way():
                 reader.add_way(entity)
@@ -67,17 +80,29 @@ def read_osm(path: Path, progress: Callable[[float], None] | None = None) -> Roa
                 reader.add_relation(entity)
             if progress and count % _PROGRESS_STEP == 0:  # the file's length in objects is unknown: approach 1
                 progress(1.0 - 1.0 / (1.0 + count / (10.0 * _PROGRESS_STEP)))
+        if reader.missing:  # nodes behind their ways, or with negative ids, which the index of locations can't hold
+            nodes = osmium.FileProcessor(file, osmium.osm.NODE)
+            if min(reader.missing) >= 0:
+                nodes = nodes.with_filter(osmium.filter.IdFilter(reader.missing))
+            for entity in nodes:
+                reader.locate(entity)
     except (RuntimeError, ValueError, osmium.InvalidLocationError) as error:
         raise ImportFailedError("map", path, f"not a readable OSM file ({error})") from error
+    reader.cut_ways()
     if not reader.way_id:
         raise ImportFailedError("map", path, "no way in it may be driven by car, needed: at least one drivable highway")
     return reader.roads(path.name)
 
 
 class _Reader:
-    """Collects objects in file order: nodes, ways, relations."""
+    """Collects objects in any order; ways become parts between barriers when all nodes are known."""
 
-    def __init__(self) -> None:
+    def __init__(self, deleted: frozenset[tuple[str, int]]) -> None:
+        self.deleted = deleted
+        self.location: dict[int, tuple[int, int]] = {}
+        self.missing: set[int] = set()
+        self.drawn: dict[int, tuple[tuple[int, ...], tuple[Any, ...], Conditional]] = {}
+        self.areas: list[tuple[int, ...]] = []
         self.dropped: Counter[str] = Counter()
         self.controls_by_id: dict[int, Control] = {}
         self.blocked: dict[int, Dropped] = {}
@@ -95,7 +120,27 @@ class _Reader:
         self.restrictions: list[Restriction] = []
         self.built_up: list[Polygon] = []
         self.copies = 0
-        self.conditional: dict[int, tuple[tuple[ConditionalLimit, ...], tuple[ConditionalLimit, ...]]] = {}
+        self.conditional: dict[int, Conditional] = {}
+        self.lowest_id = 0
+
+    def is_deleted(self, entity: Any) -> bool:
+        """Whether an object is marked as deleted, by `visible` or as editors do."""
+        return not entity.visible or (entity.type_str(), entity.id) in self.deleted
+
+    def locate(self, node: Any) -> None:
+        """Take the place of a node that ways name and that was not known with them."""
+        if node.id in self.missing and node.location.valid() and not self.is_deleted(node):
+            self.location[node.id] = (node.location.x, node.location.y)
+
+    def _refs(self, way: Any) -> tuple[int, ...]:
+        """Ids of a way's points, whose places are kept."""
+        for node in way.nodes:
+            location = node.location
+            if location.valid() and ("n", node.ref) not in self.deleted:
+                self.location[node.ref] = (location.x, location.y)
+            else:
+                self.missing.add(node.ref)
+        return tuple(node.ref for node in way.nodes)
 
     def add_node(self, node: Any) -> None:
         tags = {tag.k: tag.v for tag in node.tags}
@@ -111,6 +156,9 @@ class _Reader:
                 self.countries[code] += 1
 
     def add_way(self, way: Any) -> None:
+        if way.tags.get("route") == "ferry":  # whatever road it is drawn as besides
+            self.dropped[Dropped.FERRY] += 1
+            return
         highway = way.tags.get("highway")
         if highway is None:
             self._add_area(way)
@@ -149,34 +197,43 @@ class _Reader:
             -1 if limits.urban is None else int(limits.urban),
             self.name_idx.setdefault(label, len(self.name_idx)),
         )
-        for part in self._parts(way):
-            if any(limits.conditional):
-                self.conditional[len(self.way_id)] = limits.conditional
-            self.way_point.extend(part)
-            self.way_first.append(len(self.way_point))
-            self.way_id.append(way.id)
-            self.way_row.append(row)
+        self.drawn[way.id] = (self._refs(way), row, limits.conditional)
 
-    def _parts(self, way: Any) -> list[list[int]]:
+    def cut_ways(self) -> None:
+        """Make points and parts of all ways, and areas, once every object is known."""
+        self.lowest_id = min(0, min(self.location, default=0))
+        for way_id, (refs, row, conditional) in self.drawn.items():
+            for part in self._parts(refs):
+                if any(conditional):
+                    self.conditional[len(self.way_id)] = conditional
+                self.way_point.extend(part)
+                self.way_first.append(len(self.way_point))
+                self.way_id.append(way_id)
+                self.way_row.append(row)
+        for refs in self.areas:
+            ring = [(x / E7, y / E7) for x, y in (self.location[ref] for ref in refs if ref in self.location)]
+            if len(ring) > 3:
+                self.built_up.append(Polygon(ring))
+
+    def _parts(self, refs: tuple[int, ...]) -> list[list[int]]:
         """Point positions of a way, cut at missing points and at barriers."""
         parts: list[list[int]] = [[]]
-        for node in way.nodes:
-            location = node.location
-            if not location.valid():
+        for ref in refs:
+            if ref not in self.location:
                 self.dropped[Dropped.POINTS] += 1
                 parts.append([])
                 continue
-            x, y = location.x, location.y
-            if node.ref in self.blocked:
+            x, y = self.location[ref]
+            if ref in self.blocked:
                 # each side gets its own copy of the point, so that no path leads through it
-                self.dropped[self.blocked[node.ref]] += 1
+                self.dropped[self.blocked[ref]] += 1
                 if parts[-1]:
                     parts[-1].append(self._copy(x, y))
                 parts.append([self._copy(x, y)])
                 continue
-            idx = self.point_idx.get(node.ref)
+            idx = self.point_idx.get(ref)
             if idx is None:
-                idx = self.point_idx[node.ref] = self._new_point(node.ref, x, y)
+                idx = self.point_idx[ref] = self._new_point(ref, x, y)
             part = parts[-1]
             if not part or part[-1] != idx:  # two points at one place both stay: the zero step is contracted later
                 part.append(idx)
@@ -184,7 +241,7 @@ class _Reader:
 
     def _copy(self, x: int, y: int) -> int:
         self.copies += 1
-        return self._new_point(-self.copies, x, y)
+        return self._new_point(self.lowest_id - self.copies, x, y)
 
     def _new_point(self, point_id: int, x: int, y: int) -> int:
         self.point_id.append(point_id)
@@ -193,12 +250,8 @@ class _Reader:
         return len(self.point_id) - 1
 
     def _add_area(self, way: Any) -> None:
-        if way.tags.get("route") == "ferry":
-            self.dropped[Dropped.FERRY] += 1
-        elif way.tags.get("landuse") in BUILT_UP_LANDUSE and way.is_closed():
-            ring = [(n.location.lon, n.location.lat) for n in way.nodes if n.location.valid()]
-            if len(ring) > 3:
-                self.built_up.append(Polygon(ring))
+        if way.tags.get("landuse") in BUILT_UP_LANDUSE and way.is_closed():
+            self.areas.append(self._refs(way))
 
     def add_relation(self, relation: Any) -> None:
         tags = {tag.k: tag.v for tag in relation.tags}

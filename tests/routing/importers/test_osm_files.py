@@ -1,0 +1,194 @@
+"""OpenStreetMap files as people bring them: any order, packing and ids, with deleted objects and doubled ways."""
+
+from __future__ import annotations
+
+import bz2
+import gzip
+from itertools import permutations
+from pathlib import Path
+
+import numpy as np
+import osmium
+import pytest
+
+from energy.stops import FunctionalClass
+from routing.errors import ImportFailedError
+from routing.graph.road_graph import RoadGraph
+from routing.importers.region import import_region
+
+# a ring of 1-2-3-4, at 50.7° N: 0.01° east are 706.4 m, 0.01° north 1112.5 m
+PLACES = {1: (50.70, 8.60), 2: (50.70, 8.61), 3: (50.71, 8.61), 4: (50.71, 8.60)}
+RESIDENTIAL = '<tag k="highway" v="residential"/>'
+
+
+def node(ref: int, tags: str = "", marks: str = "", place: tuple[float, float] | None = None) -> str:
+    lat, lon = place or PLACES[abs(ref)]
+    return f'<node id="{ref}" version="1" lat="{lat}" lon="{lon}" {marks}>{tags}</node>'
+
+
+def way(ref: int, points: list[int], tags: str = RESIDENTIAL, marks: str = "") -> str:
+    nodes = "".join(f'<nd ref="{point}"/>' for point in points)
+    return f'<way id="{ref}" version="1" {marks}>{nodes}{tags}</way>'
+
+
+def osm(*objects: str) -> str:
+    return "<?xml version='1.0' encoding='UTF-8'?>\n<osm version='0.6'>" + "\n".join(objects) + "</osm>"
+
+
+def graph_of(tmp_path: Path, *objects: str) -> RoadGraph:
+    path = tmp_path / "map.osm"
+    path.write_text(osm(*objects))
+    return import_region(path, [], "map")
+
+
+NODES = [node(ref) for ref in PLACES]
+RING = way(10, [1, 2, 3, 4, 1])
+
+
+def arrays_equal(a: RoadGraph, b: RoadGraph) -> bool:
+    names = ("tail", "head", "length_m", "cross", "way_id", "reverse_idx", "node_lat_deg", "successor")
+    return all(np.array_equal(getattr(a, name), getattr(b, name)) for name in names)
+
+
+@pytest.mark.parametrize("marks", ['action="delete"', "action='delete' visible='true'", 'visible="false"'])
+def test_a_way_marked_as_deleted_is_no_road(tmp_path: Path, marks: str) -> None:
+    graph = graph_of(tmp_path, *NODES, RING, way(11, [1, 3], marks=marks))
+    assert set(graph.way_id.tolist()) == {10}
+
+
+def test_a_way_that_is_modified_is_a_road(tmp_path: Path) -> None:
+    graph = graph_of(tmp_path, *NODES, RING, way(11, [1, 3], marks='action="modify" visible="true"'))
+    assert set(graph.way_id.tolist()) == {10, 11}
+
+
+def test_a_tag_that_speaks_of_deleting_deletes_nothing(tmp_path: Path) -> None:
+    note = """<tag k="note" v="was action='delete' once"/>"""
+    graph = graph_of(tmp_path, *NODES, RING, way(11, [1, 3], RESIDENTIAL + note))
+    assert set(graph.way_id.tolist()) == {10, 11}
+
+
+def test_a_deleted_barrier_blocks_nothing(tmp_path: Path) -> None:
+    bollard = node(2, '<tag k="barrier" v="bollard"/>', 'action="delete"')
+    moved = [node(1), node(3), node(4), bollard, node(5, place=(50.705, 8.61))]
+    graph = graph_of(tmp_path, *moved, way(10, [1, 3, 4, 1]), way(11, [1, 5, 3]))
+    assert "way_points_blocked" not in graph.meta.dropped
+
+
+def test_a_deleted_restriction_forbids_nothing(tmp_path: Path) -> None:
+    members = (
+        '<member type="way" ref="11" role="from"/>'
+        '<member type="node" ref="2" role="via"/>'
+        '<member type="way" ref="12" role="to"/>'
+    )
+    tags = '<tag k="type" v="restriction"/><tag k="restriction" v="no_left_turn"/>'
+    ways = [way(11, [1, 2]), way(12, [2, 3]), way(13, [3, 4, 1]), way(14, [2, 4])]
+    counts = []
+    for marks in ("", 'action="delete"'):
+        relation = f'<relation id="1" version="1" {marks}>{members}{tags}</relation>'
+        counts.append(graph_of(tmp_path, *NODES, *ways, relation).successor.size)
+    assert counts[1] == counts[0] + 1
+
+
+def test_negative_ids_give_the_same_roads_as_positive_ones(tmp_path: Path) -> None:
+    plain = graph_of(tmp_path, *NODES, RING, way(11, [1, 3]))
+    drafted = graph_of(tmp_path, *(node(-ref) for ref in PLACES), way(-10, [-1, -2, -3, -4, -1]), way(-11, [-1, -3]))
+    assert sorted(drafted.length_m.tolist()) == sorted(plain.length_m.tolist())
+    assert set(drafted.way_id.tolist()) == {-10, -11}
+    assert set(drafted.node_id.tolist()) >= {-1, -3}
+    assert np.unique(drafted.node_id).size == drafted.node_count
+
+
+def test_a_bollard_among_negative_ids_cuts_the_way_and_keeps_ids_apart(tmp_path: Path) -> None:
+    bollard = node(-2, '<tag k="barrier" v="bollard"/>')
+    graph = graph_of(
+        tmp_path, node(-1), bollard, node(-3), node(-4), way(-10, [-1, -2, -3, -4, -1]), way(-11, [-1, -3])
+    )
+    assert graph.meta.dropped["way_points_blocked"] == 1
+    assert np.unique(graph.node_id).size == graph.node_count
+
+
+def test_old_and_new_ids_in_one_file_are_both_read(tmp_path: Path) -> None:
+    graph = graph_of(tmp_path, *NODES, node(-5, place=(50.705, 8.615)), RING, way(-11, [2, -5, 3]))
+    assert set(graph.way_id.tolist()) == {10, -11}
+
+
+@pytest.mark.parametrize("order", list(permutations(range(3))))
+def test_objects_in_any_order_give_the_same_graph(tmp_path: Path, order: tuple[int, ...]) -> None:
+    points = [node(1), node(2, '<tag k="highway" v="traffic_signals"/>'), node(3, '<tag k="barrier" v="bollard"/>')]
+    ways = [RING, way(11, [1, 3]), way(12, [2, 4])]
+    relation = (
+        '<relation id="1" version="1"><member type="way" ref="12" role="from"/><member type="node" ref="2" role="via"/>'
+        '<member type="way" ref="10" role="to"/>'
+        '<tag k="type" v="restriction"/><tag k="restriction" v="no_left_turn"/></relation>'
+    )
+    groups = [[*points, node(4)], ways, [relation]]
+    sorted_graph = graph_of(tmp_path, *(one_object for group in groups for one_object in group))
+    graph = graph_of(tmp_path, *(one_object for k in order for one_object in groups[k]))
+    assert arrays_equal(graph, sorted_graph)
+    assert graph.meta.dropped == sorted_graph.meta.dropped
+
+
+@pytest.mark.parametrize("name", ["map.osm", "map.xml", "map.osm.gz", "map.osm.bz2", "map.osm.pbf", "map.bin"])
+def test_every_packing_gives_the_same_graph_whatever_the_name(tmp_path: Path, name: str) -> None:
+    text = osm(*NODES, RING, way(11, [1, 3]))
+    plain = tmp_path / "plain.osm"
+    plain.write_text(text)
+    expected = import_region(plain, [], "plain")
+    path = tmp_path / name
+    if name.endswith(".pbf"):
+        with osmium.SimpleWriter(str(path)) as writer:
+            for entity in osmium.FileProcessor(str(plain)):
+                writer.add(entity)
+    elif name.endswith((".gz", ".bin")):
+        path.write_bytes(gzip.compress(text.encode()))
+    else:
+        path.write_bytes(bz2.compress(text.encode()) if name.endswith(".bz2") else text.encode())
+    assert arrays_equal(import_region(path, [], "packed"), expected)
+
+
+def test_deleted_objects_of_a_packed_file_are_passed_over(tmp_path: Path) -> None:
+    text = osm(*NODES, RING, way(11, [1, 3], marks='action="delete"')).encode()
+    for name, packed in (("a.osm.gz", gzip.compress(text)), ("a.osm.bz2", bz2.compress(text))):
+        (tmp_path / name).write_bytes(packed)
+        assert set(import_region(tmp_path / name, [], "a").way_id.tolist()) == {10}
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b'{"version": 0.6, "elements": []}', r"is JSON, allowed: \.osm.*out:xml"),
+        (b"PK\x03\x04rest", "is a zip archive"),
+        (gzip.compress(b"<osm version='0.6'>")[:-6], "not a readable OSM file"),
+    ],
+)
+def test_a_file_of_another_kind_is_refused_by_its_content(tmp_path: Path, content: bytes, message: str) -> None:
+    path = tmp_path / "map.osm"
+    path.write_bytes(content)
+    with pytest.raises(ImportFailedError, match=message):
+        import_region(path, [], "map")
+
+
+def test_a_file_with_the_history_of_objects_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "map.osh.pbf"
+    header = osmium.io.Header()
+    header.has_multiple_object_versions = True
+    with osmium.SimpleWriter(osmium.io.File(str(path), "osh.pbf"), 4096, header) as writer:
+        for ref, (lat, lon) in PLACES.items():
+            writer.add_node(osmium.osm.mutable.Node(id=ref, location=(lon, lat), version=1))
+        writer.add_way(osmium.osm.mutable.Way(id=1, nodes=[1, 2], tags={"highway": "residential"}, version=1))
+    with pytest.raises(ImportFailedError, match="history"):
+        import_region(path, [], "map")
+
+
+def test_a_way_that_is_there_twice_is_one_road(tmp_path: Path) -> None:
+    street = way(10, [1, 2, 3, 4])
+    graph = graph_of(tmp_path, *NODES, street, street.replace("residential", "tertiary"))
+    assert set(graph.functional_class.tolist()) == {FunctionalClass.TERTIARY}  # the later one holds
+    assert graph.length_m.sum() == pytest.approx(2.0 * (706.4 + 1112.5 + 706.2), rel=1e-3)
+
+
+def test_a_ferry_is_no_road_even_where_it_is_drawn_as_one(tmp_path: Path) -> None:
+    ferry = '<tag k="route" v="ferry"/><tag k="duration" v="00:20"/>'
+    graph = graph_of(tmp_path, *NODES, RING, way(11, [1, 3], ferry), way(12, [2, 4], RESIDENTIAL + ferry))
+    assert set(graph.way_id.tolist()) == {10}
+    assert graph.meta.dropped["ferries"] == 2
