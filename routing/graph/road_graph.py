@@ -349,26 +349,37 @@ def _pair_keys(pairs: NDArray[np.int64], link_count: int) -> NDArray[np.int64]:
 
 
 def _reverse_of(links: LooseLinks, kept: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Position in kept of the link that runs the other way over the same points, -1 where none, int64 (K,)."""
-    first = links.geometry_first
-    middle = (first[kept] + first[kept + 1] - 1) // 2
-    other_middle = first[kept] + first[kept + 1] - 1 - middle
+    """Position in kept of the link that runs the other way over the same points, -1 where none, int64 (K,).
+
+    Where several ways lie over the same points a link's reverse is that of its own way, and only where that has none
+    one of another way.
+    """
+    middle, other_middle = _middles(links, kept)
     node_count = int(max(links.tail.max(initial=0), links.head.max(initial=0))) + 1
     reverse = np.full(kept.size, -1, np.int64)
-    forward: dict[tuple[int, int, int, int, int], int] = {}
     tail, head = links.tail[kept], links.head[kept]
     twoway_keys = np.isin(tail.astype(np.int64) * node_count + head, head.astype(np.int64) * node_count + tail)
     lon, lat, length = links.geometry_lon_e7, links.geometry_lat_e7, links.length_m
-    for k in np.flatnonzero(twoway_keys).tolist():
-        mm = round(float(length[kept[k]]) * 1000.0)
-        here = (int(tail[k]), int(head[k]), int(lon[middle[k]]), int(lat[middle[k]]), mm)
-        there = (int(head[k]), int(tail[k]), int(lon[other_middle[k]]), int(lat[other_middle[k]]), mm)
-        twin = forward.pop(there, -1)
-        if twin >= 0:
-            reverse[k], reverse[twin] = twin, k
-        else:
-            forward[here] = k
+    for way in (links.way_id[kept], np.zeros(kept.size, np.int64)):
+        waiting: dict[tuple[int, ...], list[int]] = {}
+        for k in np.flatnonzero(twoway_keys & (reverse < 0)).tolist():
+            mm, way_id = round(float(length[kept[k]]) * 1000.0), int(way[k])
+            here = (int(tail[k]), int(head[k]), int(lon[middle[k]]), int(lat[middle[k]]), mm, way_id)
+            there = (int(head[k]), int(tail[k]), int(lon[other_middle[k]]), int(lat[other_middle[k]]), mm, way_id)
+            twins = waiting.get(there)
+            if twins:
+                twin = twins.pop()
+                reverse[k], reverse[twin] = twin, k
+            else:
+                waiting.setdefault(here, []).append(k)
     return reverse
+
+
+def _middles(links: LooseLinks, kept: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Middle geometry points of kept links, counted from their tails and from their heads, int64 (K,) each."""
+    first = links.geometry_first
+    middle = (first[kept] + first[kept + 1] - 1) // 2
+    return middle, first[kept] + first[kept + 1] - 1 - middle
 
 
 def _transitions(
@@ -386,7 +397,15 @@ def _transitions(
     allowed = np.ones(origin.size, bool)
     if forbidden.size:
         allowed = ~np.isin(kept[origin] * links.tail.size + kept[target], forbidden)
-    u_turn = reverse[origin] == target
+    # back over the same points, on the link's reverse or on another way that is drawn there
+    middle, other_middle = _middles(links, kept)
+    lon, lat, length = links.geometry_lon_e7, links.geometry_lat_e7, links.length_m[kept]
+    u_turn = (reverse[origin] == target) | (
+        (head[target] == tail[origin])
+        & (lon[middle[origin]] == lon[other_middle[target]])
+        & (lat[middle[origin]] == lat[other_middle[target]])
+        & (np.abs(length[origin] - length[target]) < 1e-3)
+    )
     elsewhere = np.bincount(origin[allowed & ~u_turn], minlength=kept.size)
     allowed &= ~u_turn | (elsewhere[origin] == 0)
     counts = np.bincount(origin[allowed], minlength=kept.size)

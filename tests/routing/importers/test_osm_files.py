@@ -192,3 +192,39 @@ def test_a_ferry_is_no_road_even_where_it_is_drawn_as_one(tmp_path: Path) -> Non
     graph = graph_of(tmp_path, *NODES, RING, way(11, [1, 3], ferry), way(12, [2, 4], RESIDENTIAL + ferry))
     assert set(graph.way_id.tolist()) == {10}
     assert graph.meta.dropped["ferries"] == 2
+
+
+TWIN_PLACES = {1: (50.70, 8.600), 2: (50.70, 8.604), 3: (50.70, 8.608), 4: (50.703, 8.604), 5: (50.70, 8.590)}
+ONEWAY = RESIDENTIAL + '<tag k="oneway" v="yes"/>'
+
+
+@pytest.mark.parametrize(
+    "doubled",
+    [
+        [way(10, [1, 2, 3]), way(11, [3, 2, 1], ONEWAY)],
+        [way(11, [3, 2, 1], ONEWAY), way(10, [1, 2, 3])],
+        [way(10, [1, 2, 3]), way(11, [1, 2, 3], ONEWAY)],
+        [way(10, [1, 2, 3]), way(11, [3, 2, 1]), way(12, [1, 2, 3], ONEWAY)],
+        [way(10, [3, 2, 1]), way(11, [3, 2, 1], ONEWAY), way(12, [1, 2, 3], ONEWAY)],
+    ],
+)
+def test_a_two_way_street_keeps_its_reverse_whatever_else_is_drawn_on_it(tmp_path: Path, doubled: list[str]) -> None:
+    nodes = [node(ref, place=place) for ref, place in TWIN_PLACES.items()]
+    graph = graph_of(tmp_path, *nodes, *doubled, way(20, [1, 4, 3]), way(21, [1, 5]))
+    twoway = [k for k in range(graph.link_count) if graph.way_id[k] in (10, 20, 21)]
+    reverse = graph.reverse_idx[twoway]
+    assert (reverse >= 0).all()
+    assert graph.way_id[reverse].tolist() == graph.way_id[twoway].tolist()
+    assert graph.tail[reverse].tolist() == graph.head[twoway].tolist()
+    assert (graph.reverse_idx[reverse] == twoway).all()
+
+
+def test_a_street_drawn_twice_lets_no_one_turn_back_at_a_junction(tmp_path: Path) -> None:
+    nodes = [node(ref, place=place) for ref, place in TWIN_PLACES.items()]
+    doubled = [way(10, [1, 2, 3]), way(11, [3, 2, 1], ONEWAY)]
+    graph = graph_of(tmp_path, *nodes, *doubled, way(20, [1, 4, 3]), way(21, [1, 5]))
+    assert {10, 11} <= set(graph.way_id.tolist())
+    for k in np.flatnonzero(np.isin(graph.way_id, (10, 11))).tolist():
+        after = graph.successors(k)
+        assert after.size
+        assert (graph.head[after] != graph.tail[k]).all()
