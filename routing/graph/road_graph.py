@@ -186,7 +186,9 @@ class RoadGraph:
         lat, lon = self.node_lat_deg, self.node_lon_deg
         tail, head, length_m = self.tail[links], self.head[links], self.length_m[links]
         shrink = np.cos(np.radians(0.5 * (lat[head] + lat[tail])))
-        east = np.radians(lon[head] - lon[tail]) * shrink * EARTH_RADIUS_M / length_m
+        span = lon[head] - lon[tail]
+        span = np.where(np.abs(span) > 180.0, span - np.copysign(360.0, span), span)  # over the antimeridian
+        east = np.radians(span) * shrink * EARTH_RADIUS_M / length_m
         north = np.radians(lat[head] - lat[tail]) * EARTH_RADIUS_M / length_m
         whole = np.maximum(np.hypot(east, north), 1.0)  # rounding, and lengths measured otherwise
         return np.column_stack((east / whole, north / whole))

@@ -55,6 +55,8 @@ def _street_density(
     """Blurred length of streets around each point, float64 (P,) [km/km²], without motorways, trunk roads and ramps."""
     ways = roads.ways
     squeeze = float(np.cos(np.radians(lat_deg.mean())))
+    if float(lon_deg.max() - lon_deg.min()) > 180.0:  # on both sides of the antimeridian
+        lon_deg = np.where(lon_deg < 0.0, lon_deg + 360.0, lon_deg)
     x_m, y_m = (lon_deg - lon_deg.min()) * squeeze * _M_PER_DEG, (lat_deg - lat_deg.min()) * _M_PER_DEG
     cell_m = max(CELL_M, float(np.sqrt((x_m.max() + CELL_M) * (y_m.max() + CELL_M) / _MOST_CELLS)))
     column, row = (x_m / cell_m).astype(np.int64), (y_m / cell_m).astype(np.int64)

@@ -9,7 +9,7 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from routing.importers.roads import short_distance_m
+from routing.importers.roads import HALF_TURN_E7, eastward_e7, short_distance_m
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -65,7 +65,8 @@ def chains_from_roads(roads: Roads, longest_step_m: float) -> Chains:
     added = np.flatnonzero(offset)
     fraction = offset[added] / parts[source[added]]
     a, b = here[source[added]], there[source[added]]
-    lon = roads.lon_e7[a] + np.rint((roads.lon_e7[b].astype(np.int64) - roads.lon_e7[a]) * fraction).astype(np.int64)
+    lon = roads.lon_e7[a] + np.rint(eastward_e7(roads.lon_e7[a], roads.lon_e7[b]) * fraction).astype(np.int64)
+    lon -= np.where(np.abs(lon) > HALF_TURN_E7, np.sign(lon) * 2 * HALF_TURN_E7, 0)
     lat = roads.lat_e7[a] + np.rint((roads.lat_e7[b].astype(np.int64) - roads.lat_e7[a]) * fraction).astype(np.int64)
     point = here[source]
     point[added] = roads.point_id.size + np.arange(added.size)

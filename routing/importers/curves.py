@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from routing.graph.earth import E7
-from routing.importers.roads import short_distance_m
+from routing.importers.roads import eastward_e7, short_distance_m
 from routing.importers.speeds import KMH
 
 if TYPE_CHECKING:
@@ -30,7 +30,7 @@ def bend_speeds_mps(roads: Roads) -> NDArray[np.float64]:
     ways = roads.ways
     a, b = ways.point[:-1], ways.point[1:]
     step_m = short_distance_m(roads.lon_e7[a], roads.lat_e7[a], roads.lon_e7[b], roads.lat_e7[b])
-    east = (roads.lon_e7[b] / E7 - roads.lon_e7[a] / E7) * np.cos(np.radians(roads.lat_e7[a] / E7))
+    east = eastward_e7(roads.lon_e7[a], roads.lon_e7[b]) / E7 * np.cos(np.radians(roads.lat_e7[a] / E7))
     heading = np.arctan2(roads.lat_e7[b] / E7 - roads.lat_e7[a] / E7, east)
     turn = np.abs((np.diff(heading) + np.pi) % (2.0 * np.pi) - np.pi)
     turn[(step_m[1:] <= 0.0) | (step_m[:-1] <= 0.0)] = 0.0

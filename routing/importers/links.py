@@ -11,6 +11,7 @@ from routing.graph.earth import E7
 from routing.graph.road_graph import LooseLinks, LooseNodes
 from routing.importers.crossings import cross_at_heads
 from routing.importers.curves import bend_speeds_mps
+from routing.importers.roads import HALF_TURN_E7
 from routing.importers.speeds import default_limits_mps
 from routing.importers.tags import Dropped
 
@@ -125,7 +126,13 @@ def _geometry(
     kept[at_tail] = kept[at_head] = True
     kept_before = np.concatenate(([0], np.cumsum(kept)))
     point = point[kept]
-    return kept_before[first], chains.lon_e7[point], chains.lat_e7[point]
+    first = kept_before[first]
+    lon = chains.lon_e7[point]
+    for end, inner in ((first[:-1], first[:-1] + 1), (first[1:] - 1, first[1:] - 2)):
+        east = lon[inner] < 0  # 180° is -180° to those who come from there
+        edge = np.abs(lon[end]) == HALF_TURN_E7
+        lon[end[edge]] = np.where(east[edge], -HALF_TURN_E7, HALF_TURN_E7)
+    return first, lon, chains.lat_e7[point]
 
 
 def _forbidden_turns(

@@ -212,8 +212,12 @@ class _Reader:
                 self.way_row.append(row)
         for refs in self.areas:
             ring = [(x / E7, y / E7) for x, y in (self.location[ref] for ref in refs if ref in self.location)]
-            if len(ring) > 3:
-                self.built_up.append(Polygon(ring))
+            if len(ring) <= 3:
+                continue
+            if max(x for x, _ in ring) - min(x for x, _ in ring) > 180.0:  # over the antimeridian: once on each side
+                ring = [(x % 360.0, y) for x, y in ring]
+                self.built_up.append(Polygon([(x - 360.0, y) for x, y in ring]))
+            self.built_up.append(Polygon(ring))
 
     def _parts(self, refs: tuple[int, ...]) -> list[list[int]]:
         """Point positions of a way, cut at missing points and at barriers."""

@@ -20,6 +20,7 @@ from routing.importers.graphml import roads_from_networkx
 from routing.importers.links import loose_graph
 from routing.importers.osm import read_osm
 from routing.importers.profile import limit_grades, smooth_along_roads
+from routing.importers.roads import cut_at_antimeridian
 from routing.importers.tags import Dropped
 
 if TYPE_CHECKING:
@@ -95,6 +96,7 @@ def graph_from_roads(
 ) -> RoadGraph:
     """The road graph of roads already read, arguments as in import_region."""
     dropped: Counter[str] = Counter({str(reason): count for reason, count in roads.dropped.items()})
+    roads = cut_at_antimeridian(roads)
     chains = chains_from_roads(roads, PROFILE_STEP_M if dem_paths else FLAT_STEP_M)
     height_m = outside = None
     if dem_paths:

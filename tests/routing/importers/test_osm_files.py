@@ -14,7 +14,9 @@ import pytest
 from energy.stops import FunctionalClass
 from routing.errors import ImportFailedError
 from routing.graph.road_graph import RoadGraph
+from routing.graph.snap import RoadIndex
 from routing.importers.region import import_region
+from routing.places import Point
 
 # a ring of 1-2-3-4, at 50.7° N: 0.01° east are 706.4 m, 0.01° north 1112.5 m
 PLACES = {1: (50.70, 8.60), 2: (50.70, 8.61), 3: (50.71, 8.61), 4: (50.71, 8.60)}
@@ -228,3 +230,60 @@ def test_a_street_drawn_twice_lets_no_one_turn_back_at_a_junction(tmp_path: Path
         after = graph.successors(k)
         assert after.size
         assert (graph.head[after] != graph.tail[k]).all()
+
+
+EAST = 0.01 * 106_598.0  # 0.01° of longitude at 16.8° S on WGS 84: π/180·a·cos φ/√(1 − e² sin² φ)
+
+
+@pytest.mark.parametrize("turned", [False, True])
+@pytest.mark.parametrize("last", [-179.99, 180.0, -180.0])
+def test_a_road_over_the_antimeridian_has_the_length_of_the_short_way(
+    tmp_path: Path, turned: bool, last: float
+) -> None:
+    lon = {1: 179.97, 2: 179.98, 3: 179.99, 4: last, 5: -179.98, 6: -179.97}
+    nodes = [node(ref, place=(-16.8, x)) for ref, x in lon.items()]
+    points = [6, 5, 4, 3, 2, 1] if turned else [1, 2, 3, 4, 5, 6]
+    graph = graph_of(tmp_path, *nodes, way(10, points))
+    assert graph.length_m.sum() == pytest.approx(2.0 * 6.0 * EAST, rel=1e-4)
+    span = np.diff(graph.geometry_lon_e7.astype(np.int64))
+    span[graph.geometry_first[1:-1] - 1] = 0
+    assert np.abs(span).max() < 0.03e7  # no line runs round the world
+    assert (graph.reverse_idx >= 0).all()
+    assert np.hypot(*graph.heading().T) == pytest.approx(1.0, abs=2e-3)
+    for k in range(graph.link_count):
+        assert graph.successors(k).size >= 1
+
+
+def test_a_long_step_over_the_antimeridian_is_cut_where_it_crosses(tmp_path: Path) -> None:
+    nodes = [node(1, place=(-16.8, 179.96)), node(2, place=(-16.9, -179.98)), node(3, place=(-16.8, -179.98))]
+    graph = graph_of(tmp_path, *nodes, way(10, [1, 2]), way(11, [2, 3]))
+    # 0.06° east at 16.85° S and 0.1° south: 6·EAST and 11 066 m; two thirds lie west of 180°
+    long = np.hypot(6.0 * 0.01 * 106_571.0, 11_066.0)
+    links = graph.way_id == 10
+    assert graph.length_m[links].sum() == pytest.approx(2.0 * long, rel=1e-3)
+    west = links & (np.minimum(graph.node_lon_deg[graph.tail], graph.node_lon_deg[graph.head]) > 0.0)
+    assert graph.length_m[west].sum() == pytest.approx(2.0 * long * 2.0 / 3.0, rel=1e-3)
+    at = np.flatnonzero(np.abs(graph.node_lon_deg) == 180.0)
+    assert graph.node_lat_deg[at] == pytest.approx(-16.8 - 0.1 * 2.0 / 3.0, abs=1e-6)
+
+
+def test_a_street_on_each_side_of_the_antimeridian_is_the_nearest_to_its_places(tmp_path: Path) -> None:
+    nodes = [node(ref, place=(-16.8, x)) for ref, x in {1: 179.99, 2: -179.99}.items()]
+    index = RoadIndex(graph_of(tmp_path, *nodes, way(10, [1, 2])))
+    for lon in (179.995, -179.995):
+        snapped, (there, _) = index.snap("start", Point(-16.8, lon), 50.0)
+        assert snapped.distance_m == pytest.approx(0.0, abs=0.1)
+        assert there.offset_m == pytest.approx(0.5 * EAST, rel=1e-3)
+
+
+def test_a_built_up_area_over_the_antimeridian_holds_on_both_sides_and_nowhere_else(tmp_path: Path) -> None:
+    lon = {1: 179.99, 2: -179.99, 3: -179.9, 4: -179.8}
+    corners = {11: (-16.79, 179.98), 12: (-16.79, -179.98), 13: (-16.81, -179.98), 14: (-16.81, 179.98)}
+    nodes = [node(ref, place=(-16.8, x)) for ref, x in lon.items()]
+    nodes += [node(ref, place=place) for ref, place in corners.items()]
+    area = way(20, [11, 12, 13, 14, 11], '<tag k="landuse" v="residential"/>')
+    primary = '<tag k="highway" v="primary"/>'
+    graph = graph_of(tmp_path, *nodes, area, way(10, [1, 2], primary), way(11, [2, 3, 4], primary))
+    middle = (graph.node_lon_deg[graph.tail] + graph.node_lon_deg[graph.head]) / 2.0
+    assert graph.urban[graph.way_id == 10].all()
+    assert not graph.urban[(graph.way_id == 11) & (middle > -179.95)].any()
