@@ -230,13 +230,18 @@ def read_graphml(path: Path) -> RoadGraph:
 
 
 def load_networkx(path: Path) -> NetworkxGraph:
-    """A GraphML file as a directed multigraph; raises GraphFormatError when it is none."""
+    """A GraphML file as a multigraph, directed or not; raises GraphFormatError when it is none.
+
+    Node ids are whole numbers, or text where one of them is none. An undirected export is refused.
+    """
     try:
-        graph: Any = nx.read_graphml(path, node_type=int, edge_key_type=int, force_multigraph=True)
+        try:
+            graph: Any = nx.read_graphml(path, node_type=int, edge_key_type=int, force_multigraph=True)
+        except ValueError:
+            graph = nx.read_graphml(path, node_type=str, edge_key_type=str, force_multigraph=True)
     except (OSError, ValueError, KeyError, TypeError, SyntaxError, nx.NetworkXError) as error:
-        allowed = "GraphML with whole-number node ids"
-        raise GraphFormatError(str(path), "file", f"unreadable ({error})", allowed) from error
-    if not graph.is_directed():
+        raise GraphFormatError(str(path), "file", f"unreadable ({error})", "GraphML") from error
+    if is_export(graph) and not graph.is_directed():
         raise GraphFormatError(str(path), "edgedefault", "undirected", "directed")
     result: NetworkxGraph = graph
     return result

@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 OUTSIDE_ALLOWED_FRAC: Final = 0.05  # of the points: extracts keep whole ways, which reach past their rim (assumed)
 _HGT_NAME = re.compile(r"([NS])(\d{2})([EW])(\d{3})", re.IGNORECASE)
 _HGT_VOID: Final = -32768
-_LOWEST_M: Final = -500.0  # the Dead Sea's shore lies at -430 m, Everest at 8849 m
-_HIGHEST_M: Final = 9000.0
+LOWEST_M: Final = -500.0  # the Dead Sea's shore lies at -430 m, Everest at 8849 m
+HIGHEST_M: Final = 9000.0
 _MAX_CELLS: Final = 600_000_000
 
 
@@ -202,12 +202,12 @@ def _filled(
 ) -> tuple[NDArray[np.float32], NDArray[np.bool_] | None]:
     """Heights with voids filled: the nearest known height, then blurred inside the void by its own depth; which."""
     with np.errstate(invalid="ignore"):
-        void = void | ~np.isfinite(height_m) | (height_m < _LOWEST_M) | (height_m > _HIGHEST_M)
+        void = void | ~np.isfinite(height_m) | (height_m < LOWEST_M) | (height_m > HIGHEST_M)
     count = int(void.sum())
     if count == 0:
         return height_m, None
     if count == height_m.size:
-        raise ImportFailedError("dem", path, f"all {count} cells are void or outside {_LOWEST_M:g}..{_HIGHEST_M:g} m")
+        raise ImportFailedError("dem", path, f"all {count} cells are void or outside {LOWEST_M:g}..{HIGHEST_M:g} m")
     depth, nearest = distance_transform_edt(void, return_indices=True)
     filled = np.where(void, height_m[tuple(nearest)], height_m).astype(np.float32)
     for _ in range(3):  # takes away the seams between regions of nearest heights
