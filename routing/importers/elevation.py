@@ -6,19 +6,27 @@ import re
 import zipfile
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 import rasterio
-from rasterio.errors import RasterioError
+from rasterio.enums import ColorInterp
 from rasterio.warp import transform, transform_bounds
 from scipy.ndimage import distance_transform_edt, gaussian_filter
 from scipy.spatial import cKDTree
 
 from routing.errors import ImportFailedError
 from routing.graph.earth import METRE_PER_DEGREE
+from routing.importers.elevation_cells import (
+    HIGHEST_M,
+    LOWEST_M,
+    decoded_heights,
+    metres_per_unit,
+    undeclared_voids,
+)
 
 if TYPE_CHECKING:
+    from collections import Counter
     from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
@@ -26,9 +34,11 @@ if TYPE_CHECKING:
 OUTSIDE_ALLOWED_FRAC: Final = 0.05  # of the points: extracts keep whole ways, which reach past their rim (assumed)
 _HGT_NAME = re.compile(r"([NS])(\d{2})([EW])(\d{3})", re.IGNORECASE)
 _HGT_VOID: Final = -32768
-LOWEST_M: Final = -500.0  # the Dead Sea's shore lies at -430 m, Everest at 8849 m
-HIGHEST_M: Final = 9000.0
 _MAX_CELLS: Final = 600_000_000
+UNDECLARED: Final = "elevation_cells_void_undeclared"  # a key of GraphMeta.dropped
+FINER_FRAC: Final = 0.9  # where tiles overlap, one whose cells are smaller than this part of the other's is taken
+_TOO_HIGH_FRAC: Final = 0.01
+_MARKS: Final = 16  # void marks have few values, heights in another unit many (assumed)
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,8 +47,8 @@ class Tile:
 
     height_m: float32 (rows, columns) [m], at the centres of cells; crs: its coordinate system, None for lon and lat.
     column_x, column_y, row_x, row_y, origin: inverse affine map, column = origin[0] + column_x·x + column_y·y.
-    bounds: west, south, east, north [deg], for messages; void: bool (rows, columns), heights that were filled; None
-    where none was.
+    bounds: west, south, east, north [deg]; void: bool (rows, columns), heights that were filled; None where none was.
+    undeclared: how many of them no mark of the file named: blocks of one value with a cliff around.
     """
 
     name: str
@@ -47,6 +57,7 @@ class Tile:
     inverse: tuple[float, float, float, float, float, float]
     bounds: tuple[float, float, float, float]
     void: NDArray[np.bool_] | None
+    undeclared: int = 0
 
     @property
     def void_cells(self) -> int:
@@ -80,15 +91,23 @@ class Tile:
         self, lon_deg: NDArray[np.float64], lat_deg: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.bool_]]:
         """Columns and rows of points, from the centre of the first cell, and whether they lie within the raster."""
-        x, y = lon_deg, lat_deg
+        west, south, east, north = self.bounds
+        x, y = np.asarray(lon_deg, np.float64), np.asarray(lat_deg, np.float64)
+        if east > 180.0:  # rasters from 0 to 360°, or over the antimeridian
+            x = np.where(x < west - 1.0, x + 360.0, x)
+        near = (x >= west - 1.0) & (x <= east + 1.0) & (y >= south - 1.0) & (y <= north + 1.0)
         if self.crs is not None:
-            xs, ys = transform("EPSG:4326", self.crs, lon_deg, lat_deg)[:2]
-            x, y = np.asarray(xs, np.float64), np.asarray(ys, np.float64)
+            xs, ys = np.full(x.size, np.inf), np.full(x.size, np.inf)
+            if bool(near.any()):  # far from its region a projection has no place
+                xs[near], ys[near] = transform("EPSG:4326", self.crs, x[near], y[near])[:2]
+            x, y = np.where(near, xs, 0.0), np.where(near, ys, 0.0)
         a, b, c, d, e, f = self.inverse
         column, row = a * x + b * y + c - 0.5, d * x + e * y + f - 0.5
         rows, columns = self.height_m.shape
         slack = 0.5 + 1e-6
-        inside = (column >= -slack) & (column <= columns - 1 + slack) & (row >= -slack) & (row <= rows - 1 + slack)
+        inside = (
+            near & (column >= -slack) & (column <= columns - 1 + slack) & (row >= -slack) & (row <= rows - 1 + slack)
+        )
         column = np.clip(np.where(inside, column, 0.0), 0.0, columns - 1.0)
         return column, np.clip(np.where(inside, row, 0.0), 0.0, rows - 1.0), inside
 
@@ -98,20 +117,29 @@ def sample_heights(
     lon_deg: NDArray[np.float64],
     lat_deg: NDArray[np.float64],
     progress: Callable[[float], None] | None = None,
+    dropped: Counter[str] | None = None,
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Terrain heights at points, float64 (k,) [m], and which points lie outside all files, bool (k,).
 
     Points outside take the nearest height, so that smoothing can run; the importer leaves their roads out.
-    Tiles are read one after the other; where they overlap the first one named wins. Raises ImportFailedError when a
-    file is no elevation model, or when more than OUTSIDE_ALLOWED_FRAC of the points lie outside all of them.
+    Tiles are read one after the other. Where they overlap a measured height comes before a filled one, then the finer
+    tile, then the first one named. dropped gains UNDECLARED, cells that were voids though no mark said so. Raises
+    ImportFailedError when a file is no elevation model, or when more than OUTSIDE_ALLOWED_FRAC of the points lie
+    outside all of them.
     """
-    height_m = np.full(lon_deg.size, np.nan)
+    height_m, cell_m = np.full(lon_deg.size, np.nan), np.full(lon_deg.size, np.inf)
+    measured = np.zeros(lon_deg.size, np.bool_)
     bounds = []
     for count, path in enumerate(paths):
         tile = read_tile(path)
         bounds.append(tile.bounds)
-        missing = np.flatnonzero(np.isnan(height_m))
-        height_m[missing] = tile.sample(lon_deg[missing], lat_deg[missing])
+        found_m = tile.sample(lon_deg, lat_deg)
+        own = tile.measured(lon_deg, lat_deg)
+        finer = (own == measured) & (tile.cell_m < FINER_FRAC * cell_m)
+        better = ~np.isnan(found_m) & (np.isnan(height_m) | (own & ~measured) | finer)
+        height_m[better], measured[better], cell_m[better] = found_m[better], own[better], tile.cell_m
+        if dropped is not None:
+            dropped[UNDECLARED] += tile.undeclared
         if progress:
             progress((count + 1) / len(paths))
     outside = np.isnan(height_m)
@@ -170,10 +198,11 @@ def _hgt_tile(path: Path, name: str, data: bytes) -> Tile:
     south = float(corner[2]) * (1.0 if corner[1].upper() == "N" else -1.0)
     west = float(corner[4]) * (1.0 if corner[3].upper() == "E" else -1.0)
     raw = np.frombuffer(data, ">i2").reshape(size, size)
-    height_m, void = _filled(path, raw.astype(np.float32), raw == _HGT_VOID)
+    cell_m = METRE_PER_DEGREE / size
+    height_m, void, undeclared = _filled(path, raw.astype(np.float32), raw == _HGT_VOID, cell_m)
     scale = float(size - 1)  # samples lie on the tile's edges, cell centres in the terms of Tile: hence the half
     inverse = (scale, 0.0, -west * scale + 0.5, 0.0, -scale, (south + 1.0) * scale + 0.5)
-    return Tile(path.name, height_m, None, inverse, (west, south, west + 1.0, south + 1.0), void)
+    return Tile(path.name, height_m, None, inverse, (west, south, west + 1.0, south + 1.0), void, undeclared)
 
 
 def _geotiff_tile(path: Path) -> Tile:
@@ -185,27 +214,55 @@ def _geotiff_tile(path: Path) -> Tile:
                 raise ImportFailedError(
                     "dem", path, f"{raster.width} x {raster.height} cells, allowed: 2 x 2 to {_MAX_CELLS:.0e} cells"
                 )
-            raw = raster.read(1, masked=True)
             inverse = ~raster.transform
             crs = None if raster.crs.to_epsg() == 4326 else raster.crs.to_wkt()
             bounds = transform_bounds(raster.crs, "EPSG:4326", *raster.bounds)
-            scale, offset = raster.scales[0], raster.offsets[0]
-    except RasterioError as error:
+            cell_m = (bounds[3] - bounds[1]) * METRE_PER_DEGREE / raster.height
+            height, masked = _heights(path, raster, cell_m)
+    except ImportFailedError:
+        raise
+    except Exception as error:  # what rasterio raises for GDAL's errors has no public base
         raise ImportFailedError("dem", path, f"not a readable raster ({error})") from error
-    height = np.asarray(raw.data, np.float32) * np.float32(scale) + np.float32(offset)
-    height_m, void = _filled(path, height, np.ma.getmaskarray(raw))
-    return Tile(path.name, height_m, crs, tuple(inverse)[:6], bounds, void)
+    height_m, void, undeclared = _filled(path, height, masked, cell_m)
+    return Tile(path.name, height_m, crs, tuple(inverse)[:6], bounds, void, undeclared)
+
+
+def _heights(path: Path, raster: Any, cell_m: float) -> tuple[NDArray[np.float32], NDArray[np.bool_]]:
+    """Heights of a raster [m] and which its file marks as void: float32 and bool (rows, columns)."""
+    coloured = {ColorInterp.red, ColorInterp.green, ColorInterp.blue} <= set(raster.colorinterp)
+    if raster.count in (3, 4) and set(raster.dtypes) == {"uint8"}:
+        height_m = decoded_heights(path, raster.read(), cell_m)
+        return height_m, np.isnan(height_m)
+    if coloured or ColorInterp.palette in raster.colorinterp:
+        kind = "colours" if coloured else "colours of a palette"
+        raise ImportFailedError("dem", path, f"its bands are {kind} and no heights, allowed: one band of heights")
+    if np.dtype(raster.dtypes[0]).kind not in "iuf":
+        raise ImportFailedError("dem", path, f"its band is of type {raster.dtypes[0]}, allowed: whole or real numbers")
+    raw = raster.read(1, masked=True)
+    unit = raster.units[0] or raster.tags(1).get("units") or raster.tags(1).get("UNITTYPE")
+    metres = metres_per_unit(path, unit, raster.crs.to_wkt())
+    height_m = np.asarray(raw.data, np.float32) * np.float32(raster.scales[0]) + np.float32(raster.offsets[0])
+    return height_m * np.float32(metres), np.ma.getmaskarray(raw)
 
 
 def _filled(
-    path: Path, height_m: NDArray[np.float32], void: NDArray[np.bool_]
-) -> tuple[NDArray[np.float32], NDArray[np.bool_] | None]:
-    """Heights with voids filled: the nearest known height, then blurred inside the void by its own depth; which."""
+    path: Path, height_m: NDArray[np.float32], void: NDArray[np.bool_], cell_m: float
+) -> tuple[NDArray[np.float32], NDArray[np.bool_] | None, int]:
+    """Heights with voids filled: the nearest known height, then blurred inside the void by its own depth; which.
+
+    The number is that of cells which no mark names as void, see undeclared_voids.
+    """
     with np.errstate(invalid="ignore"):
+        high = ~void & np.isfinite(height_m) & (height_m > HIGHEST_M)
         void = void | ~np.isfinite(height_m) | (height_m < LOWEST_M) | (height_m > HIGHEST_M)
+    _refuse_too_high(path, height_m, high)
+    suspect = undeclared_voids(height_m, void, cell_m)
+    undeclared = 0 if suspect is None else int(suspect.sum())
+    if suspect is not None and undeclared + int(void.sum()) < height_m.size:
+        void = void | suspect
     count = int(void.sum())
     if count == 0:
-        return height_m, None
+        return height_m, None, 0
     if count == height_m.size:
         raise ImportFailedError("dem", path, f"all {count} cells are void or outside {LOWEST_M:g}..{HIGHEST_M:g} m")
     depth, nearest = distance_transform_edt(void, return_indices=True)
@@ -213,4 +270,17 @@ def _filled(
     for _ in range(3):  # takes away the seams between regions of nearest heights
         blurred = gaussian_filter(filled, sigma=min(float(depth.max()), 20.0) / 2.0 + 0.5)
         filled = np.where(void, blurred, filled).astype(np.float32)
-    return filled, void
+    return filled, void, undeclared
+
+
+def _refuse_too_high(path: Path, height_m: NDArray[np.float32], high: NDArray[np.bool_]) -> None:
+    """Raise where heights above the highest are many and of many values, which no mark for voids is."""
+    count = int(high.sum())
+    if count <= _TOO_HIGH_FRAC * height_m.size or np.unique(height_m[high][:: max(count // 4096, 1)]).size <= _MARKS:
+        return
+    raise ImportFailedError(
+        "dem",
+        path,
+        f"{100.0 * count / height_m.size:.1f} % of its cells lie above {HIGHEST_M:g} m, up to "
+        f"{float(height_m[high].max()):g}: not in metres, or no heights; allowed: {LOWEST_M:g}..{HIGHEST_M:g} m",
+    )

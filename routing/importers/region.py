@@ -100,7 +100,7 @@ def graph_from_roads(
     chains = chains_from_roads(roads, PROFILE_STEP_M if dem_paths else FLAT_STEP_M)
     height_m = outside = None
     if dem_paths:
-        height_m, outside = _heights(roads, chains, dem_paths, smoothing_m, stage)
+        height_m, outside = _heights(roads, chains, dem_paths, smoothing_m, stage, dropped)
         method = _method(smoothing_m)
     elif roads.height_m is not None:
         height_m = limit_grades(chains, roads.ways.functional_class, _interpolated(roads, chains))
@@ -144,9 +144,10 @@ def _heights(
     dem_paths: Sequence[Path],
     smoothing_m: float,
     stage: Callable[[str], Callable[[float], None]],
+    dropped: Counter[str],
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     report = stage("read elevation")
-    raw_m, outside = sample_heights(dem_paths, chains.lon_e7 / E7, chains.lat_e7 / E7, report)
+    raw_m, outside = sample_heights(dem_paths, chains.lon_e7 / E7, chains.lat_e7 / E7, report, dropped)
     report = stage("smooth heights")
     smooth_m = smooth_along_roads(chains, roads.ways.structure, raw_m, smoothing_m)
     report(0.5)
