@@ -19,6 +19,7 @@ MOST_BYTES: Final = (
     100_000_000  # ten samples a second of 48 columns for nine hours; takes up to 1.6 GB while it is read
 )
 ENDINGS: Final = (".csv", ".jsonl", ".parquet")
+NAMED_ENDINGS: Final = (*ENDINGS, ".json")  # of files that are named; of folders other .json files are not taken
 GZIP_MAGIC: Final = b"\x1f\x8b"
 ZIP_MAGIC: Final = b"PK\x03\x04"
 UTF16_MARKS: Final = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
@@ -50,9 +51,9 @@ def is_recording_name(name: str) -> bool:
 
 
 def recording_id(path: Path) -> str:
-    """A recording's id, its file's name without .gz and without .csv, .jsonl or .parquet."""
+    """A recording's id, its file's name without .gz and without .csv, .jsonl, .json or .parquet."""
     name = path.name.removesuffix(".gz")
-    for ending in ENDINGS:
+    for ending in NAMED_ENDINGS:
         name = name.removesuffix(ending)
     return name
 

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
 from diagnosis.recordings.files import file_content, recording_files, recording_id, text_of
+from diagnosis.recordings.formats.json_tables import is_json, json_table
 from diagnosis.recordings.formats.named_columns import FORMAT_NAMES, I3_NEEDS, is_plain, read_abrp, read_i3, read_plain
 from diagnosis.recordings.formats.obd import LONG, OBD_NAMES, is_parameter, is_wide, read_long, read_wide
 from diagnosis.recordings.formats.parquet import PARQUET_MAGIC, parquet_table
-from diagnosis.recordings.formats.tables import LogTable, csv_table, json_table
+from diagnosis.recordings.formats.tables import LogTable, csv_table
 from diagnosis.recordings.formats.totals import TOTALS_NAMES, is_totals, read_totals
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError, shown
 from diagnosis.recordings.recording import Recording
@@ -35,15 +36,27 @@ def read_recording(path: Path, hidden: Sequence[str] = ()) -> Recording:
 def _read(table: LogTable, hidden: Sequence[str]) -> Recording:
     for form in FORMATS:
         if form.recognises(table.names):
-            return checked(form.read(table, hidden), table.path)
+            recording = form.read(table, hidden)
+            return checked(replace(recording, notes=(*recording.notes, *table.notes)), table.path)
     known = "; ".join(f"{form.name}: {', '.join(form.needs)}" for form in FORMATS)
     raise RecordingError(table.path, 1, "the header", shown(", ".join(table.names)), f"columns of a format ({known})")
 
 
 def read_drives(path: Path, hidden: Sequence[str] = ()) -> list[Recording]:
-    """The drives in a file: one, or one a row where it is a table of sums; raises as read_recording."""
+    """The drives in a file: one, or one a row where it is a table of sums; raises as read_recording.
+
+    Of a row that is no drive the error is raised.
+    """
+    drives, errors = _drives(path, hidden)
+    if errors:
+        raise errors[0]
+    return drives
+
+
+def _drives(path: Path, hidden: Sequence[str]) -> tuple[list[Recording], list[RecordingError]]:
+    """The drives in a file, and the errors of those that are none where it has several."""
     table = _table(path, hidden)
-    return read_totals(table) if is_totals(table.names) else [_read(table, hidden)]
+    return read_totals(table) if is_totals(table.names) else ([_read(table, hidden)], [])
 
 
 def read_recordings(
@@ -65,10 +78,14 @@ def read_recordings(
                 raise RecordingError(
                     str(path), 1, "its id", recording_id(path), f"one that {before} does not have already"
                 )
-            for recording in read_drives(path, hidden):
+            drives, refused = _drives(path, hidden)
+            errors += refused
+            for recording in drives:
                 if any(recording.id == known.id for known in found):
-                    raise RecordingError(str(path), 1, "its id", recording.id, "one that no file has already")
-                found.append(recording)
+                    allowed = "one that no file has already"
+                    errors.append(RecordingError(str(path), 1, "its id", recording.id, allowed))
+                else:
+                    found.append(recording)
         except RecordingError as error:
             errors.append(error)
         except OSError as error:
@@ -101,7 +118,7 @@ def _table(path: Path, hidden: Sequence[str]) -> LogTable:
     if content.startswith(PARQUET_MAGIC):
         return parquet_table(str(path), name, content, hidden, is_read)
     text = text_of(path, content)
-    if text.lstrip().startswith("{"):
+    if is_json(text):
         return json_table(str(path), name, text, hidden, is_read)
     return csv_table(str(path), name, text, hidden, is_read)
 

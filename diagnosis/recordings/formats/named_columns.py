@@ -63,9 +63,10 @@ def read_abrp(table: LogTable) -> Recording:
     """
     time_s, written = table.times(ABRP_TIME)
     series = []
+    needed = {"speed_mps", "power_w"} if "power" in table.names else {"speed_mps", "voltage_v", "current_a"}
     for column in ABRP_COLUMNS:
         if column.name in table.names:
-            series.append(series_of(column, time_s, table.values(column)))
+            series.append(series_of(column, time_s, table.values(column, strict=column.channel in needed)))
     notes = [*_unused(table, {column.name for column in (ABRP_TIME, *ABRP_COLUMNS, ABRP_CHARGING)}), *_written(written)]
     recording = recording_of_series(table.path, table.id, series, notes)
     if ABRP_CHARGING.name not in table.names:

@@ -14,7 +14,8 @@ import numpy as np
 
 from diagnosis.recordings.formats.clocks import Series, recording_of_series, series_of
 from diagnosis.recordings.formats.named_columns import M_PER_FOOT, MOST_KMH, MOST_W, RADIAN_PER_DEGREE
-from diagnosis.recordings.formats.tables import Column, LogTable, is_hidden, past_midnight
+from diagnosis.recordings.formats.tables import Column, LogTable, is_hidden
+from diagnosis.recordings.formats.times import past_midnight
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError, shown
 from diagnosis.recordings.soundness.signs import power_sign
 from energy.units import JOULE_PER_KWH, JOULE_PER_WH, KM_PER_MILE, KMH_PER_MPS, MPS_PER_MPH, ZERO_CELSIUS_K
@@ -209,8 +210,10 @@ def _recording(table: LogTable, readings: Sequence[Readings]) -> Recording:
     """The recording of all readings that a channel is known for; power's sign is found from the drive."""
     found: list[Found] = []
     ignored: list[str] = []
+    channels = {named[0].channel for reading in readings if (named := _parameter(reading.name)) is not None}
+    needed = {"speed_mps", "power_w"} if "power_w" in channels else {"speed_mps", "voltage_v", "current_a"}
     for reading in readings:
-        known = _found(table, reading)
+        known = _found(table, reading, needed)
         if isinstance(known, str):
             ignored.append(f"{reading.name} [{reading.unit}]{known}")
         elif known.series.values.size:
@@ -245,7 +248,7 @@ def _net(series: Sequence[Series]) -> list[Series]:
     return [*others, Series("used_j", name, drawn.time_s[known], drawn.values[known] - back[known])]
 
 
-def _found(table: LogTable, reading: Readings) -> Found | str:
+def _found(table: LogTable, reading: Readings, needed: set[str]) -> Found | str:
     """A parameter that is known, or why it is left aside, "" where nothing goes by its name."""
     known = _parameter(reading.name)
     if known is None:
@@ -253,7 +256,7 @@ def _found(table: LogTable, reading: Readings) -> Found | str:
     parameter, rank = known
     if _unit(reading.unit) not in UNITS[parameter.units]:
         return f" (unit not one of {', '.join(filter(None, UNITS[parameter.units]))})"
-    series = _series(table, reading, parameter)
+    series = _series(table, reading, parameter, strict=parameter.channel in needed)
     if parameter.channel == "voltage_v" and series.values.size and float(np.median(series.values)) < LEAST_PACK_V:
         return " (not the drive's battery)"
     return Found(parameter, rank, series, reading.unit)
@@ -305,15 +308,16 @@ def _parameter(name: str) -> tuple[LoggedParameter, int] | None:
     return None
 
 
-def _series(table: LogTable, reading: Readings, parameter: LoggedParameter) -> Series:
+def _series(table: LogTable, reading: Readings, parameter: LoggedParameter, *, strict: bool) -> Series:
     """Values of a parameter in SI units; empty ones are left out, and so are positions of exactly 0."""
     to_si, offset = UNITS[parameter.units][_unit(reading.unit)]
     low, high = ((limit - offset) / to_si for limit in (parameter.low, parameter.high))
     column = Column(reading.name, parameter.channel, round(low, 3), round(high, 3), to_si, offset)
     cells = reading.cells if isinstance(reading.cells, list) else list(reading.cells)
     texts = [cell if isinstance(cell, str) else f"{cell!r}" for cell in cells]
-    part = LogTable(table.path, table.id, (reading.name,), (texts,), [table.lines[row] for row in reading.rows])
-    values = part.values(column)
+    lines = [table.lines[row] for row in reading.rows]
+    part = LogTable(table.path, table.id, (reading.name,), (texts,), lines, table.notes)
+    values = part.values(column, strict=strict)
     if parameter.units == "position":
         values = np.where(values == 0.0, np.nan, values)
     return series_of(column, reading.time_s, values, reading.name)

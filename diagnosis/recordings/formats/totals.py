@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from diagnosis.recordings.formats.tables import Column
+from diagnosis.recordings.formats.tables import Column, LogTable
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError
 from diagnosis.recordings.recording import Detail, Recording
 from energy.units import JOULE_PER_KWH, ZERO_CELSIUS_K
@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
-
-    from diagnosis.recordings.formats.tables import LogTable
 
 STEP_S: Final = 10.0  # of the drives that are made of rows
 MOST_MPS: Final = 200.0 / 3.6
@@ -47,56 +45,75 @@ def is_totals(names: Sequence[str]) -> bool:
     return DISTANCE.name in there and lasts and (ENERGY.name in there or charges <= there) and "time_s" not in there
 
 
-def read_totals(table: LogTable) -> list[Recording]:
-    """A drive a row, at its mean speed and mean power; those of a charge alone wait for a capacity.
+def read_totals(table: LogTable) -> tuple[list[Recording], list[RecordingError]]:
+    """A drive a row, at its mean speed and mean power, and the errors of rows that are none.
 
-    Raises RecordingError for a row without distance or duration, with neither energy nor both charges, faster than any
-    vehicle, or of an id that is there already.
+    Drives of a charge alone wait for a capacity. No drive is a row without distance or duration, with neither energy
+    nor both charges, faster than any vehicle, or of an id that is there already. Raises RecordingError where columns
+    are missing or there twice.
     """
+    for name in table.names:
+        if name in TOTALS_NAMES:
+            table.cells(name)
+    found: list[Recording] = []
+    errors: list[RecordingError] = []
+    ids: set[str] = set()
+    for row in range(len(table.lines)):
+        try:
+            drive = _drive(_row(table, row))
+            if drive.id in ids:
+                raise table.error(row, TRIP, drive.id, "an id that no row before has")
+        except RecordingError as error:
+            errors.append(error)
+            continue
+        ids.add(drive.id)
+        found.append(drive)
+    return found, errors
+
+
+def _row(table: LogTable, row: int) -> LogTable:
+    """A table of one row of another."""
+    columns = tuple(cells[row : row + 1] for cells in table.columns)
+    return LogTable(table.path, table.id, table.names, columns, [table.lines[row]])
+
+
+def _drive(table: LogTable) -> Recording:
+    """The drive in a table of one row."""
     distance_m = table.values(DISTANCE, required=True)
     lasts = next(column for column in DURATIONS if column.name in table.names)
     duration_s = table.values(lasts, required=True)
-    energy_j, start, end = (_known(table, column) for column in (ENERGY, *CHARGES))
+    energy_j, start, end = (_known(table, column, strict=True) for column in (ENERGY, *CHARGES))
     ambient_k, climb_m, payload_kg = (_known(table, column) for column in (AMBIENT, CLIMB, PAYLOAD))
-    found: list[Recording] = []
-    ids: set[str] = set()
-    for row in range(distance_m.size):
-        speed_mps = float(distance_m[row] / duration_s[row])
-        if speed_mps > MOST_MPS:
-            raise table.error(row, DISTANCE.name, f"{3.6 * speed_mps:.0f} km/h on average", "at most 200 km/h")
-        known_charge = not np.isnan(start[row]) and not np.isnan(end[row])
-        if np.isnan(energy_j[row]) and not known_charge:
-            raise table.error(row, ENERGY.name, "empty", "an energy, or the charge at both ends")
-        name = _id(table, row)
-        if name in ids:
-            raise table.error(row, TRIP, name, "an id that no row before has")
-        ids.add(name)
-        time_s = _begin_s(table, row) + np.append(np.arange(0.0, duration_s[row], STEP_S), duration_s[row])
-        n = time_s.size
-        along = np.linspace(0.0, 1.0, n)
-        power_w = 0.0 if np.isnan(energy_j[row]) else float(energy_j[row] / duration_s[row])
-        remarks = str(table.cells(REMARKS)[row]).strip() if REMARKS in table.names else ""
-        notes = (Note(NoteKind.READ, "", f"remarks: {remarks}"),) if remarks else ()
-        found.append(
-            Recording(
-                id=name,
-                time_s=time_s,
-                speed_mps=np.full(n, speed_mps),
-                power_w=np.full(n, power_w),
-                elevation_m=None if np.isnan(climb_m[row]) else climb_m[row] * along,
-                ambient_k=None if np.isnan(ambient_k[row]) else np.full(n, ambient_k[row]),
-                soc_frac=start[row] + (end[row] - start[row]) * along if known_charge else None,
-                payload_kg=None if np.isnan(payload_kg[row]) else np.full(n, payload_kg[row]),
-                notes=notes,
-                detail=Detail.TOTALS,
-            )
-        )
-    return found
+    row = 0
+    speed_mps = float(distance_m[row] / duration_s[row])
+    if speed_mps > MOST_MPS:
+        raise table.error(row, DISTANCE.name, f"{3.6 * speed_mps:.0f} km/h on average", "at most 200 km/h")
+    known_charge = not np.isnan(start[row]) and not np.isnan(end[row])
+    if np.isnan(energy_j[row]) and not known_charge:
+        raise table.error(row, ENERGY.name, "empty", "an energy, or the charge at both ends")
+    time_s = _begin_s(table, row) + np.append(np.arange(0.0, duration_s[row], STEP_S), duration_s[row])
+    n = time_s.size
+    along = np.linspace(0.0, 1.0, n)
+    power_w = 0.0 if np.isnan(energy_j[row]) else float(energy_j[row] / duration_s[row])
+    remarks = str(table.cells(REMARKS)[row]).strip() if REMARKS in table.names else ""
+    notes = (Note(NoteKind.READ, "", f"remarks: {remarks}"),) if remarks else ()
+    return Recording(
+        id=_id(table, row),
+        time_s=time_s,
+        speed_mps=np.full(n, speed_mps),
+        power_w=np.full(n, power_w),
+        elevation_m=None if np.isnan(climb_m[row]) else climb_m[row] * along,
+        ambient_k=None if np.isnan(ambient_k[row]) else np.full(n, ambient_k[row]),
+        soc_frac=start[row] + (end[row] - start[row]) * along if known_charge else None,
+        payload_kg=None if np.isnan(payload_kg[row]) else np.full(n, payload_kg[row]),
+        notes=(*notes, *table.notes),
+        detail=Detail.TOTALS,
+    )
 
 
-def _known(table: LogTable, column: Column) -> NDArray[np.float64]:
+def _known(table: LogTable, column: Column, *, strict: bool = False) -> NDArray[np.float64]:
     """A column, NaN where the table has none."""
-    return table.values(column) if column.name in table.names else np.full(len(table.lines), np.nan)
+    return table.values(column, strict=strict) if column.name in table.names else np.full(len(table.lines), np.nan)
 
 
 def _id(table: LogTable, row: int) -> str:

@@ -45,7 +45,7 @@ def test_what_is_no_text_is_an_error(read, content, found):
 @pytest.mark.parametrize(
     ("content", "found"),
     [
-        ("time_s;speed_kmh;power_w\n0,0;1;2\n1,0;1;2\n", "row 2: time_s is 0,0, allowed: .* with a decimal point"),
+        ("time_s;speed_kmh;power_w\n0.0;1;2\n1,0;1;2\n", "row 3: time_s is 1,0, allowed: .* with a decimal point"),
         (
             "time_s,speed_kmh,power_w\n0,1,2\n1,0,1,2\n",
             "row 3: the row is 4 cells long, .*; numbers with a decimal point",

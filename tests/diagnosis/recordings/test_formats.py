@@ -147,8 +147,8 @@ def test_json_line_that_is_no_object_is_an_error(tmp_path, line, found):
 
 def test_abrp_cell_out_of_range_is_told_by_its_line(tmp_path):
     rows = abrp_rows(drive())
-    rows[7]["soc"] = 180
-    with pytest.raises(RecordingError, match="row 8: soc is 180, allowed: a number from 0 to 100"):
+    rows[7]["speed"] = 280
+    with pytest.raises(RecordingError, match="row 8: speed is 280, allowed: a number from 0 to 200"):
         read_recording(written_as_json(tmp_path / "a.jsonl", rows))
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from diagnosis.recordings.reading import RecordingError, read_recording
-from tests.diagnosis.recording_rows import I3_HEADER, SAMPLES, i3_rows, plain_rows, with_column
+from tests.diagnosis.recording_rows import I3_HEADER, i3_rows, plain_rows
 
 
 @pytest.mark.parametrize(
@@ -22,12 +22,6 @@ def test_bad_cell_of_an_i3_file_is_told_by_file_row_and_column(i3_file, column, 
     assert (error.path, error.row, error.value) == (str(path), 43, shown)  # the header is row 1
     assert error.column == I3_HEADER.split(";")[column].strip()
     assert "a number from" in error.allowed
-
-
-def test_optional_cell_out_of_range_is_an_error_but_an_empty_one_is_not(plain_file):
-    header, rows = with_column(plain_rows(), "soc_frac", ["", "80", *["0.8"] * (SAMPLES - 2)])
-    with pytest.raises(RecordingError, match=r"drive\.csv, row 3: soc_frac is 80, allowed: a number from 0 to 1,"):
-        read_recording(plain_file(rows, header))
 
 
 def test_time_that_runs_back_is_an_error(plain_file):

@@ -176,12 +176,13 @@ def test_bad_date_time_is_told_by_its_row(read, stamp, found):
         read(plain_csv(driven, time_s=stamps))
 
 
-def test_milliseconds_since_1970_are_refused(read):
+@pytest.mark.parametrize(("per_s", "name"), [(10**3, "milli"), (10**6, "micro"), (10**9, "nano")])
+def test_parts_of_seconds_since_1970_are_read_and_told(read, per_s, name):
     driven = drive()
-    with pytest.raises(
-        RecordingError, match=r"row 2: time_s is 17\d+, allowed: seconds; milliseconds since 1970 divided"
-    ):
-        read(plain_csv(driven, time_s=[f"{1_700_000_000_000 + 1000 * int(time)}" for time in driven.time_s]))
+    stamps = [f"{1_700_000_000 * per_s + per_s * int(time)}" for time in driven.time_s]
+    recording = read(plain_csv(driven, time_s=stamps))
+    assert recording.time_s == pytest.approx(1_700_000_000.0 + driven.time_s)
+    assert f"seconds, from {name}seconds since 1970" in texts(recording, NoteKind.READ)
 
 
 def test_milliseconds_at_a_hundred_samples_a_second_are_refused(read):

@@ -66,7 +66,6 @@ def test_charge_at_both_ends_stands_for_an_energy_and_dates_order_drives(tmp_pat
         (["a,20,30,4,5", "a,10,20,2,5"], "row 3: trip is a, allowed: an id that no row before has"),
         (["a,300,30,60,5"], "row 2: distance_km is 600 km/h on average"),
         (["a,,30,4,5"], "row 2: distance_km is empty"),
-        (["a,20,30,4,five"], "row 2: ambient_c is five"),
     ],
 )
 def test_a_row_that_is_no_drive_is_refused_by_name(tmp_path, rows, message):
