@@ -99,8 +99,8 @@ def diagnose(
     """What recordings of a vehicle say about what its model leaves out; held_out: ids of trips that are never fitted.
 
     progress: called with the name of a stage and the share that is done. cancelled: asked between stages.
-    Raises DiagnosisError for ids that repeat or are not there, DiagnosisCancelled, and EnergyError where a profile
-    cannot be replayed.
+    A drive whose profile cannot be replayed is left out, and named in data_quality as unfit. Raises DiagnosisError for
+    ids that repeat or are not there and where no drive can be replayed, DiagnosisCancelled.
     """
     _check(recordings, held_out)
 
@@ -123,19 +123,28 @@ def diagnose(
     whole = _is_of_totals(recordings, held_out)
     battery = battery_loss([recording for recording in recordings if recording.id not in held_out])
     trips = []
+    refused: dict[str, EnergyError] = {}
     window_s = WHOLE_TRIP_S if whole else _window_s(recordings, settings.window_s)
     for recording in recordings:
         try:
             trips.append(trip_of(recording, driven(recording, vehicle, battery), window_s))
         except EnergyError as error:
-            raise DiagnosisError(f"trip {recording.id} cannot be replayed: {error}") from error
+            refused[recording.id] = error
         if cancelled is not None and cancelled():
             raise DiagnosisCancelled("the diagnosis was cancelled")
-    quality = tuple(
-        QualityNote(recording.id, note.kind.value, note.channel, note.text)
-        for recording in recordings
-        for note in recording.notes
+    if not trips:
+        trip_id, reason = next(iter(refused.items()))
+        raise DiagnosisError(f"trip {trip_id} cannot be replayed: {reason}") from reason
+    quality = (
+        *(
+            QualityNote(recording.id, note.kind.value, note.channel, note.text)
+            for recording in recordings
+            for note in recording.notes
+        ),
+        *(_why_refused(trip_id, reason) for trip_id, reason in refused.items()),
     )
+    recordings = [recording for recording in recordings if recording.id not in refused]
+    recorded = [recording for recording in recorded if recording.id not in refused]
     trips, unfit = _fit_for_it(trips, whole)
     fitted = [trip for trip in trips if trip.recording.id not in held_out]
     kept = [trip for trip in trips if trip.recording.id in held_out]
@@ -329,6 +338,11 @@ def _window_s(recordings: Sequence[Recording], least_s: float) -> float:
     """Length of windows that holds WINDOW_STEPS samples of each recording that can be fitted."""
     steps_s = [float(np.median(np.diff(recording.time_s))) for recording in recordings]
     return max([least_s, *(WINDOW_STEPS * step_s for step_s in steps_s if step_s <= COARSEST_STEP_S)])
+
+
+def _why_refused(trip_id: str, error: EnergyError) -> QualityNote:
+    channel = "elevation_m" if getattr(error, "field", "") == "elevation_m" else "speed_mps"
+    return QualityNote(trip_id, "unfit", channel, f"not fitted: cannot be replayed: {error}")
 
 
 def _why_unfit(trip: WindowedTrip) -> QualityNote:

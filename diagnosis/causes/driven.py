@@ -165,6 +165,8 @@ def _angle_at(
 
 
 def _heading_of_positions(latitude: NDArray[np.float64], longitude: NDArray[np.float64]) -> NDArray[np.float64]:
+    if latitude.size < 2:
+        return np.zeros_like(latitude)
     north = np.gradient(_smoothed(latitude))
     east = np.gradient(_smoothed(longitude)) * np.cos(np.radians(latitude))
     moving = np.hypot(east, north) > 1e-7  # degrees a step, some centimetres
@@ -179,6 +181,8 @@ def _curvature(
     heading: NDArray[np.float64], speed: NDArray[np.float64], duration_s: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Turn over way [rad/m], of the smoothed heading; 0 where the vehicle is too slow for a heading."""
+    if heading.size < 2:
+        return np.zeros_like(heading)
     turn = np.gradient(_smoothed(np.unwrap(heading))) / duration_s
     moving = speed > LEAST_TURN_MPS
     return np.divide(turn, speed, out=np.zeros_like(speed), where=moving)

@@ -91,3 +91,36 @@ def test_drives_that_give_back_more_than_they_take_have_no_relative_error(car):
     found = diagnose(charged, car)
     assert found.before is None
     assert found.verdict is not Verdict.NOTHING_MISSING  # 40 kW that the file does not know of
+
+
+def vertical(recording):
+    """A drive whose height rises by 150 m for good from one sample to the next, at walking pace."""
+    steps = np.arange(120.0)
+    height_m = np.where(steps < 60.0, 500.0, 650.0)
+    return replace(recording, time_s=steps, speed_mps=np.ones(120), power_w=np.full(120, 900.0), elevation_m=height_m,
+                   ambient_k=None)  # fmt: skip
+
+
+def test_a_drive_that_cannot_be_replayed_is_unfit_and_the_others_go_on(car):
+    drives = [drive(car, number) for number in range(8)]
+    drives[2] = vertical(drives[2])
+    found = diagnose(drives, car)
+    (note,) = [note for note in found.data_quality if note.kind == "unfit"]
+    assert (note.trip_id, note.channel) == ("T2", "elevation_m")
+    assert "cannot be replayed: elevation_m at sample" in note.text
+    assert len(found.trips) == 7
+    assert "T2" not in found.fitted_trips
+
+
+def test_drives_of_which_none_can_be_replayed_are_refused_by_name(car):
+    with pytest.raises(DiagnosisError, match="trip T1 cannot be replayed: elevation_m at sample"):
+        diagnose([vertical(drive(car, 1))], car)
+
+
+def test_a_drive_of_one_step_with_positions_stands_beside_the_others(car):
+    two = np.arange(2.0)
+    short = Recording("short", two, 3.0 + two, np.full(2, 2000.0), latitude_deg=48.0 + 1e-5 * two,
+                      longitude_deg=11.0 + 1e-5 * two)  # fmt: skip
+    found = diagnose([short, drive(car, 1)], car)
+    assert {account.id for account in found.trips} == {"short", "T1"}
+    assert next(account for account in found.trips if account.id == "short").distance_km == pytest.approx(0.0035)
