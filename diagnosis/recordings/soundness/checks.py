@@ -10,6 +10,7 @@ import numpy as np
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError
 from diagnosis.recordings.recording import channels_of
 from diagnosis.recordings.soundness.charging import charging_at_standstill, without_charging
+from diagnosis.recordings.soundness.clock import check_pace, pace_notes
 from diagnosis.recordings.soundness.heights import with_telling_height
 from diagnosis.recordings.soundness.lag import without_lag
 from diagnosis.recordings.soundness.plausibility import check_way, plausibility_notes
@@ -22,6 +23,7 @@ from diagnosis.recordings.soundness.repairs import (
     without_empty,
     without_impossible,
 )
+from diagnosis.recordings.soundness.sampling import line_notes, without_held_positions
 from diagnosis.recordings.soundness.signs import push_powers_w
 from diagnosis.recordings.soundness.units import factor_notes, with_units
 from energy.units import JOULE_PER_KWH
@@ -55,6 +57,7 @@ def checked(recording: Recording, path: str) -> Recording:
     Raises RecordingError where power has the wrong sign, the clock or the speed the wrong unit.
     """
     _check_clock(recording, path)
+    recording = without_held_positions(recording)
     if recording.is_one_number:
         recording = with_units(_with_gaps(recording))
         check_way(recording, path)
@@ -62,6 +65,7 @@ def checked(recording: Recording, path: str) -> Recording:
         return _with_notes(recording, (_missing, _gaps, _whole_metres, _late_height, _coarse, factor_notes))
     recording = without_charging(recording, charging_at_standstill(recording), "while standing", path)
     recording = repaired(recording)
+    check_pace(_with_gaps(recording), path)
     _check_sign(recording, path)
     recording = with_units(_with_gaps(recording))
     check_way(recording, path)
@@ -77,6 +81,8 @@ def checked(recording: Recording, path: str) -> Recording:
         _twice,
         _coarse,
         plausibility_notes,
+        pace_notes,
+        line_notes,
         factor_notes,
     )
     return _with_notes(recording, checks)

@@ -98,6 +98,12 @@ def _mass_notes(recording: Recording) -> Iterator[Note]:
         yield Note(NoteKind.SUSPECT, "power_w", f"{seen}: power in kW, or speed in another unit?")
     elif mass_kg > HEAVIEST_KG and float(recording.speed_mps.max()) < SLOW_MPS:
         yield Note(NoteKind.SUSPECT, "speed_mps", f"{seen}: speed in metres a second, or time in another unit?")
+    elif mass_kg > HEAVIEST_KG:
+        yield Note(NoteKind.SUSPECT, "time_s", f"{seen}: time that runs too slow, or power in another unit?")
+    elif 0.0 <= mass_kg < LIGHTEST_KG:
+        yield Note(
+            NoteKind.SUSPECT, "time_s", f"{seen}: time that runs too fast, or a power too smooth to tell a mass?"
+        )
 
 
 def way_ratios(recording: Recording) -> tuple[NDArray[np.float64], float]:
