@@ -118,6 +118,10 @@ def diagnose(
             progress(stage, share(stage))
 
     on_step(STAGES[0])
+    profiles = [recording for recording in recordings if recording.detail is Detail.PROFILE]
+    recordings = [recording for recording in recordings if recording.detail is not Detail.PROFILE]
+    if not recordings:
+        raise DiagnosisError("power_w was recorded on no drive, allowed: drives with a power, a charge or an energy")
     recorded = with_doubted_scales(with_doubted_heights(with_doubts(recordings)), vehicle.mass_kg)
     recordings = with_power_of_charge(recorded, vehicle.usable_capacity_wh)
     whole = _is_of_totals(recordings, held_out)
@@ -142,6 +146,7 @@ def diagnose(
             for note in recording.notes
         ),
         *(_why_refused(trip_id, reason) for trip_id, reason in refused.items()),
+        *(QualityNote(profile.id, "unfit", "power_w", "not fitted: a track without power") for profile in profiles),
     )
     recordings = [recording for recording in recordings if recording.id not in refused]
     recorded = [recording for recording in recorded if recording.id not in refused]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 MOST_BYTES: Final = (
     100_000_000  # ten samples a second of 48 columns for nine hours; takes up to 1.6 GB while it is read
 )
-ENDINGS: Final = (".csv", ".jsonl", ".parquet")
+ENDINGS: Final = (".csv", ".jsonl", ".parquet", ".gpx")
 NAMED_ENDINGS: Final = (*ENDINGS, ".json")  # of files that are named; of folders other .json files are not taken
 GZIP_MAGIC: Final = b"\x1f\x8b"
 ZIP_MAGIC: Final = b"PK\x03\x04"
@@ -28,8 +28,9 @@ UTF16_MARKS: Final = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 def recording_files(paths: Iterable[Path | str]) -> list[Path]:
     """The files that paths name: files as they are, those of folders and of patterns such as "drives/*.csv".
 
-    Of a folder the .csv, .jsonl and .parquet files, each also with .gz, in order of their names; folders within it are
-    left aside. No file comes twice. A path that nothing is found for is returned as it is, to fail when it is opened.
+    Of a folder the .csv, .jsonl, .parquet and .gpx files, each also with .gz, in order of their names; folders within
+    it are left aside. No file comes twice. A path that nothing is found for is returned as it is, to fail
+    when it is opened.
     """
     found: dict[Path, None] = {}
     for named in paths:
@@ -51,7 +52,7 @@ def is_recording_name(name: str) -> bool:
 
 
 def recording_id(path: Path) -> str:
-    """A recording's id, its file's name without .gz and without .csv, .jsonl, .json or .parquet."""
+    """A recording's id, its file's name without .gz and without .csv, .jsonl, .json, .parquet or .gpx."""
     name = path.name.removesuffix(".gz")
     for ending in NAMED_ENDINGS:
         name = name.removesuffix(ending)

@@ -8,9 +8,29 @@ from pathlib import Path
 from typing import Final
 
 from diagnosis.recordings.files import file_content, recording_files, recording_id, text_of
+from diagnosis.recordings.formats.car_services import (
+    DRIVE,
+    SERVICE_NAMES,
+    is_ovms,
+    is_teslamate,
+    read_ovms,
+    read_teslamate,
+    teslamate_drives,
+)
+from diagnosis.recordings.formats.gpx import is_gpx, read_gpx
 from diagnosis.recordings.formats.json_tables import is_json, json_table
+from diagnosis.recordings.formats.leaf_spy import LEAF_SPY_NAMES, NEEDS, is_leaf_spy, read_leaf_spy
 from diagnosis.recordings.formats.named_columns import FORMAT_NAMES, I3_NEEDS, is_plain, read_abrp, read_i3, read_plain
-from diagnosis.recordings.formats.obd import LONG, OBD_NAMES, is_parameter, is_wide, read_long, read_wide
+from diagnosis.recordings.formats.obd import (
+    DEVICE_TIME,
+    LONG,
+    OBD_NAMES,
+    is_parameter,
+    is_torque,
+    is_wide,
+    read_long,
+    read_wide,
+)
 from diagnosis.recordings.formats.parquet import PARQUET_MAGIC, parquet_table
 from diagnosis.recordings.formats.tables import LogTable, csv_table
 from diagnosis.recordings.formats.totals import TOTALS_NAMES, is_totals, read_totals
@@ -20,7 +40,7 @@ from diagnosis.recordings.soundness.checks import checked
 
 __all__ = ["Note", "NoteKind", "Recording", "RecordingError", "read_recording", "read_recordings"]
 
-FIXED_NAMES: Final = FORMAT_NAMES | OBD_NAMES | TOTALS_NAMES
+FIXED_NAMES: Final = FORMAT_NAMES | OBD_NAMES | TOTALS_NAMES | LEAF_SPY_NAMES | SERVICE_NAMES
 OnProgress = Callable[[int, int], None]
 
 
@@ -30,22 +50,41 @@ def read_recording(path: Path, hidden: Sequence[str] = ()) -> Recording:
     hidden: patterns such as "Heat*" of names of columns that are dropped before anything is read, letter case aside.
     Raises RecordingError naming file, row, column, value and what is allowed; OSError where the file can't be opened.
     """
-    return _read(_table(path, hidden), hidden)
+    drives = read_drives(path, hidden)
+    if len(drives) > 1:
+        raise RecordingError(str(path), 1, "the file", f"{len(drives)} drives", "one drive; read_drives reads several")
+    return drives[0]
 
 
-def _read(table: LogTable, hidden: Sequence[str]) -> Recording:
+def _read(table: LogTable, hidden: Sequence[str]) -> tuple[list[Recording], list[RecordingError]]:
+    """The drives in a table, checked, and the errors of those that can't be read where it has several."""
+    form = _form(table)
+    parts = [table] if form.split is None else form.split(table)
+    drives: list[Recording] = []
+    errors: list[RecordingError] = []
+    for part in parts:
+        try:
+            recording = form.read(part, hidden)
+            drives.append(checked(replace(recording, notes=(*recording.notes, *part.notes)), part.path))
+        except RecordingError as error:
+            if len(parts) == 1:
+                raise
+            errors.append(error)
+    return drives, errors
+
+
+def _form(table: LogTable) -> Format:
     for form in FORMATS:
         if form.recognises(table.names):
-            recording = form.read(table, hidden)
-            return checked(replace(recording, notes=(*recording.notes, *table.notes)), table.path)
+            return form
     known = "; ".join(f"{form.name}: {', '.join(form.needs)}" for form in FORMATS)
     raise RecordingError(table.path, 1, "the header", shown(", ".join(table.names)), f"columns of a format ({known})")
 
 
 def read_drives(path: Path, hidden: Sequence[str] = ()) -> list[Recording]:
-    """The drives in a file: one, or one a row where it is a table of sums; raises as read_recording.
+    """The drives in a file: one, one a row where it is a table of sums, one an id of TeslaMate; as read_recording.
 
-    Of a row that is no drive the error is raised.
+    The error of one that is no drive is raised.
     """
     drives, errors = _drives(path, hidden)
     if errors:
@@ -55,8 +94,17 @@ def read_drives(path: Path, hidden: Sequence[str] = ()) -> list[Recording]:
 
 def _drives(path: Path, hidden: Sequence[str]) -> tuple[list[Recording], list[RecordingError]]:
     """The drives in a file, and the errors of those that are none where it has several."""
-    table = _table(path, hidden)
-    return read_totals(table) if is_totals(table.names) else ([_read(table, hidden)], [])
+    content = file_content(path)
+    name = recording_id(path)
+    if not content.startswith(PARQUET_MAGIC):
+        text = text_of(path, content)
+        if is_gpx(text):
+            return [checked(read_gpx(str(path), name, text), str(path))], []
+        table = json_table(str(path), name, text, hidden, is_read) if is_json(text) else None
+        table = table or csv_table(str(path), name, text, hidden, is_read)
+    else:
+        table = parquet_table(str(path), name, content, hidden, is_read)
+    return read_totals(table) if is_totals(table.names) else _read(table, hidden)
 
 
 def read_recordings(
@@ -100,27 +148,17 @@ def read_recordings(
 
 @dataclass(frozen=True, slots=True)
 class Format:
-    """A kind of file: how its header is recognised, and how its table is read."""
+    """A kind of file: how its header is recognised, how its table is read, and how it is split into drives."""
 
     name: str
     needs: tuple[str, ...]
     read: Callable[[LogTable, Sequence[str]], Recording]
     fits: Callable[[Sequence[str]], bool] | None = None
+    split: Callable[[LogTable], list[LogTable]] | None = None
 
     def recognises(self, names: Sequence[str]) -> bool:
         """Whether a header with these names is of this format."""
         return set(self.needs) <= set(names) if self.fits is None else self.fits(names)
-
-
-def _table(path: Path, hidden: Sequence[str]) -> LogTable:
-    content = file_content(path)
-    name = recording_id(path)
-    if content.startswith(PARQUET_MAGIC):
-        return parquet_table(str(path), name, content, hidden, is_read)
-    text = text_of(path, content)
-    if is_json(text):
-        return json_table(str(path), name, text, hidden, is_read)
-    return csv_table(str(path), name, text, hidden, is_read)
 
 
 def is_read(name: str) -> bool:
@@ -140,4 +178,16 @@ FORMATS: Final = (
     Format("ABRP telemetry", ("utc", "speed"), lambda table, _: read_abrp(table)),
     Format("Car Scanner, long", LONG, read_long),
     Format("Car Scanner, wide", ("time", "Vehicle speed (km/h)"), lambda table, _: read_wide(table), is_wide),
+    Format(
+        "Torque", (DEVICE_TIME.name, "Speed (OBD)(km/h)"), lambda table, _: read_wide(table, DEVICE_TIME), is_torque
+    ),
+    Format("Leaf Spy", NEEDS, lambda table, _: read_leaf_spy(table), is_leaf_spy),
+    Format(
+        "TeslaMate",
+        ("date", "speed", "power", DRIVE),
+        lambda table, _: read_teslamate(table),
+        is_teslamate,
+        teslamate_drives,
+    ),
+    Format("OVMS", ("timestamp", "v.p.speed"), lambda table, _: read_ovms(table), is_ovms),
 )

@@ -27,6 +27,7 @@ class Detail(StrEnum):
     COUNTER = "counter"
     CHARGE = "charge"
     TOTALS = "totals"
+    PROFILE = "profile"
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,8 +42,8 @@ class Recording:
     payload_kg: beyond the vehicle's mass. odometer_m, used_j, regen_j: counters from any start, of the way, of the
     energy that left the battery less what came back, and of what came back by recuperation.
     notes: what the reader has found and what it did. detail: whether power, only a coarse counter of energy, only the
-    charge, or only sums of the drive were recorded. Of the latter three one energy is known; where that is by the
-    charge, power_w is 0 until a vehicle's capacity is known.
+    charge, only sums of the drive, or no energy at all were recorded. Of the three before the last one energy is known;
+    where that is by the charge, power_w is 0 until a vehicle's capacity is known. Of a profile power_w is 0.
     elevation_source: what elevation_m was filled in from; empty where it was recorded.
     gaps: begin and end [s] of each stretch in which nothing was recorded, rising, each from one sample to the next.
     """
@@ -78,7 +79,7 @@ class Recording:
 
     @property
     def is_one_number(self) -> bool:
-        """Whether one energy is all that is known of the battery's power."""
+        """Whether one energy at most is known of the battery's power."""
         return self.detail is not Detail.SAMPLES
 
     def energy_j(self) -> float:

@@ -23,7 +23,7 @@ from diagnosis.recordings.soundness.charging import without_charging
 from energy.units import JOULE_PER_KWH, JOULE_PER_WH, KM_PER_MILE, KMH_PER_MPS, MPS_PER_MPH, ZERO_CELSIUS_K
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Collection, Sequence
 
     from numpy.typing import NDArray
 
@@ -62,12 +62,12 @@ def read_abrp(table: LogTable) -> Recording:
     marked is_charging is cut out.
     """
     time_s, written = table.times(ABRP_TIME)
-    series = []
     needed = {"speed_mps", "power_w"} if "power" in table.names else {"speed_mps", "voltage_v", "current_a"}
-    for column in ABRP_COLUMNS:
-        if column.name in table.names:
-            series.append(series_of(column, time_s, table.values(column, strict=column.channel in needed)))
-    notes = [*_unused(table, {column.name for column in (ABRP_TIME, *ABRP_COLUMNS, ABRP_CHARGING)}), *_written(written)]
+    series = named_series(table, time_s, ABRP_COLUMNS, needed)
+    notes = [
+        *unused_notes(table, {column.name for column in (ABRP_TIME, *ABRP_COLUMNS, ABRP_CHARGING)}),
+        *_written(written),
+    ]
     recording = recording_of_series(table.path, table.id, series, notes)
     if ABRP_CHARGING.name not in table.names:
         return recording
@@ -78,6 +78,17 @@ def read_abrp(table: LogTable) -> Recording:
     return without_charging(recording, marked, "marked is_charging", table.path)
 
 
+def named_series(
+    table: LogTable, time_s: NDArray[np.float64], columns: Sequence[Column], needed: Collection[str] = ()
+) -> list[Series]:
+    """A series for each column that a table has; cells out of range are blanked, or an error in needed channels."""
+    return [
+        series_of(column, time_s, table.values(column, strict=column.channel in needed))
+        for column in columns
+        if column.name in table.names
+    ]
+
+
 def _recording(table: LogTable, columns: Sequence[Column]) -> Recording:
     """A recording of the columns that a table has; power is taken from voltage and current where it has no own."""
     time_s, written = table.times(columns[0])
@@ -86,7 +97,7 @@ def _recording(table: LogTable, columns: Sequence[Column]) -> Recording:
     has_power = "power_w" in own
     poor = not has_power and not {"voltage_v", "current_a"} <= own
     needed = REQUIRED if has_power or poor else (*REQUIRED, "voltage_v", "current_a")
-    notes = [*_unused(table, {column.name for column in columns}), *_written(written)]
+    notes = [*unused_notes(table, {column.name for column in columns}), *_written(written)]
     for column in columns[1:]:
         if column.name not in table.names:
             continue
@@ -141,7 +152,7 @@ def _counted(table: LogTable, channels: dict[str, NDArray[np.float64]], notes: l
     return Detail.CHARGE if mean_w is None else Detail.COUNTER
 
 
-def _unused(table: LogTable, known: set[str]) -> list[Note]:
+def unused_notes(table: LogTable, known: set[str]) -> list[Note]:
     """Notes on the columns that a format has no channel for."""
     unused = [name for name in table.names if name and name not in known]
     notes = []

@@ -1,4 +1,4 @@
-"""Logs of Car Scanner ELM OBD2, long and wide, whose columns are parameters by their names in plain words.
+"""Logs of Car Scanner ELM OBD2, long and wide, and of Torque: columns are parameters by their names in plain words.
 
 Long: a reading a row, SECONDS of the day, PID, VALUE, UNITS and mostly LATITUDE and LONGTITUDE (so spelt).
 Wide: a "time" column and one for each parameter, "name (unit)", with a value where it was read.
@@ -29,7 +29,9 @@ if TYPE_CHECKING:
 
 LONG: Final = ("SECONDS", "PID", "VALUE", "UNITS")
 POSITIONS: Final = ("LATITUDE", "LONGTITUDE", "LONGITUDE")
-OBD_NAMES: Final = frozenset((*LONG, *POSITIONS, "time"))
+DEVICE_TIME: Final = Column("Device Time", "time_s", 0.0, 1e10)
+TORQUE_UNITS: Final = {"Altitude": "m", "Bearing": "°"}  # of columns that Torque writes without one
+OBD_NAMES: Final = frozenset((*LONG, *POSITIONS, "time", "Device Time", *TORQUE_UNITS))
 SECONDS: Final = Column("SECONDS", "time_s", 0.0, 1e10)
 TIME: Final = Column("time", "time_s", 0.0, 1e10)
 MILE_M: Final = 1000.0 * KM_PER_MILE
@@ -40,7 +42,12 @@ NAMED_MOST: Final = 12
 CELSIUS: Final = (1.0, ZERO_CELSIUS_K)
 FAHRENHEIT: Final = (K_PER_FAHRENHEIT, ZERO_CELSIUS_K - 32.0 * K_PER_FAHRENHEIT)
 UNITS: Final[dict[str, dict[str, tuple[float, float]]]] = {
-    "speed": {"km/h": (1.0 / KMH_PER_MPS, 0.0), "mph": (MPS_PER_MPH, 0.0), "m/s": (1.0, 0.0)},
+    "speed": {
+        "km/h": (1.0 / KMH_PER_MPS, 0.0),
+        "mph": (MPS_PER_MPH, 0.0),
+        "m/s": (1.0, 0.0),
+        "meters/second": (1.0, 0.0),
+    },
     "power": {"kw": (1000.0, 0.0), "w": (1.0, 0.0)},
     "energy": {"kwh": (JOULE_PER_KWH, 0.0), "wh": (JOULE_PER_WH, 0.0)},
     "way": {"km": (1000.0, 0.0), "mi": (MILE_M, 0.0), "miles": (MILE_M, 0.0), "mile": (MILE_M, 0.0), "m": (1.0, 0.0)},
@@ -71,7 +78,11 @@ class LoggedParameter:
 LOGGED_PARAMETERS: Final = (
     LoggedParameter(
         "speed_mps",
-        (r"vehicle speed", r"(?:vehicle |car |real |actual |wheel )?speed(?: sensor)?", r"speed \(gps\)|gps speed"),
+        (
+            r"vehicle speed",
+            r"(?:vehicle |car |real |actual |wheel )?speed(?: sensor)?",
+            r"speed \((?:gps|obd)\)|gps speed",
+        ),
         "speed",
         0.0,
         MOST_KMH / KMH_PER_MPS,
@@ -148,7 +159,12 @@ class Readings:
 
 def is_wide(names: Sequence[str]) -> bool:
     """Whether a header is that of the wide form: a time, and a speed with its unit."""
-    return "time" in names and any(_is_speed(name) for name in names)
+    return TIME.name in names and any(_is_speed(name) for name in names)
+
+
+def is_torque(names: Sequence[str]) -> bool:
+    """Whether a header is that of Torque: the time of the device, and a speed with its unit."""
+    return DEVICE_TIME.name in names and any(_is_speed(name) for name in names)
 
 
 def is_parameter(name: str) -> bool:
@@ -178,14 +194,15 @@ def read_long(table: LogTable, hidden: Sequence[str]) -> Recording:
     return _recording(table, [*readings, *_positions(table, time_s)])
 
 
-def read_wide(table: LogTable) -> Recording:
+def read_wide(table: LogTable, clock: Column = TIME) -> Recording:
     """The wide form; times are times of day, date-times or seconds."""
-    time_s, _ = table.times(TIME)
+    time_s, _ = table.times(clock)
     rows = range(time_s.size)
     readings = []
     for name in dict.fromkeys(table.names):
-        if name and name != TIME.name:
+        if name and name != clock.name:
             plain, unit = _name_and_unit(name)
+            unit = TORQUE_UNITS.get(name, unit) if clock is DEVICE_TIME else unit
             readings.append(Readings(plain, unit, time_s, list(table.cells(name)), rows))
     return _recording(table, readings)
 

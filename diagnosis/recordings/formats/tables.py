@@ -110,12 +110,12 @@ class LogTable:
         text = f"row {self.lines[row]}: {column.name} is {_text(cells[row])}{many} blanked; allowed: {column.allowed()}"
         self.notes.append(Note(NoteKind.REPAIRED, column.channel, text))
 
-    def times(self, column: Column) -> tuple[NDArray[np.float64], str]:
+    def times(self, column: Column, *, rising: bool = True) -> tuple[NDArray[np.float64], str]:
         """A column of times [s], float64 (n,), rising or equal, and how they were written: "" for seconds.
 
         Date and time becomes seconds since 1970, of UTC where it has no zone; so do milliseconds and finer parts since
         1970. Times of day become seconds since midnight, past the next too. Raises RecordingError for one that is
-        empty, of another form than the first, out of range or runs back.
+        empty, of another form than the first, out of range, or runs back where they have to be rising.
         """
         cells = self.cells(column.name)
         form = None if isinstance(cells, np.ndarray) else written(cells)
@@ -124,7 +124,7 @@ class LogTable:
         else:
             time_s, how = self._counted_times(column, cells)
         back = np.diff(time_s) < 0.0
-        if bool(back.any()):
+        if rising and bool(back.any()):
             row = int(np.argmax(back)) + 1
             before, time = (self._shown(cells, k) for k in (row - 1, row))
             raise self.error(row, column.name, time, f"at least that of the row before, {before}")

@@ -1,0 +1,124 @@
+"""Exports of what a car tells a service: positions of TeslaMate's database, metrics of OVMS by their names."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from diagnosis.recordings.formats.clocks import recording_of_series
+from diagnosis.recordings.formats.named_columns import (
+    MOST_KMH,
+    MOST_W,
+    RADIAN_PER_DEGREE,
+    named_series,
+    unused_notes,
+)
+from diagnosis.recordings.formats.tables import Column, LogTable
+from diagnosis.recordings.notes import Note, NoteKind, RecordingError
+from energy.units import JOULE_PER_KWH, KMH_PER_MPS, ZERO_CELSIUS_K
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from diagnosis.recordings.recording import Recording
+
+DRIVE: Final = "drive_id"
+TESLAMATE_TIME: Final = Column("date", "time_s", 0.0, 1e10)
+TESLAMATE_MARKS: Final = ("battery_level", "usable_battery_level", "ideal_battery_range_km", "rated_battery_range_km")
+TESLAMATE_COLUMNS: Final = (
+    Column("speed", "speed_mps", 0.0, 300.0, 1.0 / KMH_PER_MPS),
+    Column("power", "power_w", -MOST_W / 1000.0, MOST_W / 1000.0, 1000.0),
+    Column("odometer", "odometer_m", 0.0, 1e7, 1000.0),
+    Column("latitude", "latitude_deg", -90.0, 90.0),
+    Column("longitude", "longitude_deg", -180.0, 180.0),
+    Column("elevation", "elevation_m", -500.0, 9000.0),
+    Column("usable_battery_level", "soc_frac", 0.0, 100.0, 0.01),
+    Column("battery_level", "displayed_frac", 0.0, 100.0, 0.01),
+    Column("outside_temp", "ambient_k", -50.0, 56.0, offset=ZERO_CELSIUS_K),
+)
+OVMS_TIMES: Final = ("m.time.utc", "timestamp", "time", "date", "utc", "time_s")
+OVMS_SPEEDS: Final = ("v.p.speed", "v.p.gpsspeed")
+OVMS_COLUMNS: Final = (
+    Column("v.p.speed", "speed_mps", 0.0, MOST_KMH, 1.0 / KMH_PER_MPS),
+    Column("v.p.gpsspeed", "speed_mps", 0.0, MOST_KMH, 1.0 / KMH_PER_MPS),
+    Column("v.b.power", "power_w", -MOST_W / 1000.0, MOST_W / 1000.0, 1000.0),
+    Column("v.b.voltage", "voltage_v", 0.0, 2000.0),
+    Column("v.b.current", "current_a", -5000.0, 5000.0),
+    Column("v.b.soc", "soc_frac", 0.0, 100.0, 0.01),
+    Column("v.b.temp", "battery_k", -50.0, 100.0, offset=ZERO_CELSIUS_K),
+    Column("v.b.energy.recd", "regen_j", -1e6, 1e6, JOULE_PER_KWH),
+    Column("v.e.temp", "ambient_k", -50.0, 56.0, offset=ZERO_CELSIUS_K),
+    Column("v.p.latitude", "latitude_deg", -90.0, 90.0),
+    Column("v.p.longitude", "longitude_deg", -180.0, 180.0),
+    Column("v.p.altitude", "elevation_m", -500.0, 9000.0),
+    Column("v.p.direction", "heading_rad", -360.0, 360.0, RADIAN_PER_DEGREE),
+    Column("v.p.odometer", "odometer_m", 0.0, 1e7, 1000.0),
+)
+SERVICE_NAMES: Final = frozenset(
+    (TESLAMATE_TIME.name, DRIVE, *OVMS_TIMES, *(column.name for column in (*TESLAMATE_COLUMNS, *OVMS_COLUMNS)))
+)
+
+
+def is_teslamate(names: Sequence[str]) -> bool:
+    """Whether a header is that of TeslaMate's table of positions."""
+    return {"date", "speed", "power"} <= set(names) and any(mark in names for mark in (DRIVE, *TESLAMATE_MARKS))
+
+
+def teslamate_drives(table: LogTable) -> list[LogTable]:
+    """A table for each drive_id, rows in order of time; rows without one are of a car that stands or is charged.
+
+    Raises RecordingError where no row is of a drive.
+    """
+    time_s, _ = _unordered(table, TESLAMATE_TIME)
+    order = np.argsort(time_s, kind="stable").tolist()
+    if DRIVE not in table.names:
+        return [_rows(table, order, table.id)]
+    ids = [str(cell).strip().removesuffix(".0") for cell in table.cells(DRIVE)]
+    rows_of: dict[str, list[int]] = {}
+    for row in order:
+        if ids[row] and ids[row].lower() not in ("nan", "\\n"):
+            rows_of.setdefault(ids[row], []).append(row)
+    if not rows_of:
+        raise RecordingError(table.path, 1, DRIVE, "empty in each row", "a drive's id, or no such column")
+    if len(rows_of) == 1:
+        return [_rows(table, next(iter(rows_of.values())), table.id)]
+    return [_rows(table, rows, f"{table.id}-{drive}") for drive, rows in rows_of.items()]
+
+
+def read_teslamate(table: LogTable) -> Recording:
+    """A drive of TeslaMate's positions; times are of UTC, power is in whole kW, positive while discharging."""
+    time_s, written = table.times(TESLAMATE_TIME)
+    notes = [
+        *unused_notes(table, {TESLAMATE_TIME.name, DRIVE, *(column.name for column in TESLAMATE_COLUMNS)}),
+        Note(NoteKind.READ, "time_s", f"seconds, from {written or 'a number'}"),
+    ]
+    return recording_of_series(table.path, table.id, named_series(table, time_s, TESLAMATE_COLUMNS), notes)
+
+
+def is_ovms(names: Sequence[str]) -> bool:
+    """Whether a header is that of OVMS metrics with a time."""
+    return any(name in names for name in OVMS_SPEEDS) and any(name in names for name in OVMS_TIMES)
+
+
+def read_ovms(table: LogTable) -> Recording:
+    """OVMS metrics, a column each; power [kW] and current [A] are positive while discharging."""
+    clock = Column(next(name for name in OVMS_TIMES if name in table.names), "time_s", -1e12, 1e12)
+    time_s, written = table.times(clock)
+    notes = unused_notes(table, {clock.name, *(column.name for column in OVMS_COLUMNS)})
+    if written:
+        notes.append(Note(NoteKind.READ, "time_s", f"seconds, from {written}"))
+    return recording_of_series(table.path, table.id, named_series(table, time_s, OVMS_COLUMNS), notes)
+
+
+def _unordered(table: LogTable, column: Column) -> tuple[np.ndarray[tuple[int], np.dtype[np.float64]], str]:
+    """Times of rows in any order."""
+    return table.times(column, rising=False)
+
+
+def _rows(table: LogTable, rows: Sequence[int], drive_id: str) -> LogTable:
+    columns = tuple(
+        cells[list(rows)] if isinstance(cells, np.ndarray) else [cells[row] for row in rows] if len(cells) else cells
+        for cells in table.columns
+    )
+    return LogTable(table.path, drive_id, table.names, columns, [table.lines[row] for row in rows], list(table.notes))

@@ -1,0 +1,110 @@
+"""Tracks in GPX: places and times, and the speed that follows from them; no power, so a profile to drive only."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Final
+from xml.etree import ElementTree
+
+import numpy as np
+
+from diagnosis.recordings.formats.named_columns import MOST_KMH
+from diagnosis.recordings.formats.tables import Column, LogTable, check_rows
+from diagnosis.recordings.notes import Note, NoteKind, RecordingError, shown
+from diagnosis.recordings.positions import east_north_m
+from diagnosis.recordings.recording import Detail, Recording
+from energy.units import KMH_PER_MPS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from xml.etree.ElementTree import Element
+
+    from numpy.typing import NDArray
+
+TIME: Final = Column("time", "time_s", -1e12, 1e12)
+LATITUDE: Final = Column("lat", "latitude_deg", -90.0, 90.0)
+LONGITUDE: Final = Column("lon", "longitude_deg", -180.0, 180.0)
+HEIGHT: Final = Column("ele", "elevation_m", -500.0, 9000.0)
+SPEED: Final = Column("speed", "speed_mps", 0.0, MOST_KMH / KMH_PER_MPS)
+ALLOWED: Final = "GPX with a track: trkpt with lat, lon and time"
+MEAN_S: Final = 4.0  # over which positions are averaged for a speed, so that a receiver at rest does not drive
+
+
+def is_gpx(text: str) -> bool:
+    """Whether a text is GPX."""
+    head = text[:4000].lower()
+    return head.lstrip().startswith("<") and "<gpx" in head
+
+
+def read_gpx(path: str, drive_id: str, text: str) -> Recording:
+    """The tracks of a GPX file as one profile: speed by what points carry [m/s], else by their positions.
+
+    Raises RecordingError where it is no GPX, has a document type, or fewer than two points with a time.
+    """
+    if re.search(r"<!(?:DOCTYPE|ENTITY)", text, re.IGNORECASE):
+        raise RecordingError(path, 1, "the file", "XML with a document type", ALLOWED)
+    try:
+        root = ElementTree.fromstring(text.encode())  # document types are refused above
+    except ElementTree.ParseError as error:
+        raise RecordingError(
+            path, error.position[0], "the file", f"broken XML ({shown(str(error))})", ALLOWED
+        ) from error
+    points = list(_points(root))
+    check_rows(path, len(points))
+    if len(points) < 2:
+        raise RecordingError(path, 1, "the track", f"{len(points)} points with a time", f"at least 2; {ALLOWED}")
+    names = (TIME.name, LATITUDE.name, LONGITUDE.name, HEIGHT.name, SPEED.name)
+    columns = tuple([point[k] for point in points] for k in range(len(names)))
+    table = LogTable(path, drive_id, names, columns, range(1, len(points) + 1))
+    time_s, _ = table.times(TIME)
+    fresh = np.append(True, np.diff(time_s) > 0.0)
+    time_s = time_s[fresh]
+    if time_s.size < 2:
+        raise RecordingError(path, 1, "time", "always the same", "rising")
+    latitude, longitude = (table.values(column, required=True)[fresh] for column in (LATITUDE, LONGITUDE))
+    height_m, own = (table.values(column)[fresh] for column in (HEIGHT, SPEED))
+    if np.isnan(own).any():
+        speed_mps, how = _speed_mps(time_s, latitude, longitude), "by the positions of its points"
+    else:
+        speed_mps, how = own, "as its points carry it"
+    notes = (
+        Note(NoteKind.READ, "speed_mps", f"a track of {time_s.size} points; speed {how}"),
+        Note(NoteKind.MISSING, "power_w", "a track has no power: a profile to drive, from which nothing is learned"),
+        *table.notes,
+    )
+    return Recording(
+        id=drive_id,
+        time_s=time_s,
+        speed_mps=speed_mps,
+        power_w=np.zeros(time_s.size),
+        elevation_m=None if np.isnan(height_m).all() else height_m,
+        latitude_deg=latitude,
+        longitude_deg=longitude,
+        notes=notes,
+        detail=Detail.PROFILE,
+    )
+
+
+def _points(root: Element) -> Iterator[tuple[str, str, str, str, str]]:
+    """Time, latitude, longitude, height and speed of each point of a track that has a time, as texts."""
+    for point in root.iter():
+        if _tag(point) != "trkpt":
+            continue
+        own = {_tag(child): (child.text or "").strip() for child in point.iter() if child is not point}
+        if own.get("time"):
+            yield own["time"], point.get("lat", ""), point.get("lon", ""), own.get("ele", ""), own.get("speed", "")
+
+
+def _tag(element: Element) -> str:
+    """The name of an element without its namespace."""
+    return str(element.tag).rpartition("}")[2].lower()
+
+
+def _speed_mps(
+    time_s: NDArray[np.float64], latitude: NDArray[np.float64], longitude: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Speed by the way between the places MEAN_S around each point, float64 (n,), at most what cars drive."""
+    east, north = east_north_m(latitude, longitude)
+    begin, end = (np.clip(time_s + side * 0.5 * MEAN_S, time_s[0], time_s[-1]) for side in (-1.0, 1.0))
+    step = [np.interp(end, time_s, way) - np.interp(begin, time_s, way) for way in (east, north)]
+    return np.asarray(np.minimum(np.hypot(*step) / (end - begin), MOST_KMH / KMH_PER_MPS), np.float64)

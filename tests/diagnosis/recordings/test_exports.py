@@ -1,0 +1,246 @@
+"""Exports of Leaf Spy, TeslaMate, Torque and OVMS, and GPX tracks: made ones, read into the same drive."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime
+
+import numpy as np
+import pytest
+
+from diagnosis.engine import diagnose
+from diagnosis.errors import DiagnosisError
+from diagnosis.recordings.notes import NoteKind, RecordingError
+from diagnosis.recordings.reading import read_recordings
+from diagnosis.recordings.recording import Detail
+from energy.vehicle.files import load_vehicle
+from tests.diagnosis.planted_drives import drive as planted
+from tests.diagnosis.recorded_drives import drive
+from tests.diagnosis.test_engine_input import ROOT
+
+BEGIN = datetime(2026, 3, 1, 8, 0, 0, tzinfo=UTC)
+UTC_S = BEGIN.timestamp()
+VOLT = 380.0
+
+
+def stamps(driven, form):
+    return [datetime.fromtimestamp(UTC_S + time, tz=UTC).strftime(form) for time in driven.time_s]
+
+
+def csv_of(columns):
+    rows = zip(*columns.values(), strict=True)
+    return "\n".join([",".join(columns), *(",".join(map(str, row)) for row in rows)]) + "\n"
+
+
+def minutes(values_deg):
+    return [f"{int(value)} {60.0 * (value - int(value)):.6f}" for value in values_deg]
+
+
+def leaf_spy(driven, *, miles, position=minutes):
+    to_user = 1.0 / 1.609344 if miles else 1.0
+    n = driven.time_s.size
+    return (
+        csv_of(
+            {
+                "Date/Time": stamps(driven, "%m/%d/%Y %H:%M:%S"),
+                "Lat": position(driven.lat_deg),
+                "Long": position(driven.lon_deg),
+                "Elv": np.round(np.linspace(500.0, 520.0, n) / (0.3048 if miles else 1.0), 2),
+                "Speed": np.round(3.6 * driven.speed_mps * to_user, 3),
+                "Gids": [300] * n,
+                "SOC": np.linspace(869_720, 860_000, n).round().astype(int),
+                "Pack Volts": [VOLT] * n,
+                "Pack Amps": np.round(driven.power_w / VOLT, 4),
+                "Pack T1 F": [50.0] * n,
+                "Pack T1 C": [10.0] * n,
+                "Pack T3 C": ["none"] * n,
+                "Odo(km)": np.full(n, 82_363.0),
+                "Ambient": [41.0 if miles else 5.0] * n,
+                "epoch time": [f"{UTC_S + time:.3f}" for time in driven.time_s],
+                "Est Pwr A/C(50w)": [4] * n,
+                "Est Pwr Htr(250w)": [0] * n,
+                "Debug": [1] * n,
+            }
+        )
+        .replace("Debug\n", "Debug,Debug\n", 1)
+        .replace(",1\n", ",1,1\n")
+    )
+
+
+@pytest.mark.parametrize("miles", [True, False])
+@pytest.mark.parametrize("position", [minutes, list])
+def test_leaf_spy_is_read_whatever_units_its_user_has_set(read, miles, position):
+    driven = drive()
+    recording = read(leaf_spy(driven, miles=miles, position=position))
+    assert recording.speed_mps == pytest.approx(driven.speed_mps, abs=0.01)
+    assert recording.power_w == pytest.approx(driven.power_w, abs=0.1)
+    assert recording.elevation_m[-1] == pytest.approx(520.0, abs=0.1)
+    assert float(recording.ambient_k[0]) == pytest.approx(278.15)
+    assert float(recording.soc_frac[0]) == pytest.approx(0.86972)
+    assert float(recording.aircon_w[0]) == 200.0
+    assert recording.longitude_deg == pytest.approx(driven.lon_deg, abs=1e-6)
+    unit = "miles an hour and feet" if miles else "km/h and metres"
+    assert any(unit in note.text for note in recording.notes if note.kind is NoteKind.READ)
+
+
+def test_leaf_spy_without_positions_says_that_its_units_are_assumed(read):
+    driven = drive()
+    recording = read(leaf_spy(driven, miles=False, position=lambda values: ["0 0.0"] * len(values)))
+    assert recording.latitude_deg is None
+    assert any("assumed" in note.text for note in recording.notes if note.channel == "speed_mps")
+
+
+def teslamate(driven, ids, shift=(0.0, 4000.0)):
+    columns = {name: [] for name in ("id", "drive_id", "date", "speed", "power", "odometer", "latitude", "longitude",
+                                     "elevation", "battery_level", "usable_battery_level", "outside_temp")}  # fmt: skip
+    for drive_id, later_s in zip(ids, shift, strict=False):
+        later = replace(driven, time_s=driven.time_s + later_s)
+        columns["drive_id"] += [drive_id] * driven.time_s.size
+        columns["date"] += stamps(later, "%Y-%m-%d %H:%M:%S.%f")
+        columns["speed"] += np.round(3.6 * driven.speed_mps).astype(int).tolist()
+        columns["power"] += np.round(driven.power_w / 1000.0).astype(int).tolist()
+        columns["odometer"] += [f"{12_000.0 + 0.01 * k:.3f}" for k in range(driven.time_s.size)]
+        columns["latitude"] += driven.lat_deg.tolist()
+        columns["longitude"] += driven.lon_deg.tolist()
+        columns["elevation"] += [500 + k // 100 for k in range(driven.time_s.size)]
+        columns["battery_level"] += [80] * driven.time_s.size
+        columns["usable_battery_level"] += [79] * driven.time_s.size
+        columns["outside_temp"] += [8.5] * driven.time_s.size
+    columns["id"] = range(len(columns["date"]))
+    return columns
+
+
+def test_teslamate_positions_are_a_drive_an_id_whatever_their_order(tmp_path):
+    driven = drive()
+    columns = teslamate(driven, ("7", "8", ""), (0.0, 4000.0, 9000.0))
+    order = np.random.default_rng(1).permutation(len(columns["date"]))
+    shuffled = {name: [values[k] for k in order] for name, values in columns.items()}
+    path = tmp_path / "positions.csv"
+    path.write_text(csv_of(shuffled), encoding="utf-8")
+    found, errors = read_recordings([path])
+    assert errors == []
+    assert sorted(recording.id for recording in found) == ["positions-7", "positions-8"]
+    for recording in found:
+        assert recording.speed_mps == pytest.approx(driven.speed_mps, abs=0.15)
+        assert recording.power_w == pytest.approx(driven.power_w, abs=501.0)
+        assert float(recording.displayed_frac[0]) == pytest.approx(0.8)
+        assert float(recording.ambient_k[0]) == pytest.approx(281.65)
+
+
+def test_one_bad_drive_of_teslamate_is_left_out_with_its_reason(tmp_path):
+    columns = teslamate(drive(), ("7", "8"))
+    half = len(columns["date"]) // 2
+    columns["power"] = [*columns["power"][:half], *[-value for value in columns["power"][half:]]]
+    path = tmp_path / "positions.csv"
+    path.write_text(csv_of(columns), encoding="utf-8")
+    found, (error,) = read_recordings([path])
+    assert [recording.id for recording in found] == ["positions-7"]
+    assert "turn the sign of power" in str(error)
+
+
+def test_teslamate_without_a_drive_is_refused(read):
+    columns = teslamate(drive(), ("",))
+    with pytest.raises(RecordingError, match="drive_id is empty in each row"):
+        read(csv_of(columns))
+
+
+def test_torque_is_read_with_its_own_clock_units_and_gaps(read):
+    driven = drive()
+    n = driven.time_s.size
+    columns = {
+        "GPS Time": ["Sun Mar 01 08:00:00 GMT 2026"] * n,
+        " Device Time": stamps(driven, "%d-%b-%Y %H:%M:%S.000"),
+        " Longitude": driven.lon_deg,
+        " Latitude": driven.lat_deg,
+        "GPS Speed (Meters/second)": np.round(driven.speed_mps, 2),
+        " Altitude": np.linspace(500.0, 520.0, n).round(2),
+        " Bearing": [90.0] * n,
+        "Speed (OBD)(km/h)": np.round(3.6 * driven.speed_mps, 2),
+        "HV Battery Current(A)": np.round(driven.power_w / VOLT, 3),
+        "HV Battery Voltage(V)": [VOLT] * n,
+        "Ambient air temp(°C)": ["-", *["7"] * (n - 1)],
+    }
+    recording = read(csv_of(columns), "trackLog.csv")
+    assert recording.speed_mps == pytest.approx(driven.speed_mps, abs=0.01)
+    assert recording.power_w == pytest.approx(driven.power_w, abs=1.0)
+    assert recording.elevation_m[-1] == pytest.approx(520.0)
+    assert recording.heading_rad[0] == pytest.approx(np.pi / 2.0)
+    assert recording.time_s[0] == UTC_S
+    assert float(recording.ambient_k[-1]) == pytest.approx(280.15)
+
+
+@pytest.mark.parametrize("clock", ["timestamp", "m.time.utc"])
+def test_ovms_metrics_are_read(read, clock):
+    driven = drive()
+    n = driven.time_s.size
+    times = stamps(driven, "%Y-%m-%dT%H:%M:%SZ") if clock == "timestamp" else (UTC_S + driven.time_s).astype(int)
+    columns = {
+        clock: times, "v.p.speed": 3.6 * driven.speed_mps, "v.b.power": driven.power_w / 1000.0, "v.b.soc": [55.5] * n,
+        "v.p.latitude": driven.lat_deg, "v.p.longitude": driven.lon_deg, "v.p.altitude": np.linspace(400.0, 420.0, n),
+        "v.e.temp": ["", *["-3"] * (n - 1)], "v.b.temp": [4] * n, "v.p.odometer": np.full(n, 10.0),
+        "v.e.on": ["yes"] * n,
+    }  # fmt: skip
+    recording = read(csv_of(columns))
+    assert recording.speed_mps == pytest.approx(driven.speed_mps)
+    assert recording.power_w == pytest.approx(driven.power_w)
+    assert recording.time_s[0] == UTC_S
+    assert float(recording.soc_frac[0]) == pytest.approx(0.555)
+    assert any("v.e.on" in note.text for note in recording.notes if note.kind is NoteKind.IGNORED)
+
+
+def gpx(driven, extra=lambda k: "", head=""):
+    points = "".join(
+        f'<trkpt lat="{lat:.8f}" lon="{lon:.8f}"><ele>{500.0 + 0.1 * k:.1f}</ele><time>{stamp}</time>'
+        f"{extra(k)}</trkpt>\n"
+        for k, (lat, lon, stamp) in enumerate(
+            zip(driven.lat_deg, driven.lon_deg, stamps(driven, "%Y-%m-%dT%H:%M:%SZ"), strict=True)
+        )
+    )
+    return (
+        f'<?xml version="1.0" encoding="UTF-8"?>\n{head}<gpx version="1.1" creator="made"'
+        f' xmlns="http://www.topografix.com/GPX/1/1"><trk><name>x</name><trkseg>\n{points}</trkseg></trk></gpx>\n'
+    )
+
+
+def test_gpx_track_is_a_profile_of_its_positions_without_power(read):
+    driven = drive()
+    recording = read(gpx(driven), "tour.gpx")
+    assert recording.id == "tour"
+    assert recording.detail is Detail.PROFILE
+    assert recording.distance_m() == pytest.approx(float(np.trapezoid(driven.speed_mps, driven.time_s)), rel=0.01)
+    assert recording.speed_mps == pytest.approx(driven.speed_mps, abs=1.1)
+    assert recording.elevation_m[10] == pytest.approx(501.0)
+    assert any(note.channel == "power_w" and note.kind is NoteKind.MISSING for note in recording.notes)
+
+
+def test_speed_that_points_of_a_track_carry_counts(read):
+    driven = drive()
+    recording = read(gpx(driven, lambda k: f"<extensions><speed>{driven.speed_mps[k]}</speed></extensions>"), "a.gpx")
+    assert recording.speed_mps == pytest.approx(driven.speed_mps)
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        ("<gpx><trk></trk></gpx>", "the track is 0 points with a time"),
+        ("<gpx><trk>", "the file is broken XML"),
+        ('<!DOCTYPE gpx [<!ENTITY a "b">]><gpx></gpx>', "the file is XML with a document type"),
+        ('<gpx><trkpt lat="91" lon="1"><time>2026-01-01T00:00:00Z</time></trkpt>'
+         '<trkpt lat="1" lon="1"><time>2026-01-01T00:00:01Z</time></trkpt></gpx>', "row 1: lat is 91"),
+    ],
+)  # fmt: skip
+def test_gpx_that_is_no_track_says_what_is_wrong(read, text, found):
+    with pytest.raises(RecordingError, match=found):
+        read(text, "a.gpx")
+
+
+def test_track_beside_drives_is_unfit_and_alone_is_refused(read):
+    car = load_vehicle(ROOT / "data" / "vehicles" / "bmw-i3-60ah.toml")
+    track = read(gpx(drive()), "tour.gpx")
+    found = diagnose([track, planted(car, 1)], car)
+    assert [(note.trip_id, note.channel) for note in found.data_quality if note.kind == "unfit"] == [
+        ("tour", "power_w")
+    ]
+    assert [account.id for account in found.trips] == ["T1"]
+    with pytest.raises(DiagnosisError, match="power_w was recorded on no drive"):
+        diagnose([track], car)
