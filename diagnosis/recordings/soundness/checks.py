@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError
-from diagnosis.recordings.recording import channels_of
+from diagnosis.recordings.recording import Detail, channels_of
 from diagnosis.recordings.soundness.charging import charging_at_standstill, without_charging
 from diagnosis.recordings.soundness.clock import check_pace, pace_notes
 from diagnosis.recordings.soundness.heights import with_telling_height
@@ -59,6 +59,8 @@ def checked(recording: Recording, path: str) -> Recording:
     _check_clock(recording, path)
     recording = without_held_positions(recording)
     if recording.is_one_number:
+        if recording.detail is not Detail.PROFILE:
+            check_pace(_with_gaps(recording), path)
         recording = with_units(_with_gaps(recording))
         check_way(recording, path)
         recording = with_telling_height(without_empty(recording))

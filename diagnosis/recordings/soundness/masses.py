@@ -1,4 +1,7 @@
-"""Speed and power whose unit is doubted, by the mass that gains of speed tell beside that of the vehicle's file."""
+"""Speed and power whose unit is doubted, by the mass that gains of speed tell.
+
+Held against the vehicle's file where most drives say the same, and single drives against the other drives.
+"""
 
 from __future__ import annotations
 
@@ -17,6 +20,14 @@ if TYPE_CHECKING:
 
 COARSEST_S: Final = 3.0  # samples further apart than that blur gains of speed
 LEAST_DRIVES: Final = 3
+OTHERS_SPREAD: Final = 1.5  # ratio of the quartiles of the other drives' masses, up to which they are a measure
+AMONG: Final = (  # mass told over that of the other drives, which a wrong unit of one drive makes of the same car
+    (2.33, 2.9, "speed_mps", "in miles an hour, where the other drives' is in km/h"),  # 1.609 squared is 2.59
+    (0.345, 0.43, "speed_mps", "in km/h, where the other drives' is in miles an hour"),
+    (10.5, 16.0, "speed_mps", "in m/s, where the other drives' is in km/h"),  # 3.6 squared is 12.96
+    (0.0008, 0.00125, "power_w", "in kW, where the other drives' is in W"),
+    (800.0, 1250.0, "power_w", "in W, where the other drives' is in kW"),
+)
 LEAST_SHARE: Final = 0.6  # of the drives that tell a mass, that speak for the same unit
 UNITS: Final = (  # mass told over that of the file, from and to: of losses and of files that are off
     (2.4, 4.8, "speed_mps", "in miles an hour, declared as km/h"),
@@ -26,9 +37,10 @@ UNITS: Final = (  # mass told over that of the file, from and to: of losses and 
 
 
 def with_doubted_scales(recordings: Sequence[Recording], mass_kg: float) -> list[Recording]:
-    """The recordings with a note on each that tells a mass which a wrong unit explains, as most of them do.
+    """The recordings with a note on each that tells a mass which a wrong unit explains.
 
-    Nothing is converted: another vehicle may do as well. mass_kg: of the vehicle's file.
+    Most of them do beside the vehicle's file, or a few of them beside the others. Nothing is converted: another vehicle
+    may do as well. mass_kg: of the vehicle's file.
     """
     masses = [told_mass_kg(recording) for recording in recordings]
     known = np.array([mass for mass in masses if mass is not None])
@@ -44,7 +56,26 @@ def with_doubted_scales(recordings: Sequence[Recording], mass_kg: float) -> list
             else recording
             for recording, mass in zip(recordings, masses, strict=True)
         ]
-    return list(recordings)
+    return [_held_against(recording, masses, k) for k, recording in enumerate(recordings)]
+
+
+def _held_against(recording: Recording, masses: Sequence[float | None], at: int) -> Recording:
+    """A recording with a note where its mass is that of the other drives but for the factor of a unit."""
+    own = masses[at]
+    others = np.array([mass for k, mass in enumerate(masses) if mass is not None and k != at])
+    if own is None or others.size < LEAST_DRIVES:
+        return recording
+    low, usual, high = np.quantile(others, (0.25, 0.5, 0.75)).tolist()
+    if low <= 0.0 or high > OTHERS_SPREAD * low:
+        return recording
+    for least, most, channel, unit in AMONG:
+        if least <= own / usual <= most:
+            text = (
+                f"may be {unit}: gains of speed take as much as those of {own:.3g} kg, on the others of {usual:.3g};"
+                " or it is another car's; nothing was changed"
+            )
+            return replace(recording, notes=(*recording.notes, Note(NoteKind.UNIT, channel, text)))
+    return recording
 
 
 def told_mass_kg(recording: Recording) -> float | None:

@@ -153,6 +153,26 @@ def test_a_mass_that_no_file_is_off_by_tells_of_a_unit_and_changes_nothing(car, 
         assert recording.power_w is given.power_w
 
 
+@pytest.mark.parametrize(
+    ("factor", "power", "channel", "unit"),
+    [
+        (1.0 / 1.609344, 1.0, "speed_mps", "in miles an hour, where the other"),
+        (1.609344, 1.0, "speed_mps", "in km/h, where"),
+        (1.0 / 3.6, 1.0, "speed_mps", "in m/s, where"),
+        (1.0, 0.001, "power_w", "in kW, where"),
+    ],
+)
+def test_single_drives_in_another_unit_among_the_others_are_doubted(car, factor, power, channel, unit):
+    drives = [planted(car, number) for number in range(1, 16, 2)]
+    odd = drives[3]
+    drives[3] = replace(odd, speed_mps=factor * odd.speed_mps, power_w=power * odd.power_w)
+    found = with_doubted_scales(drives, car.mass_kg)
+    ((name, text),) = units(found[3])
+    assert name == channel
+    assert text.startswith(f"may be {unit}")
+    assert [units(recording) for recording in (*found[:3], *found[4:])] == [[]] * 7
+
+
 def test_a_diagnosis_names_the_doubted_unit_first(car):
     found = diagnose([hilly(car, number, feet=True) for number in range(4)], car)
     assert "The unit of the height was doubted on T0, T1, T2, T3: it is in feet" in found.text

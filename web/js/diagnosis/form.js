@@ -6,7 +6,7 @@ import { number, percentText } from "../units.js";
 import { counted } from "./terms.js";
 import { droppedFiles } from "./upload.js";
 
-const ACCEPTED = [".csv", ".jsonl", ".parquet"];
+const ACCEPTED = [".csv", ".jsonl", ".json", ".parquet", ".gpx"];
 const SHOWN_FILES = 6;
 const LEAST = 8; // with a share held out, six are left to fit
 const HELD_OUT = 0.3;
