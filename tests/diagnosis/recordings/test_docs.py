@@ -23,6 +23,10 @@ def test_every_format_has_its_example():
         "ABRP telemetry",
         "Car Scanner, long",
         "Car Scanner, wide",
+        "Torque",
+        "Leaf Spy",
+        "TeslaMate",
+        "OVMS",
         "TUM BMW i3",
     ]
 
@@ -36,7 +40,7 @@ def test_example_is_read(tmp_path, name, kind, text):
     if name in first_w:
         assert recording.power_w[0] == pytest.approx(first_w[name])
     assert recording.time_s.size >= 2
-    assert recording.voltage_v is not None or name == "ABRP telemetry"
+    assert recording.voltage_v is not None or name in ("ABRP telemetry", "TeslaMate", "OVMS")
 
 
 def test_table_has_every_channel_and_every_column():
