@@ -44,7 +44,7 @@ def read_gpx(path: str, drive_id: str, text: str) -> Recording:
     if re.search(r"<!(?:DOCTYPE|ENTITY)", text, re.IGNORECASE):
         raise RecordingError(path, 1, "the file", "XML with a document type", ALLOWED)
     try:
-        root = ElementTree.fromstring(text.encode())  # document types are refused above
+        root = ElementTree.fromstring(text.encode(), ElementTree.XMLParser(encoding="utf-8"))
     except ElementTree.ParseError as error:
         raise RecordingError(
             path, error.position[0], "the file", f"broken XML ({shown(str(error))})", ALLOWED

@@ -213,6 +213,10 @@ def test_gpx_track_is_a_profile_of_its_positions_without_power(read):
     assert any(note.channel == "power_w" and note.kind is NoteKind.MISSING for note in recording.notes)
 
 
+def test_track_whose_declared_encoding_is_none_is_read_as_its_text(read):
+    assert read(gpx(drive()).replace("UTF-8", "none"), "a.gpx").detail is Detail.PROFILE
+
+
 def test_speed_that_points_of_a_track_carry_counts(read):
     driven = drive()
     recording = read(gpx(driven, lambda k: f"<extensions><speed>{driven.speed_mps[k]}</speed></extensions>"), "a.gpx")
