@@ -10,6 +10,7 @@ from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
 from routing.errors import QueryError
 from routing.graph.practice import practice_graph
+from routing.graph.rim import RimFinder
 from routing.graph.snap import RoadIndex
 from routing.links.spans import ChainMaker
 from routing.pareto.all_ways import warm_up_labels
@@ -47,7 +48,8 @@ class Planner:
         self._roads = RoadIndex(graph)
         self._chains = ChainMaker(graph)
         self._search = RouteSearch(graph, self._chains, label_limit)
-        self._ranges = RangeSearch(graph, self._search, self._chains, AreaMaker(graph, self._roads))
+        self._rim = RimFinder(graph)
+        self._ranges = RangeSearch(graph, self._search, self._chains, AreaMaker(graph, self._roads), self._rim)
 
     def warm_up(self, vehicle: AnyVehicle) -> None:
         """Compile the kernels on a few links, and make what the first query of a vehicle needs of this graph."""
@@ -55,6 +57,7 @@ class Planner:
         self._search.space(vehicle, LinkModel.INTEGRATED, StopRule.EXPECTED, StopSettings()).lower_bound.costs()
         west, south, east, north = self.graph.meta.bbox
         self._roads.snap("warm-up", Point((south + north) / 2.0, (west + east) / 2.0), math.inf)
+        self._rim.rim()
 
     def _ask_once(self, vehicle: AnyVehicle) -> None:
         """Run every kernel."""

@@ -80,8 +80,9 @@ def energies_of_reach(graph: RoadGraph, reached: Reach) -> RoadEnergies:
 class ReachableArea:
     """One band: its polygons and how well they tell reachable nodes from others.
 
-    tolerance_m: how far the boundary may have been moved for fewer points. false_in_frac: share of the covered nodes
-    that can't be reached. false_out_frac: share of the reachable nodes that are left out.
+    tolerance_m: how far the boundary may have been moved for fewer points. off_road_m: how far off a road it lies where
+    there are no other roads. false_in_frac: share of the covered nodes that can't be reached. false_out_frac: share of
+    the reachable nodes that are left out.
     """
 
     area: shapely.MultiPolygon
@@ -90,6 +91,7 @@ class ReachableArea:
     node_count: int
     false_in_frac: float
     false_out_frac: float
+    off_road_m: float
 
 
 class AreaMaker:
@@ -175,6 +177,7 @@ class AreaMaker:
             node_count=reached,
             false_in_frac=(covered - both) / max(covered, 1),
             false_out_frac=(reached - both) / max(reached, 1),
+            off_road_m=_off_road_cells(cell_m) * cell_m,
         )
 
 

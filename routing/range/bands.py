@@ -9,14 +9,22 @@ from routing.places import SnappedPoint
 from routing.route.route import SearchStats
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
     from shapely import MultiPolygon
+
+    from routing.range.map_edge import MapEdge
+    from routing.range.reach import RoadReach
 
 
 @dataclass(frozen=True, slots=True)
 class RangeBand:
     """The area that can be reached, or come from, with at least soc_left_frac left at the end of the trip.
 
-    probability_frac: that a place at its edge is reached so; None where uncertainty was not asked for.
+    probability_frac: that a place at its edge is reached so; None where uncertainty was not asked for. map_edge: where
+    the map ends it and not the charge; None where no charge is left at the map's rim. edge_left_j: what the battery
+    holds then at most, there or at the end of the trip back. bearing_reach_m: float64 (24,), how far the area reaches
+    from north on clockwise. road_reach: where it ends along roads.
     """
 
     soc_left_frac: float
@@ -26,7 +34,11 @@ class RangeBand:
     node_count: int
     false_in_frac: float  # share of the covered nodes that can't be reached
     false_out_frac: float  # share of reachable nodes that it leaves out
-    probability_frac: float | None = None
+    probability_frac: float | None
+    map_edge: MapEdge | None
+    edge_left_j: float | None
+    bearing_reach_m: NDArray[np.float64]
+    road_reach: RoadReach
 
 
 @dataclass(frozen=True, slots=True)

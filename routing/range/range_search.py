@@ -9,7 +9,7 @@ import numpy as np
 from energy.chain.chain import DriveSettings, LinkModel
 from energy.chain.sampling import SEED
 from energy.chain.uncertainty import dissipation_sd_frac
-from energy.units import JOULE_PER_WH
+from energy.units import JOULE_PER_KWH, JOULE_PER_WH
 from energy.vehicle.pessimistic import FACTOR_RANGE, pessimistic
 from routing.errors import QueryError
 from routing.links.spans import ChainMaker
@@ -17,6 +17,8 @@ from routing.places import LinkPosition, Point
 from routing.queries import RANGE_PROBABILITIES, Trip
 from routing.range.area import AreaMaker, energies_of_reach
 from routing.range.bands import RangeAnswer, RangeBand
+from routing.range.map_edge import map_edge
+from routing.range.reach import RoadDistances, bearing_reach_m
 from routing.range.way_back import BackCharges, ReverseSearch
 from routing.route.best_path import RouteSearch, method_name
 from routing.route.checks import check_charge
@@ -30,6 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from energy.vehicle.files import AnyVehicle
+    from routing.graph.rim import RimFinder
     from routing.graph.road_graph import RoadGraph
     from routing.links.spans import ChainMaker
     from routing.places import SnappedPoint
@@ -45,9 +48,12 @@ LEAST_FACTOR: Final = FACTOR_RANGE[0]
 class RangeSearch:
     """Answers range queries on one graph; safe to share between threads."""
 
-    def __init__(self, graph: RoadGraph, search: RouteSearch, chains: ChainMaker, areas: AreaMaker) -> None:
+    def __init__(
+        self, graph: RoadGraph, search: RouteSearch, chains: ChainMaker, areas: AreaMaker, rim: RimFinder
+    ) -> None:
         self.graph = graph
-        self._search, self._chains, self._areas = search, chains, areas
+        self._search, self._chains, self._areas, self._rim = search, chains, areas, rim
+        self._distances = RoadDistances(graph)
         self._reverse = ReverseSearch(graph, search.label_limit)
 
     def warm_up(self, space: SearchSpace, place: LinkPosition) -> None:
@@ -87,18 +93,33 @@ class RangeSearch:
         wanted = [(left, probability) for left in levels for probability in searched]
         cases = [(searched[probability][0], (query.soc_frac - left) * capacity_j) for left, probability in wanted]
         areas = self._areas.areas(cases, origin.on_road)
-        bands = tuple(
-            RangeBand(
-                left, a.area, a.area_m2, a.tolerance_m, a.node_count, a.false_in_frac, a.false_out_frac, probability
+        soc_j, homeward = query.soc_frac * capacity_j, query.trip is Trip.REVERSE
+        node_m = self._distances.of_nodes(starts, homeward=homeward)
+        bands = []
+        for (left, probability), (energies, budget_j), drawn in zip(wanted, cases, areas, strict=True):
+            edge = map_edge(self.graph, self._rim.rim(), energies, budget_j, drawn)
+            bands.append(
+                RangeBand(
+                    soc_left_frac=left,
+                    area=drawn.area,
+                    area_m2=drawn.area_m2,
+                    tolerance_m=drawn.tolerance_m,
+                    node_count=drawn.node_count,
+                    false_in_frac=drawn.false_in_frac,
+                    false_out_frac=drawn.false_out_frac,
+                    probability_frac=probability,
+                    map_edge=edge,
+                    edge_left_j=None if edge is None else soc_j - edge.least_energy_j,
+                    bearing_reach_m=bearing_reach_m(drawn.area, origin.on_road),
+                    road_reach=self._distances.reach(node_m, energies, budget_j, starts, homeward=homeward),
+                )
             )
-            for (left, probability), a in zip(wanted, areas, strict=True)
-        )
         counts = max((made for _, made in searched.values()), key=lambda made: made.labels_made)
         method = method_name(counts, pareto=False) + ("" if query.trip is Trip.OUT else f"-{query.trip.value}")
         stats = SearchStats(counts.labels_made, counts.labels_settled, counts.seconds, method)
         unpaid_j = max(made.unpaid_j for _, made in searched.values())
         warnings = self._search.warnings(query, counts.crowded > 0, unpaid_j) + self._cold_starts(query)
-        return RangeAnswer(origin, bands, stats, warnings)
+        return RangeAnswer(origin, tuple(bands), stats, warnings + _map_ends(query.trip, bands))
 
     def _energies(
         self, query: RangeQuery, levels: Sequence[float], vehicle: AnyVehicle, places: tuple[LinkPosition, ...]
@@ -141,3 +162,25 @@ class RangeSearch:
         return dissipation_sd_frac(
             query.vehicle, chain, DriveSettings(query.conditions, query.link_model, query.stop_rule)
         )
+
+
+def _map_ends(trip: Trip, bands: Sequence[RangeBand]) -> tuple[str, ...]:
+    """What is to be said where the outermost band is ended by the map."""
+    ended = [band for band in bands if band.map_edge is not None and band.edge_left_j is not None]
+    if not ended:
+        return ()
+    most_kwh = max(band.edge_left_j or 0.0 for band in ended) / JOULE_PER_KWH
+    where = {
+        Trip.OUT: "there",
+        Trip.REVERSE: "at the origin after coming from there",
+        Trip.ROUND: "at the origin after going there and back",
+    }[trip]
+    if any(band.map_edge is not None and band.map_edge.whole_map for band in ended):
+        return (
+            "every road of this map is reached with charge to spare: the area ends where the map ends, with up to "
+            f"{most_kwh:.1f} kWh left {where}; what lies beyond this map is not known",
+        )
+    return (
+        "the map ends before the charge does: at roads that it cuts off the area ends with up to "
+        f"{most_kwh:.1f} kWh left {where}; what lies beyond this map is not known",
+    )
