@@ -21,6 +21,7 @@ from routing.range.bands import RangeAnswer
 from routing.range.range_search import RangeSearch
 from routing.route.answer import no_route, route_of
 from routing.route.best_path import RouteSearch
+from routing.route.beyond_map import beyond_map_warnings
 from routing.route.checks import check_charge, check_pareto, check_weights
 from routing.route.matrix import MatrixSearch
 from routing.route.route import RouteAnswer, SearchStats
@@ -30,12 +31,15 @@ from routing.search.search import find_path
 from routing.weights import ECO
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from energy.chain.chain import Chain, ChainResult
     from energy.vehicle.files import AnyVehicle
     from routing.graph.road_graph import RoadGraph
     from routing.places import SnappedPoint
     from routing.queries import MatrixQuery, ParetoSettings, RangeQuery, RouteQuery
     from routing.route.matrix import SnappedPlace
+    from routing.route.route import Route
     from routing.route.via import Way
 
 
@@ -106,7 +110,12 @@ class Planner:
         for route in routes:
             if not route.feasible and route.weights != ECO and query.stop_rule is not StopRule.COUNTED:
                 warnings += (f"no route reaches the goal on this charge: {route.name!r} shows the least-energy way",)
+        warnings += self._beyond_map(points, routes)
         return RouteAnswer(tuple(routes), points[0], points[-1], tuple(stats), warnings, tuple(points[1:-1]))
+
+    def _beyond_map(self, points: Sequence[SnappedPoint], routes: Sequence[Route]) -> tuple[str, ...]:
+        places = [point.on_road for point in points]
+        return beyond_map_warnings(self.graph, self._rim.rim(), places, routes)
 
     def matrix(self, query: MatrixQuery) -> MatrixSearch:
         """The drives from all sources to all targets of a query, ready to be searched row by row.
@@ -146,6 +155,7 @@ class Planner:
                 f"the Pareto set is proven within {front.claim.epsilon_frac:.3g} only, not {settings.epsilon_frac:g}: "
                 f"{len(routes)} of {front.claim.found} routes found are answered",
             )
+        warnings += self._beyond_map(points, routes)
         return RouteAnswer(routes, points[0], points[-1], front.stats, warnings, tuple(points[1:-1]), front.claim)
 
     def range(self, query: RangeQuery) -> RangeAnswer:

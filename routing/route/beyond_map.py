@@ -1,0 +1,57 @@
+"""Whether a way over roads beyond the map could be as short as a route."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from routing.graph.earth import great_circle_m
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from routing.graph.rim import MapRim
+    from routing.graph.road_graph import RoadGraph
+    from routing.places import Point
+    from routing.route.route import Route
+
+MOST_ENDS: Final = 1000  # cut roads looked at in pairs, those of the shortest detours
+
+
+def beyond_map_m(graph: RoadGraph, rim: MapRim, start: Point, goal: Point, longest_m: float) -> float:
+    """The least that a way may have that leaves the map at one cut road and comes back at another, inf where ≥ longest.
+
+    In straight lines, so roads beyond the map make it longer.
+    """
+    ends = rim.node_idx
+    lat_deg, lon_deg = graph.node_lat_deg[ends], graph.node_lon_deg[ends]
+    out_m = great_circle_m(start.lat_deg, start.lon_deg, lat_deg, lon_deg)
+    back_m = great_circle_m(lat_deg, lon_deg, goal.lat_deg, goal.lon_deg)
+    near = np.flatnonzero(out_m + back_m < longest_m)  # no other can be on such a way
+    near = near[np.argsort((out_m + back_m)[near], kind="stable")[:MOST_ENDS]]
+    if near.size < 2:
+        return math.inf
+    lat_deg, lon_deg = lat_deg[near], lon_deg[near]
+    outside_m = great_circle_m(lat_deg[:, None], lon_deg[:, None], lat_deg, lon_deg)
+    np.fill_diagonal(outside_m, np.inf)
+    least_m = float((out_m[near, None] + outside_m + back_m[near]).min())
+    return least_m if least_m < longest_m else math.inf
+
+
+def beyond_map_warnings(
+    graph: RoadGraph, rim: MapRim, places: Sequence[Point], routes: Sequence[Route]
+) -> tuple[str, ...]:
+    """A warning where any route, or a leg of it, could be beaten beyond the map; places: start, via points, goal."""
+    for route in routes:
+        for leg, start, goal in zip(route.legs, places[:-1], places[1:], strict=False):
+            driven_m = leg.to_m - leg.from_m
+            least_m = beyond_map_m(graph, rim, start, goal, driven_m)
+            if least_m < driven_m:
+                return (
+                    f"the best way may leave this map: route {route.name!r} has {driven_m / 1000.0:.1f} km where a way "
+                    f"over roads that the map cuts off could have {least_m / 1000.0:.1f} km or more; roads beyond "
+                    "are not known",
+                )
+    return ()
