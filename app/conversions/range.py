@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from shapely import to_ragged_array
 
@@ -12,7 +12,7 @@ from app.conversions.graph import terrain_note
 from app.conversions.place import DECIMALS, place_feature, point_from_place
 from app.conversions.route import search_stats
 from app.schemas.conditions import ConditionsSent
-from app.schemas.place import LatLon, MultiPolygonGeometry
+from app.schemas.place import LatLon, MultiLineStringGeometry, MultiPolygonGeometry
 from app.schemas.range import (
     BandFeature,
     BandProperties,
@@ -22,14 +22,17 @@ from app.schemas.range import (
     RangeRequest,
     bands_from_text,
 )
+from energy.units import JOULE_PER_KWH
 from routing.queries import RangeQuery, Trip
 
 if TYPE_CHECKING:
-    from shapely import MultiPolygon
+    from shapely import MultiLineString, MultiPolygon
 
     from energy.vehicle.files import AnyVehicle
     from routing.graph.road_graph import RoadGraph
     from routing.range.bands import RangeAnswer, RangeBand
+
+DECIMALS_OF_KM: Final = 3
 
 
 def request_from_parameters(sent: RangeParameters) -> RangeRequest:
@@ -88,6 +91,7 @@ def range_features(answer: RangeAnswer, understood: RangeRequest, graph: RoadGra
 
 
 def _band(band: RangeBand) -> BandFeature:
+    bearing_km, roads = (band.bearing_reach_m / 1000.0).round(DECIMALS_OF_KM), band.road_reach
     return BandFeature(
         geometry=_multi_polygon(band.area),
         properties=BandProperties(
@@ -98,8 +102,23 @@ def _band(band: RangeBand) -> BandFeature:
             node_count=band.node_count,
             false_in_share=band.false_in_frac,
             false_out_share=band.false_out_frac,
+            reaches_map_edge=band.map_edge is not None,
+            map_edge=None if band.map_edge is None else _multi_line(band.map_edge.line),
+            map_edge_left_kwh=None if band.edge_left_j is None else band.edge_left_j / JOULE_PER_KWH,
+            reach_nearest_km=bearing_km.min().item(),
+            reach_farthest_km=bearing_km.max().item(),
+            reach_by_bearing_km=bearing_km.tolist(),
+            road_nearest_km=None if roads.nearest_m is None else roads.nearest_m / 1000.0,
+            road_farthest_km=roads.farthest_m / 1000.0,
         ),
     )
+
+
+def _multi_line(lines: MultiLineString) -> MultiLineStringGeometry:
+    _, places, (firsts, _) = to_ragged_array([lines])
+    points = [(lon, lat) for lon, lat in places.round(DECIMALS).tolist()]
+    parts = [points[begin:end] for begin, end in pairwise(firsts.tolist())]
+    return MultiLineStringGeometry.model_construct(coordinates=parts)
 
 
 def _multi_polygon(area: MultiPolygon) -> MultiPolygonGeometry:

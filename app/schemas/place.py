@@ -64,6 +64,13 @@ class LineString(Answered):
     coordinates: list[Position]
 
 
+class MultiLineStringGeometry(Answered):
+    """GeoJSON MultiLineString."""
+
+    type: Literal["MultiLineString"] = "MultiLineString"
+    coordinates: list[list[Position]]
+
+
 class MultiPolygonGeometry(Answered):
     """GeoJSON MultiPolygon: shells counter-clockwise, rings closed."""
 

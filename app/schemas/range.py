@@ -12,7 +12,7 @@ from app.schemas.conditions import condition_field
 from app.schemas.drive import SearchRequest
 from app.schemas.graph import TerrainNote
 from app.schemas.learned_effects import MAX_EFFECTS_ID_CHARS
-from app.schemas.place import MultiPolygonGeometry, Place, PlaceFeature
+from app.schemas.place import MultiLineStringGeometry, MultiPolygonGeometry, Place, PlaceFeature
 from app.schemas.route import SearchStatsAnswer
 from energy.chain.chain import LinkModel, StopRule
 from energy.conditions import RoadSurface
@@ -179,6 +179,24 @@ class BandProperties(Answered):
     node_count: int = Field(description="nodes of the graph that are reached")
     false_in_share: float = Field(description="share of the nodes in the drawn area that can't be reached")
     false_out_share: float = Field(description="share of the reached nodes that the drawn area leaves out")
+    reaches_map_edge: bool = Field(
+        description="whether roads that the map cuts off are reached with charge to spare, or all roads of the map"
+    )
+    map_edge: MultiLineStringGeometry | None = Field(
+        description="the part of the outline that is the map's and not the battery's; null unless reaches_map_edge"
+    )
+    map_edge_left_kwh: float | None = Field(
+        description="energy still in the battery there at most; with reverse and round_trip at the end of the trip"
+    )
+    reach_nearest_km: float = Field(description="least of reach_by_bearing_km")
+    reach_farthest_km: float = Field(description="greatest of reach_by_bearing_km")
+    reach_by_bearing_km: list[float] = Field(
+        description="from the origin as the crow flies to the area's farthest edge, north first and every 15° clockwise"
+    )
+    road_nearest_km: float | None = Field(
+        description="along roads to the nearest place where the charge ends; null where it ends nowhere"
+    )
+    road_farthest_km: float = Field(description="along roads to the farthest place in reach")
 
 
 class BandFeature(Answered):

@@ -212,6 +212,31 @@ def test_range_over_a_socket_is_valid_geojson_with_nested_bands(served: Served) 
         assert inner.area < outer.area
 
 
+def test_range_at_full_charge_says_that_andorra_ends(served: Served) -> None:
+    for trip in ({}, {"reverse": "true"}, {"round_trip": "true"}):
+        answer = served.ask("/range", lat=CENTRE["lat"], lon=CENTRE["lon"], soc=1.0, vehicle=VEHICLE, **trip)
+        said = answer["features"][0]["properties"]
+        assert said["reaches_map_edge"] is True
+        assert said["map_edge_left_kwh"] > 50.0
+        assert said["road_nearest_km"] is None
+        assert len([text for text in answer["warnings"] if "map ends" in text]) == 1
+
+
+def test_range_that_just_reaches_a_border_ends_with_the_map_there_alone(served: Served) -> None:
+    answer = served.ask("/range", lat=CENTRE["lat"], lon=CENTRE["lon"], soc=0.1, vehicle=VEHICLE)
+    said = answer["features"][0]["properties"]
+    assert said["reaches_map_edge"] is True
+    assert 0.0 < said["map_edge_left_kwh"] < 6.4
+    edge = shapely.from_geojson(json.dumps(said["map_edge"]))
+    outline = shapely.from_geojson(json.dumps(answer["features"][0]["geometry"])).boundary
+    assert edge.within(outline.buffer(2e-7))
+    assert 0.0 < edge.length < 0.2 * outline.length
+    assert any("roads that it cuts off" in text for text in answer["warnings"])
+    nothing = served.ask("/range", lat=CENTRE["lat"], lon=CENTRE["lon"], soc=0.02, vehicle=VEHICLE)
+    assert nothing["features"][0]["properties"]["reaches_map_edge"] is False
+    assert not [text for text in nothing["warnings"] if "map" in text]
+
+
 def test_post_range_equals_get_range(served: Served) -> None:
     got = served.ask("/range", lat=CENTRE["lat"], lon=CENTRE["lon"], soc=SOC, bands="0.0,0.02")
     posted = served.ask("/range", {"origin": CENTRE, "soc": SOC, "bands": [0.0, 0.02]})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import json
+import math
 import re
 from typing import TYPE_CHECKING, Any
 
@@ -199,3 +200,41 @@ def test_range_reverse_with_uncertainty_gives_smaller_areas_for_more_certainty(c
     sizes = [band["properties"]["area_km2"] for band in bands]
     assert [band["properties"]["probability"] for band in bands] == [0.1, 0.5, 0.9]
     assert sizes == sorted(sizes, reverse=True)
+
+
+def test_range_with_plenty_of_charge_says_that_the_map_ends_first(client: TestClient) -> None:
+    for trip in ("", "&reverse=true", "&round_trip=true"):
+        answer = ask(client, f"{ORIGIN}&soc=0.9&bands=2{trip}")
+        (warning,) = [text for text in answer["warnings"] if "map ends" in text]
+        for band in bands_of(answer):
+            said = band["properties"]
+            assert said["reaches_map_edge"] is True
+            assert said["map_edge"]["type"] == "MultiLineString"
+            assert shape(said["map_edge"]).within(shape(band["geometry"]).boundary.buffer(1e-9))
+            assert said["soc_left"] * 64.0 < said["map_edge_left_kwh"] <= 0.9 * 64.0 + 0.1
+            assert f"{said['map_edge_left_kwh']:.1f} kWh" in warning
+            assert said["road_nearest_km"] is None
+
+
+def test_range_that_the_charge_ends_says_nothing_of_the_maps_edge(client: TestClient) -> None:
+    for trip in ("", "&reverse=true", "&round_trip=true"):
+        answer = ask(client, f"{ORIGIN}&soc=0.002{trip}")
+        said = bands_of(answer)[0]["properties"]
+        assert (said["reaches_map_edge"], said["map_edge"], said["map_edge_left_kwh"]) == (False, None, None)
+        assert not [text for text in answer["warnings"] if "map" in text]
+        assert said["road_nearest_km"] <= said["road_farthest_km"]
+
+
+def test_range_tells_how_far_it_reaches_in_24_directions(client: TestClient) -> None:
+    answer = ask(client, f"{ORIGIN}&soc=0.006")
+    (band,) = bands_of(answer)
+    lon, lat = answer["features"][-1]["geometry"]["coordinates"]
+    said, area = band["properties"], shape(band["geometry"])
+    by_bearing = said["reach_by_bearing_km"]
+    assert len(by_bearing) == 24
+    assert (said["reach_nearest_km"], said["reach_farthest_km"]) == (min(by_bearing), max(by_bearing))
+    for k, reach_km in enumerate(by_bearing):
+        bearing = math.radians(15.0 * k)
+        for km, inside in ((reach_km - 0.01, True), (reach_km + 0.01, False)):
+            north, east = km / 111.19508 * math.cos(bearing), km / 111.19508 * math.sin(bearing)
+            assert area.contains(Point(lon + east / math.cos(math.radians(lat)), lat + north)) is inside
