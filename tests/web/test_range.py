@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pytest
 from playwright.sync_api import expect
 
 from tests.web.map_page import check_shown, shown_number
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from tests.web.conftest import Visit
     from tests.web.map_page import MapPage
     from tests.web.served import ServedMap
@@ -181,6 +185,31 @@ def test_uncertain_range_shows_how_sure_each_area_is(visit: Visit):
     expect(rows).to_have_count(len(bands_of(found.answer)))
     shown = {rows.nth(i).get_by_role("cell").nth(2).inner_text() for i in range(rows.count())}
     assert shown == {f"{100 * band['probability']:.0f} %" for band in bands_of(found.answer)}
+
+
+def dark_frac(picture: NDArray[np.float64]) -> float:
+    """Share of pixels as dark as the dashes that are drawn where the map ends."""
+    return float(np.mean(picture.max(axis=2) < 0.25))
+
+
+def test_range_that_ends_with_the_map_is_dashed_there_and_says_so(visit: Visit):
+    page = visit("?tab=range&graph=coquimbo&start=-29.95,-71.25&soc=1&reserve=0&bands=1")
+    legend = page.page.locator("#legend")
+    expect(legend.get_by_role("listitem")).to_have_count(1)
+    before = page.picture()
+    with page.asking("/range") as found:
+        page.page.get_by_label("Charge now").fill("4")
+    outer = bands_of(found.answer)[0]
+    assert outer["reaches_map_edge"] is True
+    expect(legend.get_by_role("listitem")).to_have_text([re.compile("≥ 0 %"), "beyond this map"])
+    expect(page.page.locator("#range")).to_contain_text("map ends")
+    (told,) = [text for text in page.page.locator("#range p").all_inner_texts() if "as the crow flies" in text]
+    check_shown(told.split("beyond this map")[1], "kWh", outer["map_edge_left_kwh"])
+    check_shown(told.split("along roads")[0].split("up to")[1], "km", outer["road_farthest_km"])
+    page.changed_frac(before, 0.01)
+    assert dark_frac(page.picture()) > dark_frac(before) + 1e-4
+    page.page.get_by_role("button", name="Remove place").click()
+    expect(legend).to_be_hidden()
 
 
 def test_miles_are_shown_in_place_of_kilometres(visit: Visit):

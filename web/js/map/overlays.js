@@ -3,13 +3,14 @@
  * properties how they look:
  *
  * lead: lines from a place to where the drive begins or ends; area: polygons {colour, opacity}, drawn in their order; area-edge: lines {colour, dashed}
+ * map-edge: lines where an area ends because the map does
  * route-other: lines of routes that are not looked at {name, colour}
  * route: pieces of the route that is looked at {colour, first, last, beyond}, dashed where beyond the charge
  * stretch: lines of named stretches {index, active}
  * residual: lines or points {colour, opacity, …}; cursor: a point
  */
 
-export const OVERLAYS = ["lead", "area", "area-edge", "residual", "route-other", "route", "stretch", "cursor"];
+export const OVERLAYS = ["lead", "area", "area-edge", "map-edge", "residual", "route-other", "route", "stretch", "cursor"];
 export const EMPTY = { type: "FeatureCollection", features: [] };
 
 const width = (thin, thick) => ["interpolate", ["linear"], ["zoom"], 7, thin, 15, thick];
@@ -26,6 +27,8 @@ export function overlayLayers(theme) {
     { id: "area-fill", type: "fill", source: "area", paint: { "fill-color": ["get", "colour"], "fill-opacity": ["get", "opacity"], "fill-antialias": false } },
     line("area-edge-line", "area-edge", { "line-color": ["get", "colour"], "line-width": 1.6 }, { filter: ["!", ["get", "dashed"]] }),
     line("area-edge-dashed", "area-edge", { "line-color": ["get", "colour"], "line-width": 1.6, "line-dasharray": [3, 2] }, { filter: ["get", "dashed"] }),
+    line("map-edge-casing", "map-edge", { "line-color": outline, "line-width": 4.5 }), // hides the area's own edge
+    line("map-edge-dashed", "map-edge", { "line-color": dark ? "#e9f0ef" : "#14211f", "line-width": 2.2, "line-dasharray": [1.6, 1.8] }, { layout: butt }),
   ];
   const lines = [
     line("residual-casing", "residual", { "line-color": dark ? outline : "#7d8887", "line-width": width(5, 8.4), "line-opacity": opacity }, { layout: butt, filter: ["==", ["geometry-type"], "LineString"] }),

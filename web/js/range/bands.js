@@ -18,6 +18,17 @@ export function bandColour(band, bands, theme) {
 
 const sure = ({ properties }) => properties.probability === null || properties.probability === SURE;
 
+/** The outermost band of which it is even whether a place at its edge is reached. */
+const outerBand = (answer) => answer.features.find((feature) => feature.properties.kind === "band" && sure(feature))?.properties;
+
+/** Whether any charge is left at the map's edge. */
+export const endsWithMap = (answer) => Boolean(outerBand(answer)?.reaches_map_edge);
+
+/** Where the area ends because the map does. */
+export function mapEdgeFeatures(answer) {
+  return endsWithMap(answer) ? [{ type: "Feature", geometry: outerBand(answer).map_edge, properties: {} }] : [];
+}
+
 /** Polygons and their edges; of areas with a probability, the even one is filled, the others are dashed edges. */
 export function areaFeatures(answer, theme) {
   const bands = answer.features.filter(({ properties }) => properties.kind === "band");

@@ -6,8 +6,8 @@ import { saveGeoJson } from "../download.js";
 import { RANGE_MODES, rangeRequest } from "../journey/journey.js";
 import { extentOf } from "../map/view.js";
 import { failure, working, warningsOf } from "../notices.js";
-import { percentText } from "../units.js";
-import { areaFeatures, bandColour, bandsOf } from "./bands.js";
+import { energyText, percentText } from "../units.js";
+import { areaFeatures, bandColour, bandsOf, endsWithMap, mapEdgeFeatures } from "./bands.js";
 
 const MODES = { from: "From here", reverse: "To here", round_trip: "Round trip" };
 const EXPLAINED = {
@@ -76,6 +76,7 @@ export function rangePanel(app, element) {
     const drawn = answer ? areaFeatures(answer, theme) : { areas: [], edges: [] };
     view.draw("area", drawn.areas);
     view.draw("area-edge", drawn.edges);
+    view.draw("map-edge", answer ? mapEdgeFeatures(answer) : []);
     fill(
       results,
       status === "none" && el("p", { class: "dim" }, "Click the map, or type a place above."),
@@ -103,6 +104,7 @@ export function rangePanel(app, element) {
           band.probability !== null && el("td", { class: "num" }, percentText(band.probability)),
         ))),
       ),
+      el("p", { class: "small dim" }, reachText(rows[0], units)),
       warningsOf(answer.warnings),
       el(
         "div",
@@ -125,9 +127,16 @@ export function rangePanel(app, element) {
     fill(
       box,
       el("h2", {}, "Charge left"),
-      el("ul", {}, rows.map((band, i) => el("li", {}, swatch(band, i, rows, theme), `≥ ${percentText(band.soc_left)}`, el("span", { class: "dim num" }, app.units().areaText(band.area_km2))))),
+      el("ul", {}, rows.map((band, i) => el("li", {}, swatch(band, i, rows, theme), `≥ ${percentText(band.soc_left)}`, el("span", { class: "dim num" }, app.units().areaText(band.area_km2)))),
+        endsWithMap(answer) && el("li", {}, el("span", { class: "swatch beyond-map" }), "beyond this map")),
     );
   }
+}
+
+/** How far the outermost band reaches. */
+function reachText({ reach_nearest_km: near, reach_farthest_km: far, road_farthest_km: road, map_edge_left_kwh: left }, units) {
+  const text = `${units.lengthText(1000 * near)} to ${units.lengthText(1000 * far)} as the crow flies, up to ${units.lengthText(1000 * road)} along roads`;
+  return left === null ? `${text}.` : `${text}, and beyond this map with up to ${energyText(left)} left at its edge.`;
 }
 
 const modeOf = ({ request }) => RANGE_MODES.find((mode) => request[mode]) ?? "from";
