@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from shapely.geometry import mapping
 
 from energy.chain.chain import LinkModel, StopRule
+from energy.units import JOULE_PER_KWH
 from joulepath.conditions import conditions_in_si
 from joulepath.figures import Feature, MapFeature, MapFeatures, Snapped, feature, one_of, point_of, snapped_of
 from routing.queries import RangeQuery, Trip
@@ -15,14 +16,16 @@ from routing.queries import RangeQuery, Trip
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from shapely import MultiPolygon
+    from shapely import MultiLineString, MultiPolygon
 
     from joulepath.conditions import Conditions
     from joulepath.graph import Graph
     from joulepath.vehicle import Vehicle
     from routing.range.bands import RangeBand
 
+M_PER_KM = 1e3
 M2_PER_KM2 = 1e6
+SHAPES = ("geometry", "map_edge")
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,6 +34,10 @@ class Band(MapFeature):
 
     probability_frac: that a place at its edge is reached so, where uncertainty was asked for. false_in_frac,
     false_out_frac: share of its nodes that can't be reached, and of reachable nodes that it leaves out.
+    reaches_map_edge: whether charge is left where the map ends; then map_edge_left_kwh is what the battery holds there
+    at most, or at the end of the trip back, and map_edge the part of the outline that is the map's, in lon, lat [deg].
+    reach_by_bearing_km: as the crow flies, 24 directions from north on clockwise. road_nearest_km: along roads to where
+    the charge ends first, None where it ends nowhere; road_farthest_km: to the farthest place in reach.
     """
 
     soc_left_frac: float
@@ -40,13 +47,20 @@ class Band(MapFeature):
     node_count: int
     false_in_frac: float
     false_out_frac: float
+    reaches_map_edge: bool
+    map_edge_left_kwh: float | None
+    reach_by_bearing_km: tuple[float, ...]
+    road_nearest_km: float | None
+    road_farthest_km: float
     geometry: MultiPolygon
+    map_edge: MultiLineString | None
 
     @property
     def __geo_interface__(self) -> Feature:
         """GeoJSON Feature."""
-        shown = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "geometry"}
-        return feature(mapping(self.geometry), shown)
+        shown = {field.name: getattr(self, field.name) for field in fields(self) if field.name not in SHAPES}
+        edge = None if self.map_edge is None else mapping(self.map_edge)
+        return feature(mapping(self.geometry), shown | {"map_edge": edge})
 
 
 @dataclass(frozen=True, slots=True)
@@ -100,6 +114,7 @@ def range(  # the name of the question; within this package nothing counts
 
 
 def _band(found: RangeBand) -> Band:
+    roads = found.road_reach
     return Band(
         soc_left_frac=found.soc_left_frac,
         probability_frac=found.probability_frac,
@@ -108,5 +123,11 @@ def _band(found: RangeBand) -> Band:
         node_count=found.node_count,
         false_in_frac=found.false_in_frac,
         false_out_frac=found.false_out_frac,
+        reaches_map_edge=found.map_edge is not None,
+        map_edge_left_kwh=None if found.edge_left_j is None else found.edge_left_j / JOULE_PER_KWH,
+        reach_by_bearing_km=tuple((found.bearing_reach_m / M_PER_KM).tolist()),
+        road_nearest_km=None if roads.nearest_m is None else roads.nearest_m / M_PER_KM,
+        road_farthest_km=roads.farthest_m / M_PER_KM,
         geometry=found.area,
+        map_edge=None if found.map_edge is None else found.map_edge.line,
     )

@@ -95,7 +95,9 @@ def matrix_table(answer: MatrixResponse, sources: list[str], targets: list[str])
 
 def bands_table(answer: RangeFeatureCollection) -> Table:
     """One line a band."""
-    table = _table("SoC left", "probability", "km²", "nodes reached", "falsely in", "falsely out")
+    table = _table(
+        "SoC left", "probability", "km²", "nodes reached", "falsely in", "falsely out", "left at the map's edge"
+    )
     for feature in answer.features:
         band = feature.properties
         if band.kind == "band":
@@ -106,6 +108,7 @@ def bands_table(answer: RangeFeatureCollection) -> Table:
                 str(band.node_count),
                 f"{band.false_in_share:.2%}",
                 f"{band.false_out_share:.2%}",
+                "–" if band.map_edge_left_kwh is None else f"{band.map_edge_left_kwh:.1f} kWh",
             )
     return table
 
