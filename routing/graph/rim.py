@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -20,6 +21,8 @@ THROUGH: Final = FunctionalClass.TERTIARY  # roads of this class and above lead 
 FREE_DEG: Final = 120.0  # of the view from a road's end in which there is no road up to the horizon; assumed
 TIMES_USUAL: Final = 2.0  # how much oftener ends of through roads lie outermost than those of other roads; assumed
 MOSTLY_FRAC: Final = 0.5  # or of all of them, where the map cuts minor roads as well; assumed
+TURNING_M: Final = 300.0  # around the end of a dual carriageway, for turning; assumed
+BACK_DEG: Final = 60.0  # within which its lanes lead back from there; assumed
 CELLS: Final = 100  # along the longer side of the map, in which roads are looked for
 NEAR_CELLS: Final = 1.5  # roads nearer than this hide nothing
 MOST_ENDS: Final = 2000  # of minor roads that are looked at
@@ -75,7 +78,7 @@ def map_rim(graph: RoadGraph) -> MapRim:
         usual_frac = float(np.mean(view.free_deg(minor) >= FREE_DEG)) if minor.size else 0.0
         if outermost.any() and float(np.mean(outermost)) < min(TIMES_USUAL * usual_frac, MOSTLY_FRAC):
             outermost[:] = False
-        cut_off = through[outermost]
+        cut_off = np.concatenate((through[outermost], _carriageway_ends(graph, view, best_class <= THROUGH)))
     else:
         cut_off = ends[view.free_deg(ends) >= FREE_DEG]
     node = np.zeros(graph.node_count, np.bool_)
@@ -93,6 +96,43 @@ def _dead_ends(graph: RoadGraph) -> NDArray[np.int64]:
     return np.flatnonzero(degree == 1)
 
 
+def _carriageway_ends(graph: RoadGraph, view: _View, on_through: NDArray[np.bool_]) -> NDArray[np.int64]:
+    """Outermost nodes from which the carriageways of a through road lead back in one direction only, int64 (k,).
+
+    Where a map cuts a dual carriageway, what is left are its lanes up to the last place for turning.
+    """
+    one_way = on_through[graph.tail] & (graph.reverse_idx < 0) & (graph.functional_class <= THROUGH)
+    nodes = np.unique(graph.tail[one_way]).astype(np.int64)
+    nodes = nodes[view.outer(nodes)]
+    nodes = nodes[view.free_deg(nodes) >= FREE_DEG]
+    through = np.flatnonzero(graph.functional_class <= THROUGH)
+    ends = np.concatenate((graph.tail[through], graph.head[through]))
+    others = np.concatenate((graph.head[through], graph.tail[through]))
+    order = np.argsort(ends, kind="stable")
+    first = np.searchsorted(ends[order], np.arange(graph.node_count + 1))
+    neighbour = others[order]
+    found: list[tuple[int, float]] = []
+    for node in nodes.tolist():
+        near, beyond, ahead = {node}, [], [node]
+        while ahead:
+            here = ahead.pop()
+            for other in neighbour[first[here] : first[here + 1]].tolist():
+                if other in near:
+                    continue
+                if view.distance_m(node, other) > TURNING_M:
+                    beyond.append(other)
+                else:
+                    near.add(other)
+                    ahead.append(other)
+        if beyond and view.spread_deg(node, beyond) <= BACK_DEG:
+            found.append((node, min(view.distance_m(node, other) for other in beyond)))
+    kept: list[int] = []
+    for node, _ in sorted(found, key=lambda end: -end[1]):  # of a place for turning, the node that is farthest out
+        if all(view.distance_m(node, other) > 2.0 * TURNING_M for other in kept):
+            kept.append(node)
+    return np.array(kept, np.int64)
+
+
 class _View:
     """What is seen of a map's roads from its nodes, by the outermost cells of a grid that hold a road."""
 
@@ -108,6 +148,7 @@ class _View:
         held[row, column] = True
         inner = held[1:-1, 1:-1] & held[:-2, 1:-1] & held[2:, 1:-1] & held[1:-1, :-2] & held[1:-1, 2:]
         held[1:-1, 1:-1] &= ~inner  # what lies behind others
+        self._held, self._west_south = held, west_south
         self._cell_m = (np.argwhere(held)[:, ::-1] - 0.5) * self.cell_m + west_south
 
     def free_deg(self, nodes: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -120,3 +161,19 @@ class _View:
                 angle = np.sort(np.degrees(np.arctan2(away[:, 1], away[:, 0])))
                 widest[k] = np.diff(np.append(angle, angle[0] + 360.0)).max()
         return widest
+
+    def outer(self, nodes: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Whether nodes lie in outermost cells, bool (k,)."""
+        column, row = ((self._node_m[nodes] - self._west_south) // self.cell_m).astype(np.int64).T + 1
+        last_row, last_column = np.array(self._held.shape) - 1
+        return np.asarray(self._held[np.clip(row, 0, last_row), np.clip(column, 0, last_column)])
+
+    def distance_m(self, node: int, other: int) -> float:
+        """Between two nodes, as the crow flies."""
+        return math.dist(self._node_m[node], self._node_m[other])
+
+    def spread_deg(self, node: int, others: list[int]) -> float:
+        """The narrowest angle at a node that holds all others [deg]."""
+        away = self._node_m[others] - self._node_m[node]
+        angle = np.sort(np.degrees(np.arctan2(away[:, 1], away[:, 0])))
+        return 360.0 - float(np.diff(np.append(angle, angle[0] + 360.0)).max())

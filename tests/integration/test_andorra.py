@@ -232,7 +232,7 @@ def test_range_that_just_reaches_a_border_ends_with_the_map_there_alone(served: 
     assert edge.within(outline.buffer(2e-7))
     assert 0.0 < edge.length < 0.2 * outline.length
     assert any("roads that it cuts off" in text for text in answer["warnings"])
-    nothing = served.ask("/range", lat=CENTRE["lat"], lon=CENTRE["lon"], soc=0.02, vehicle=VEHICLE)
+    nothing = served.ask("/range", lat=CENTRE["lat"], lon=CENTRE["lon"], soc=0.005, vehicle=VEHICLE)
     assert nothing["features"][0]["properties"]["reaches_map_edge"] is False
     assert not [text for text in nothing["warnings"] if "map" in text]
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -131,6 +132,31 @@ def test_both_ends_of_a_single_street_are_the_rim_whatever_its_class():
             (0.0, 0.0),
             (2.0, 0.0),
         }
+
+
+def test_dual_carriageway_that_is_cut_ends_at_its_last_place_for_turning():
+    # the lanes are 20 m apart, joined at the south and 8 km north of it; a town lies round the south
+    south, north = (5.0, 0.0), (5.0, 8.0)
+    there = [south, (5.02, 4.0), (5.02, 7.9), north]
+    back = [north, (4.98, 7.9), (4.98, 4.0), south]
+    streets: list[tuple[Place, Place]] = [*pairwise(there), *pairwise(back)]
+    cross = [(2.0, 0.0), (3.0, -1.0), (5.0, -1.0), (7.0, -1.0), (8.0, 0.0)]
+    for a, b in [*pairwise(cross), ((5.0, -1.0), south), ((2.0, 0.0), south), (south, (8.0, 0.0))]:
+        streets += [(a, b), (b, a)]
+    places = sorted({place for street in streets for place in street})
+    number = {place: k for k, place in enumerate(places)}
+    graph = drawn_streets(
+        "lanes",
+        places,
+        [(number[a], number[b]) for a, b in streets],
+        np.zeros(len(places)),
+        speed_limit_mps=np.full(len(streets), 30.0),
+        cross=np.zeros(len(streets), np.int64),
+    )
+    trunk = replace(graph, functional_class=np.full(graph.link_count, FunctionalClass.TRUNK, np.int8))
+    assert [places[k] for k in trunk.node_id[map_rim(trunk).node_idx]] == [north]
+    minor = replace(graph, functional_class=np.full(graph.link_count, FunctionalClass.RESIDENTIAL, np.int8))
+    assert map_rim(minor).node.sum() == 0
 
 
 def test_ring_without_ends_has_no_rim():
