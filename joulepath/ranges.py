@@ -11,7 +11,7 @@ from energy.chain.chain import LinkModel, StopRule
 from energy.units import JOULE_PER_KWH
 from joulepath.conditions import conditions_in_si
 from joulepath.figures import Feature, MapFeature, MapFeatures, Snapped, feature, one_of, point_of, snapped_of
-from routing.queries import RangeQuery, Trip
+from routing.queries import Outline, RangeQuery, Trip
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -88,11 +88,13 @@ def range(  # the name of the question; within this package nothing counts
     link_model: str = "integrated",
     stops: str = "expected",
     uncertainty: bool = False,
+    outline: str = "roads",
 ) -> Range:
     """The area that can be reached from a place (lat, lon) [deg] before the charge falls below the reserve.
 
     bands_soc_frac: charges that are to be left, a band each, besides the reserve. trip: "out", "reverse" for the area
-    from which the place is reached, "round_trip" for what can be driven to and back.
+    from which the place is reached, "round_trip" for what can be driven to and back. outline: "roads" along the roads
+    in reach, "filled" smooth, without small gaps and holes.
 
     Raises QueryError for a value out of range, PointOutsideMapError, PointFarFromRoadError, NegativeCycleError,
     SearchLimitError.
@@ -108,6 +110,7 @@ def range(  # the name of the question; within this package nothing counts
         conditions=conditions_in_si(conditions),
         uncertainty=uncertainty,
         trip=one_of("trip", trip, Trip),
+        outline=one_of("outline", outline, Outline),
     )
     answer = graph.planner.range(query)
     return Range(tuple(map(_band, answer.bands)), snapped_of(answer.origin), answer.warnings)

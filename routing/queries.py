@@ -65,6 +65,13 @@ class Trip(StrEnum):
     ROUND = "round_trip"
 
 
+class Outline(StrEnum):
+    """How areas are drawn: along the roads in reach, or filled, with small gaps and holes closed."""
+
+    ROADS = "roads"
+    FILLED = "filled"
+
+
 @dataclass(frozen=True, slots=True)
 class RangeQuery:
     """One range request; with uncertainty, each band comes once for each probability of RANGE_PROBABILITIES.
@@ -85,6 +92,7 @@ class RangeQuery:
     conditions: Conditions = STILL
     uncertainty: bool = False
     trip: Trip = Trip.OUT
+    outline: Outline = Outline.ROADS
 
 
 @dataclass(frozen=True, slots=True)

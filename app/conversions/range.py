@@ -17,6 +17,7 @@ from app.schemas.range import (
     BandFeature,
     BandProperties,
     ConditionsParameters,
+    FillingAnswer,
     RangeFeatureCollection,
     RangeParameters,
     RangeRequest,
@@ -52,6 +53,7 @@ def request_from_parameters(sent: RangeParameters) -> RangeRequest:
         uncertainty=sent.uncertainty,
         reverse=sent.reverse,
         round_trip=sent.round_trip,
+        outline=sent.outline,
     )
 
 
@@ -76,6 +78,7 @@ def range_query(sent: RangeRequest, vehicle: AnyVehicle) -> RangeQuery:
         conditions=conditions_from(sent.conditions),
         uncertainty=sent.uncertainty,
         trip=Trip.REVERSE if sent.reverse else Trip.ROUND if sent.round_trip else Trip.OUT,
+        outline=sent.outline,
     )
 
 
@@ -87,6 +90,9 @@ def range_features(answer: RangeAnswer, understood: RangeRequest, graph: RoadGra
         warnings=list(answer.warnings),
         stats=search_stats(answer.stats),
         terrain=terrain_note(graph),
+        filling=None
+        if answer.filling is None
+        else FillingAnswer(gap_m=answer.filling.gap_m, hole_km2=answer.filling.hole_m2 / 1e6),
     )
 
 

@@ -16,10 +16,12 @@ from app.schemas.place import MultiLineStringGeometry, MultiPolygonGeometry, Pla
 from app.schemas.route import SearchStatsAnswer
 from energy.chain.chain import LinkModel, StopRule
 from energy.conditions import RoadSurface
+from routing.queries import Outline
 
 MAX_BANDS = 20
 REVERSE_MEANS = "true gives the area from which the origin is reached, departing there with soc"
 ROUND_TRIP_MEANS = "true gives what can be driven to from the origin and back, with a stop there; not with reverse"
+OUTLINE_MEANS = "along the roads in reach, or filled: smooth, without small gaps and holes, less exact"
 _FRACTION = r"(?:0?\.[0-9]{1,9}|1\.0{1,9})"
 _LISTED = rf"(?:0|1|{_FRACTION})"
 BANDS_PATTERN = rf"^(?:[1-9]|1[0-9]|20|{_FRACTION}|{_LISTED}(?:,{_LISTED}){{1,19}})$"
@@ -63,6 +65,7 @@ class RangeRequest(SearchRequest):
         "uncertainty",
         "reverse",
         "round_trip",
+        "outline",
     )
 
     origin: Place
@@ -76,6 +79,7 @@ class RangeRequest(SearchRequest):
     )
     reverse: Flag = Field(default=False, description=REVERSE_MEANS)
     round_trip: Flag = Field(default=False, description=ROUND_TRIP_MEANS)
+    outline: Outline = Field(default=Outline.ROADS, description=OUTLINE_MEANS)
 
     @model_validator(mode="after")
     def _one_kind_of_trip(self) -> RangeRequest:
@@ -148,6 +152,7 @@ class RangeParameters(ConditionsParameters):
     )
     reverse: bool = Field(default=False, description=REVERSE_MEANS)
     round_trip: bool = Field(default=False, description=ROUND_TRIP_MEANS)
+    outline: Outline = Field(default=Outline.ROADS, description=OUTLINE_MEANS)
 
     @field_validator("bands")
     @classmethod
@@ -207,6 +212,13 @@ class BandFeature(Answered):
     properties: BandProperties
 
 
+class FillingAnswer(Answered):
+    """What a filled outline leaves out."""
+
+    gap_m: float = Field(description="gaps narrower than this are closed [m]")
+    hole_km2: float = Field(description="holes smaller than this are closed [km²]")
+
+
 class RangeFeatureCollection(Answered):
     """Bands by charge left, the outermost first (with uncertainty: and by probability), then the snapped origin."""
 
@@ -216,3 +228,4 @@ class RangeFeatureCollection(Answered):
     warnings: list[str]
     stats: SearchStatsAnswer
     terrain: TerrainNote
+    filling: FillingAnswer | None = Field(description="how far the areas are filled; null along roads")

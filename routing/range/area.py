@@ -301,6 +301,12 @@ def _rim_cells(cell_m: float) -> int:
     return int(np.ceil(2.0 * _off_road_cells(cell_m))) + 2
 
 
+def area_of_rings_m2(area: shapely.MultiPolygon) -> float:
+    """Area of right-handed polygons on the mean sphere [m²]; lon/lat [deg]."""
+    _, lonlat, (ring_first, _, _) = shapely.to_ragged_array([area])
+    return _area_m2(lonlat, ring_first.astype(np.int64))
+
+
 def _area_m2(lonlat: NDArray[np.float64], ring_first: NDArray[np.int64]) -> float:
     """Area on the mean sphere, by Lambert's cylindrical equal-area projection [m²].
 

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from shapely import MultiPolygon
 
+    from routing.range.filled import Filling
     from routing.range.map_edge import MapEdge
     from routing.range.reach import RoadReach
 
@@ -43,9 +44,10 @@ class RangeBand:
 
 @dataclass(frozen=True, slots=True)
 class RangeAnswer:
-    """Bands from the outermost (reserve) to the innermost."""
+    """Bands from the outermost (reserve) to the innermost; filling: how far they are filled, None along roads."""
 
     origin: SnappedPoint
     bands: tuple[RangeBand, ...]
     stats: SearchStats
     warnings: tuple[str, ...]
+    filling: Filling | None = None

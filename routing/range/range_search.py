@@ -14,9 +14,10 @@ from energy.vehicle.pessimistic import FACTOR_RANGE, pessimistic
 from routing.errors import QueryError
 from routing.links.spans import ChainMaker
 from routing.places import LinkPosition, Point
-from routing.queries import RANGE_PROBABILITIES, Trip
+from routing.queries import RANGE_PROBABILITIES, Outline, Trip
 from routing.range.area import AreaMaker, energies_of_reach
 from routing.range.bands import RangeAnswer, RangeBand
+from routing.range.filled import filled_areas, filling_of
 from routing.range.map_edge import map_edge
 from routing.range.reach import RoadDistances, bearing_reach_m
 from routing.range.way_back import BackCharges, ReverseSearch
@@ -93,6 +94,9 @@ class RangeSearch:
         wanted = [(left, probability) for left in levels for probability in searched]
         cases = [(searched[probability][0], (query.soc_frac - left) * capacity_j) for left, probability in wanted]
         areas = self._areas.areas(cases, origin.on_road)
+        filling = filling_of(areas[0]) if query.outline is Outline.FILLED else None
+        if filling is not None:
+            areas = filled_areas(self.graph, origin.on_road, cases, areas, filling)
         soc_j, homeward = query.soc_frac * capacity_j, query.trip is Trip.REVERSE
         node_m = self._distances.of_nodes(starts, homeward=homeward)
         bands = []
@@ -119,7 +123,7 @@ class RangeSearch:
         stats = SearchStats(counts.labels_made, counts.labels_settled, counts.seconds, method)
         unpaid_j = max(made.unpaid_j for _, made in searched.values())
         warnings = self._search.warnings(query, counts.crowded > 0, unpaid_j) + self._cold_starts(query)
-        return RangeAnswer(origin, tuple(bands), stats, warnings + _map_ends(query.trip, bands))
+        return RangeAnswer(origin, tuple(bands), stats, warnings + _map_ends(query.trip, bands), filling)
 
     def _energies(
         self, query: RangeQuery, levels: Sequence[float], vehicle: AnyVehicle, places: tuple[LinkPosition, ...]

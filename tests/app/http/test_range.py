@@ -238,3 +238,25 @@ def test_range_tells_how_far_it_reaches_in_24_directions(client: TestClient) -> 
         for km, inside in ((reach_km - 0.01, True), (reach_km + 0.01, False)):
             north, east = km / 111.19508 * math.cos(bearing), km / 111.19508 * math.sin(bearing)
             assert area.contains(Point(lon + east / math.cos(math.radians(lat)), lat + north)) is inside
+
+
+def test_range_filled_covers_more_with_fewer_rings_and_says_how_far_it_is_filled(client: TestClient) -> None:
+    roads = ask(client, f"{ORIGIN}&soc=0.006&bands=2")
+    filled = ask(client, f"{ORIGIN}&soc=0.006&bands=2&outline=filled")
+    assert roads["filling"] is None
+    assert filled["filling"]["gap_m"] == 800.0
+    assert filled["filling"]["hole_km2"] == pytest.approx(0.64)
+    assert filled["request"]["outline"] == "filled"
+    for plain, smooth in zip(bands_of(roads), bands_of(filled), strict=True):
+        assert shape(smooth["geometry"]).is_valid
+        assert smooth["properties"]["area_km2"] >= plain["properties"]["area_km2"]
+        assert smooth["properties"]["node_count"] == plain["properties"]["node_count"]
+    again = client.post("/range", json=filled["request"]).json()
+    assert again["features"] == filled["features"]
+
+
+def test_range_with_an_unknown_outline_is_refused_with_what_is_allowed(client: TestClient) -> None:
+    problem = check_problem(client.get(f"/range?{ORIGIN}&soc=0.3&outline=round"), 422, "invalid_request")
+    (error,) = problem["errors"]
+    assert (error["field"], error["value"]) == ("outline", "round")
+    assert "filled" in error["allowed"]
