@@ -14,6 +14,7 @@ from routing.importers.curves import bend_speeds_mps
 from routing.importers.roads import HALF_TURN_E7
 from routing.importers.speeds import default_limits_mps
 from routing.importers.tags import Dropped
+from routing.importers.way_bans import banned_over_ways
 
 if TYPE_CHECKING:
     from collections import Counter
@@ -76,7 +77,7 @@ def loose_graph(
         geometry_first=first,
         geometry_lon_e7=lon,
         geometry_lat_e7=lat,
-        forbidden_turns=_forbidden_turns(roads, tail, head, ways.id[way], node_id, dropped),
+        forbidden_turns=_forbidden_turns(roads, tail, head, ways.id[way], pieces.length_m[piece], node_id, dropped),
         conditional=_conditional(roads, way, reversed_),
     )
     nodes = LooseNodes(
@@ -140,6 +141,7 @@ def _forbidden_turns(
     tail: NDArray[np.int32],
     head: NDArray[np.int32],
     way_id: NDArray[np.int64],
+    length_m: NDArray[np.float64],
     node_id: NDArray[np.int64],
     dropped: Counter[str],
 ) -> NDArray[np.int64]:
@@ -168,4 +170,5 @@ def _forbidden_turns(
             pairs += [(a, b) for a in origin for b in out_of[node] if b not in target]
         else:
             pairs += [(a, b) for a in origin for b in target]
+    pairs += banned_over_ways(roads.way_bans, tail, head, way_id, length_m, dropped)
     return np.array(pairs, np.int64).reshape(-1, 2)

@@ -12,7 +12,7 @@ from shapely import Polygon
 from routing.errors import ImportFailedError
 from routing.graph.earth import E7
 from routing.importers.osm_files import deleted_objects, open_osm
-from routing.importers.roads import Restriction, Roads, Ways
+from routing.importers.roads import Restriction, Roads, WayBan, Ways
 from routing.importers.speeds import country_code, limits_from_tags, most_named
 from routing.importers.tags import (
     Barrier,
@@ -118,6 +118,7 @@ class _Reader:
         self.way_row: list[tuple[int, bool, bool, bool, bool, bool, bool, float, float, int, int]] = []
         self.name_idx: dict[str, int] = {"": 0}
         self.restrictions: list[Restriction] = []
+        self.way_bans: list[WayBan] = []
         self.built_up: list[Polygon] = []
         self.copies = 0
         self.conditional: dict[int, Conditional] = {}
@@ -278,7 +279,10 @@ class _Reader:
         origin = tuple(ref for role, kind, ref in members if role == "from" and kind == "w")
         target = tuple(ref for role, kind, ref in members if role == "to" and kind == "w")
         if origin and target and via and all(kind == "w" for kind, _ in via):
-            self.dropped[Dropped.RESTRICTION_VIA_WAY] += 1
+            if rule.only:
+                self.dropped[Dropped.RESTRICTION_VIA_WAY] += 1
+            else:
+                self.way_bans.append(WayBan(origin, tuple(ref for _, ref in via), target))
             return
         if len(via) != 1 or via[0][0] != "n" or not origin or not target:
             self.dropped[Dropped.RESTRICTION] += 1
@@ -319,6 +323,7 @@ class _Reader:
             names=tuple(self.name_idx),
             controls=controls,
             restrictions=tuple(self.restrictions),
+            way_bans=tuple(self.way_bans),
             built_up=tuple(self.built_up),
             country=self.country(),
             source=source,

@@ -34,6 +34,15 @@ class Restriction:
 
 
 @dataclass(frozen=True, slots=True)
+class WayBan:
+    """A ban of driving from ways over other ways to ways, such as of turning back over a link of two carriageways."""
+
+    from_way_ids: tuple[int, ...]
+    via_way_ids: tuple[int, ...]
+    to_way_ids: tuple[int, ...]
+
+
+@dataclass(frozen=True, slots=True)
 class Ways:
     """One row a way; way_first: int64 (W+1,), point: int32 positions into the points of Roads.
 
@@ -87,6 +96,7 @@ class Roads:
     conditional: Mapping[int, tuple[tuple[ConditionalLimit, ...], tuple[ConditionalLimit, ...]]] = field(
         default_factory=dict
     )
+    way_bans: tuple[WayBan, ...] = ()
 
 
 def eastward_e7(lon_a_e7: NDArray[np.int32], lon_b_e7: NDArray[np.int32]) -> NDArray[np.int64]:

@@ -234,8 +234,73 @@ def test_import_with_exempt_conditional_and_via_way_restrictions_counts_what_it_
     assert follows(graph, 5, 1, 4)
     assert follows(graph, 5, 1, 2)
     assert graph.meta.dropped["restrictions_conditional"] == 1
+    assert graph.meta.dropped["restrictions_without_effect"] == 2  # way 777 is not there, ways 3 and 4 do not follow
+
+
+# two carriageways, north 1 → 2 → 3 and south 6 → 5 → 4, joined at their ends and by a link 2 – 5
+CARRIAGEWAYS = {1: (0, 0), 2: (100, 0), 3: (200, 0), 4: (0, 30), 5: (100, 30), 6: (200, 30), 7: (100, -80)}
+ONEWAY_MAIN = {**MAIN, "oneway": "yes"}
+LINKED = {
+    12: ([1, 2], ONEWAY_MAIN),
+    23: ([2, 3], ONEWAY_MAIN),
+    65: ([6, 5], ONEWAY_MAIN),
+    54: ([5, 4], ONEWAY_MAIN),
+    25: ([2, 5], MAIN),
+    36: ([3, 6], MAIN),
+    41: ([4, 1], MAIN),
+}
+NO_TURNING_BACK = (
+    [("w", 12, "from"), ("w", 25, "via"), ("w", 54, "to")],
+    {"type": "restriction", "restriction": "no_u_turn"},
+)
+
+
+def drives_back(graph: RoadGraph) -> bool:
+    return follows(graph, 1, 2, 5) and follows(graph, 2, 5, 4)
+
+
+def test_import_with_a_ban_over_a_way_that_only_its_from_way_enters_forbids_its_last_turn(draw_map: Any) -> None:
+    assert drives_back(import_region(draw_map(CARRIAGEWAYS, LINKED), [], "free"))
+    graph = import_region(draw_map(CARRIAGEWAYS, LINKED, relations=[NO_TURNING_BACK]), [], "over a way")
+    assert not drives_back(graph)
+    assert follows(graph, 6, 5, 2)
+    assert follows(graph, 6, 5, 4)
+    assert follows(graph, 1, 2, 3)
+    assert "restrictions_over_ways" not in graph.meta.dropped
+
+
+def test_import_with_a_ban_over_a_way_that_others_enter_leaves_it_and_says_so(draw_map: Any) -> None:
+    ways = {**LINKED, 72: ([7, 2], MAIN)}
+    # from 7 over the link to 4 is no turning back, and from 1 over the link there is another way out
+    ways[58] = ([5, 8], MAIN)
+    points = {**CARRIAGEWAYS, 8: (100, 100)}
+    graph = import_region(draw_map(points, ways, relations=[NO_TURNING_BACK]), [], "others")
+    assert drives_back(graph)
     assert graph.meta.dropped["restrictions_over_ways"] == 1
-    assert graph.meta.dropped["restrictions_without_effect"] == 1
+
+
+def test_import_with_a_ban_over_a_way_that_leads_to_its_to_way_alone_forbids_its_first_turn(draw_map: Any) -> None:
+    ways = {**LINKED, 72: ([7, 2], MAIN)}
+    graph = import_region(draw_map(CARRIAGEWAYS, ways, relations=[NO_TURNING_BACK]), [], "first turn")
+    assert not follows(graph, 1, 2, 5)
+    assert follows(graph, 7, 2, 5)
+    assert follows(graph, 2, 5, 4)
+    assert "restrictions_over_ways" not in graph.meta.dropped
+
+
+def test_import_with_a_ban_over_a_long_way_leaves_it_and_says_so(draw_map: Any) -> None:
+    points = CARRIAGEWAYS | {4: (0, 130), 5: (100, 130), 6: (200, 130)}
+    graph = import_region(draw_map(points, LINKED, relations=[NO_TURNING_BACK]), [], "long")
+    assert drives_back(graph)
+    assert graph.meta.dropped["restrictions_over_ways"] == 1
+
+
+def test_import_with_an_order_over_a_way_leaves_it_and_says_so(draw_map: Any) -> None:
+    order = (NO_TURNING_BACK[0], {"type": "restriction", "restriction": "only_u_turn"})
+    graph = import_region(draw_map(CARRIAGEWAYS, LINKED, relations=[order]), [], "order")
+    assert drives_back(graph)
+    assert follows(graph, 1, 2, 3)
+    assert graph.meta.dropped["restrictions_over_ways"] == 1
 
 
 def test_import_with_a_restriction_from_a_way_that_runs_on_leaves_it(draw_map: Any) -> None:
