@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from rich.markup import escape
 from rich.table import Table
 
 from energy.force.parts import SOURCE_PART_COUNT
@@ -223,6 +224,9 @@ def graph_table(answer: GraphDetail) -> Table:
         table.add_row(kind.functional_class, f"{kind.link_count} links, {kind.length_km:.0f} km")
     for reason, count in answer.dropped.items():
         table.add_row(f"left out: {reason}", str(count))
+    for part in answer.cut_off:
+        place = f"at lat {part.lat:.5f}, lon {part.lon:.5f}" + (f", {escape(part.name)}" if part.name else "")
+        table.add_row("not connected", f"{part.length_km:.2f} km of road in {part.link_count} links {place}")
     return table
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from app.schemas.graph import GraphDetail, GraphSummary, RoadClassLength, TerrainNote
+from app.schemas.graph import CutOff, GraphDetail, GraphSummary, RoadClassLength, TerrainNote
 from energy.stops import FunctionalClass
 
 if TYPE_CHECKING:
@@ -64,4 +64,14 @@ def graph_detail(graph: RoadGraph, default_name: str) -> GraphDetail:
         length_km=float(graph.length_m.sum()) / 1000.0,
         road_classes=classes,
         dropped=dict(graph.meta.dropped),
+        cut_off=[
+            CutOff(
+                link_count=part.link_count,
+                length_km=part.length_m / 1000.0,
+                lat=part.lat_deg,
+                lon=part.lon_deg,
+                name=part.name,
+            )
+            for part in graph.meta.cut_off
+        ],
     )

@@ -65,6 +65,16 @@ class RoadClassLength(Answered):
     length_km: float
 
 
+class CutOff(Answered):
+    """A part of the map that is not connected to the graph, and a place on it."""
+
+    link_count: int
+    length_km: float = Field(description="of road, both directions once [km]")
+    lat: float
+    lon: float
+    name: str = Field(description="of the road there, or empty")
+
+
 class GraphDetail(GraphSummary):
     """One loaded graph with its extent by road class and what its import left out."""
 
@@ -73,3 +83,4 @@ class GraphDetail(GraphSummary):
     length_km: float = Field(description="all directed links")
     road_classes: list[RoadClassLength]
     dropped: dict[str, int] = Field(description="what the import left out, by reason")
+    cut_off: list[CutOff] = Field(description="the longest parts of the map that are not connected to the graph")

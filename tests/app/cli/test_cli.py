@@ -399,3 +399,24 @@ def test_synth_writes_a_graph_that_answers(tmp_path: Path) -> None:
     shown = run_json("graphs", "show", folder)
     assert shown["name"] == "small"
     assert shown["terrain"] == "synthetic"
+
+
+APART = """<osm version="0.6">
+<node id="1" lat="42.00" lon="1.50"/><node id="2" lat="42.02" lon="1.50"/>
+<node id="3" lat="42.10" lon="1.60"/><node id="4" lat="42.11" lon="1.60"/>
+<way id="10"><nd ref="1"/><nd ref="2"/><tag k="highway" v="primary"/></way>
+<way id="11"><nd ref="3"/><nd ref="4"/><tag k="highway" v="primary"/><tag k="name" v="Camí [vell]"/></way>
+</osm>"""
+
+
+def test_import_tells_the_length_and_place_of_what_is_not_connected(tmp_path: Path) -> None:
+    (tmp_path / "apart.osm").write_text(APART, encoding="utf-8")
+    folder = str(tmp_path / "apart")
+    done = run("import", str(tmp_path / "apart.osm"), "--out", folder)
+    # 0.01° of latitude at 42° N: 1.11 km
+    assert "not connected: 1.11 km of road in 2 links at lat 42.1" in done.stderr
+    assert "(Camí [vell])" in done.stderr
+    (part,) = run_json("graphs", "show", folder)["cut_off"]
+    assert (part["link_count"], part["name"]) == (2, "Camí [vell]")
+    assert part["length_km"] == pytest.approx(1.1107, abs=1e-3)
+    assert "Camí [vell]" in run("graphs", "show", folder).stdout
