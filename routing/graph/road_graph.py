@@ -255,7 +255,7 @@ def assemble_graph(meta: GraphMeta, names: tuple[str, ...], nodes: LooseNodes, l
     road_m = np.where(twin >= 0, 0.5, 1.0) * links.length_m  # a road counts once, in one direction or both
     forbidden = _pair_keys(links.forbidden_turns, links.tail.size)
     while True:
-        reverse = _reverse_of(links, kept)
+        reverse = twin if kept.size == twin.size else _reverse_of(links, kept)
         first, successor = _transitions(links, kept, reverse, forbidden)
         matrix = csr_array((np.ones(successor.size, np.int8), successor, first), shape=(kept.size, kept.size))
         count, component = connected_components(matrix, directed=True, connection="strong")

@@ -152,6 +152,16 @@ _UNIT_MPS: Final = {"mph": MPH, "mi/h": MPH, "knot": KNOT, "knots": KNOT}
 _RULE_KEYS: Final = ("zone:maxspeed", "maxspeed:type", "source:maxspeed", "zone:traffic")
 _CLASSES: Final = ("motorcar", "motor_vehicle", "vehicle")  # the narrowest wins
 _DIRECTIONS: Final = ("", ":forward", ":backward")
+_PREFIXES: Final = (*(f"maxspeed:{name}" for name in _CLASSES), "maxspeed")
+# for each direction: its own signs, general signs, rules
+_LIMIT_KEYS: Final = tuple(
+    (
+        *(f"{prefix}{end}" for prefix in _PREFIXES),
+        *_PREFIXES,
+        *(key for rule in _RULE_KEYS for key in (f"{rule}{end}", rule)),
+    )
+    for end in _DIRECTIONS[1:]
+)
 _UNLIMITED_HIGHWAYS: Final = frozenset(("motorway", "trunk"))
 
 
@@ -215,12 +225,9 @@ def limits_from_tags(tags: Mapping[str, str]) -> TaggedLimits:
     unlimited = may_be_unlimited(tags)
     passed_over: set[str] = set()
     limits: list[float | None] = []
-    for direction in ("forward", "backward"):
+    for keys in _LIMIT_KEYS:
         limit: float | None = None
-        own = (*(f"maxspeed:{name}:{direction}" for name in _CLASSES), f"maxspeed:{direction}")
-        general = (*(f"maxspeed:{name}" for name in _CLASSES), "maxspeed")
-        rules = (key for rule in _RULE_KEYS for key in (f"{rule}:{direction}", rule))
-        for key in (*own, *general, *rules):
+        for key in keys:
             if key in tags:
                 limit = limit_mps_from_value(tags[key], unlimited=unlimited)
                 if limit is not None:
@@ -247,8 +254,9 @@ def _conditional(
     """Conditional limits forward and backward, the direction's own key before the general one, and those not read."""
     read: dict[str, tuple[ConditionalLimit, ...]] = {}
     unread = 0
-    prefixes = (*(f"maxspeed:{name}" for name in _CLASSES), "maxspeed")
-    for key in (f"{prefix}{end}" for prefix in prefixes for end in _DIRECTIONS):
+    if not any(key.endswith(":conditional") for key in tags):
+        return ((), ()), 0
+    for key in (f"{prefix}{end}" for prefix in _PREFIXES for end in _DIRECTIONS):
         if f"{key}:conditional" in tags:
             value = tags[f"{key}:conditional"]
             limits, count = conditional_limits(value, partial(limit_mps_from_value, unlimited=unlimited))
@@ -256,7 +264,7 @@ def _conditional(
             unread += count
 
     def along(direction: str) -> tuple[ConditionalLimit, ...]:
-        keys = (f"{prefix}{end}" for end in (direction, "") for prefix in prefixes)
+        keys = (f"{prefix}{end}" for end in (direction, "") for prefix in _PREFIXES)
         return next((read[key] for key in keys if key in read), ())
 
     return (along(":forward"), along(":backward")), unread

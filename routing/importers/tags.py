@@ -64,6 +64,10 @@ HIGHWAYS: Final[Mapping[str, RoadClass]] = {
     "service": RoadClass(FunctionalClass.SERVICE),
 }
 _ACCESS_KEYS: Final = ("motorcar", "motor_vehicle", "vehicle", "access")  # the narrowest wins
+_ACCESS_KEYS_ALONG: Final = {
+    direction: tuple(own for key in _ACCESS_KEYS for own in (f"{key}:{direction}", key))
+    for direction in ("forward", "backward")
+}
 _CAR_CLASSES: Final = frozenset(("motorcar", "motor_vehicle", "vehicle"))
 _PERMITTED: Final = frozenset(
     (
@@ -121,12 +125,15 @@ _NO: Final = frozenset(("no", "false", "0"))
 
 def tag_values(tags: Mapping[str, str], key: str) -> list[str]:
     """The values of a tag, several apart at `;`, in lower case as they are meant; empty where there is none."""
-    return [value for part in tags.get(key, "").split(";") if (value := part.strip().lower())]
+    value = tags.get(key)
+    if value is None:
+        return []
+    return [word for part in value.split(";") if (word := part.strip().lower())]
 
 
 def _value(tags: Mapping[str, str], key: str) -> str | None:
     """The first value of a tag in lower case, or None."""
-    return next(iter(tag_values(tags, key)), None)
+    return next(iter(tag_values(tags, key)), None) if key in tags else None
 
 
 def road_class(highway: str) -> RoadClass | None:
@@ -149,9 +156,9 @@ def car_may_pass_along(tags: Mapping[str, str], direction: Literal["forward", "b
     direction (`access:backward`) wins. A list denies when none of its values admits. `destination`, `customers` and
     `permissive` let a car pass; a value that is not known says nothing; conditional tags are not read.
     """
-    for key in _ACCESS_KEYS:
-        for own in (f"{key}:{direction}", key):
-            admitted = _admits(tags, own)
+    for key in _ACCESS_KEYS_ALONG[direction]:
+        if key in tags:
+            admitted = _admits(tags, key)
             if admitted is not None:
                 return admitted
     return True
