@@ -135,13 +135,17 @@ class _Reader:
 
     def _refs(self, way: Any) -> tuple[int, ...]:
         """Ids of a way's points, whose places are kept."""
+        refs = []
         for node in way.nodes:
-            location = node.location
-            if location.valid() and ("n", node.ref) not in self.deleted:
-                self.location[node.ref] = (location.x, location.y)
+            ref, location = node.ref, node.location
+            refs.append(ref)
+            if ref in self.location:
+                continue
+            if location.valid() and ("n", ref) not in self.deleted:
+                self.location[ref] = (location.x, location.y)
             else:
-                self.missing.add(node.ref)
-        return tuple(node.ref for node in way.nodes)
+                self.missing.add(ref)
+        return tuple(refs)
 
     def add_node(self, node: Any) -> None:
         tags = {tag.k: tag.v for tag in node.tags}

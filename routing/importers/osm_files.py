@@ -62,7 +62,7 @@ def deleted_objects(path: Path) -> frozenset[tuple[str, int]]:
             parser = expat.ParserCreate()
             parser.StartElementHandler = begin
             parser.ParseFile(file)
-    except (OSError, EOFError, ValueError, zlib.error, expat.ExpatError):
+    except (OSError, EOFError, LookupError, ValueError, zlib.error, expat.ExpatError):
         pass  # a damaged file: reading its roads says so
     return frozenset(found)
 

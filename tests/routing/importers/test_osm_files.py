@@ -287,3 +287,10 @@ def test_a_built_up_area_over_the_antimeridian_holds_on_both_sides_and_nowhere_e
     middle = (graph.node_lon_deg[graph.tail] + graph.node_lon_deg[graph.head]) / 2.0
     assert graph.urban[graph.way_id == 10].all()
     assert not graph.urban[(graph.way_id == 11) & (middle > -179.95)].any()
+
+
+def test_a_file_in_an_encoding_that_no_one_knows_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "map.osm"
+    path.write_text(osm(*NODES, RING, way(11, [1, 3], marks='action="delete"')).replace("UTF-8", "none"))
+    with pytest.raises(ImportFailedError, match="not a readable OSM file"):
+        import_region(path, [], "map")
