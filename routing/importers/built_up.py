@@ -23,7 +23,7 @@ BLUR_M: Final = 200.0  # standard deviation
 URBAN_DENSITY_KM_PER_KM2: Final = 4.0  # assumed; see docs/import.md for what it gives
 OTHER_STREET_WEIGHT: Final = 0.5  # of streets that are neither residential nor living streets
 RURAL_ABOVE_MPS: Final = 71.0 * KMH  # no built-up area is signed for more (assumed)
-_MOST_CELLS: Final = 60_000_000
+_MOST_CELLS: Final = 20_000_000  # 0.5 GB while they are blurred; one stray point can make a map that wide
 _M_PER_DEG: Final = 111_195.0  # of a great circle on the mean sphere
 
 
