@@ -239,7 +239,7 @@ def load_networkx(path: Path) -> NetworkxGraph:
             graph: Any = nx.read_graphml(path, node_type=int, edge_key_type=int, force_multigraph=True)
         except ValueError:
             graph = nx.read_graphml(path, node_type=str, edge_key_type=str, force_multigraph=True)
-    except (OSError, ValueError, KeyError, TypeError, SyntaxError, nx.NetworkXError) as error:
+    except (OSError, ValueError, LookupError, TypeError, SyntaxError, nx.NetworkXError) as error:
         raise GraphFormatError(str(path), "file", f"unreadable ({error})", "GraphML") from error
     if is_export(graph) and not graph.is_directed():
         raise GraphFormatError(str(path), "edgedefault", "undirected", "directed")
