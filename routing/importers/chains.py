@@ -147,7 +147,7 @@ def pieces_of(
     ):
         if parts > 1 and e - b > 1:
             wanted = chains.distance_m[b] + (chains.distance_m[e] - chains.distance_m[b]) * np.arange(1, parts) / parts
-            node[b + 1 + np.abs(chains.distance_m[b + 1 : e, None] - wanted).argmin(axis=0)] = True
+            node[b + 1 + _nearest(chains.distance_m[b + 1 : e], wanted)] = True
     if height_m is not None:
         _cut_at_grades(chains, node, height_m[chains.point], grade_tolerance_m)
     at = np.flatnonzero(node)
@@ -166,6 +166,15 @@ def pieces_of(
     loop = (tail == head) & ~short
     kept = ~short & ~loop
     return Pieces(begin[kept], end[kept], tail[kept], head[kept], length[kept], int(loop.sum()))
+
+
+def _nearest(ascending: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Position of the value nearest to each wanted one, the first of equally near ones, int64 (k,)."""
+    after = np.clip(np.searchsorted(ascending, wanted), 0, ascending.size - 1)
+    before = np.maximum(after - 1, 0)
+    nearer = np.abs(wanted - ascending[before]) <= np.abs(ascending[after] - wanted)
+    nearest: NDArray[np.int64] = np.searchsorted(ascending, ascending[np.where(nearer, before, after)])
+    return nearest
 
 
 def _cut_at_grades(chains: Chains, node: NDArray[np.bool_], height_m: NDArray[np.float64], tolerance_m: float) -> None:

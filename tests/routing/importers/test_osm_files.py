@@ -294,3 +294,10 @@ def test_a_file_in_an_encoding_that_no_one_knows_is_refused(tmp_path: Path) -> N
     path.write_text(osm(*NODES, RING, way(11, [1, 3], marks='action="delete"')).replace("UTF-8", "none"))
     with pytest.raises(ImportFailedError, match="not a readable OSM file"):
         import_region(path, [], "map")
+
+
+def test_a_step_across_a_continent_is_cut_like_any_other(tmp_path: Path) -> None:
+    graph = graph_of(tmp_path, node(1), node(2, place=(12.0, 8.6)), way(10, [1, 2]))
+    # the meridian from 12° to 50.7° N on WGS 84 is 4291.6 km; the Gauss formula of one step has it within 1 %
+    assert graph.length_m.sum() == pytest.approx(2.0 * 4291.6e3, rel=1e-2)
+    assert graph.length_m.max() == pytest.approx(graph.length_m.mean(), rel=0.2)
