@@ -36,8 +36,9 @@ def projection_of(crs: str) -> CRS | None:
             text = str(ast.literal_eval(text)["init"])
         except (ValueError, SyntaxError, KeyError, TypeError):
             text = crs  # PROJJSON, which is read as such
-    text = text.lower().removeprefix("+init=") if "init" in text.lower() else text
-    if text.lower() in _DEGREES or "CRS84" in text.upper():
+    if text.lower().startswith("+init="):
+        text = text[len("+init=") :]
+    if text.lower() in _DEGREES or text.lower().endswith((":crs84", "/crs84")):
         return None
     try:
         found = CRS.from_user_input(text)

@@ -9,6 +9,7 @@ import networkx as nx
 import numpy as np
 import pytest
 import shapely
+from rasterio.crs import CRS
 from rasterio.warp import transform
 
 from energy.stops import Cross, FunctionalClass
@@ -204,7 +205,12 @@ def projected(crs: str) -> tuple[dict[int, dict[str, str]], list[tuple[int, int,
     return nodes, edges
 
 
-@pytest.mark.parametrize("crs", ["EPSG:32631", "EPSG:3857", "+proj=utm +zone=31 +datum=WGS84"])
+UTM_ON_CRS84 = CRS.from_epsg(32631).to_wkt().replace("WGS 84", "CRS84")
+
+
+@pytest.mark.parametrize(
+    "crs", ["EPSG:32631", "EPSG:3857", "+proj=utm +zone=31 +datum=WGS84", CRS.from_epsg(32631).to_wkt(), UTM_ON_CRS84]
+)
 def test_a_projected_graph_is_put_back_to_its_places(tmp_path: Path, crs: str) -> None:
     nodes, edges = projected(crs)
     plain = import_region(write(tmp_path / "plain.graphml"), [], "plain")
