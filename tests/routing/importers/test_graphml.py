@@ -435,3 +435,10 @@ def test_a_graph_over_the_antimeridian_keeps_its_lengths_and_heights(tmp_path: P
     assert graph.length_m.sum() == pytest.approx(2.0 * 3198.0)
     at = np.flatnonzero(np.abs(graph.node_lon_deg) == 180.0)
     assert graph.node_height_m[at] == pytest.approx(20.0)  # a third of the way
+
+
+def test_graphml_in_an_encoding_that_no_one_knows_is_refused(tmp_path: Path) -> None:
+    path = write(tmp_path / "coded.graphml")
+    path.write_text(path.read_text(encoding="utf-8").replace("utf-8", "none", 1), encoding="utf-8")
+    with pytest.raises(GraphFormatError, match="unknown encoding"):
+        import_region(path, [], "coded")
