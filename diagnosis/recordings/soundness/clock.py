@@ -24,7 +24,10 @@ if TYPE_CHECKING:
     from diagnosis.recordings.recording import Recording
 
 SWING_MPS: Final = 6.0  # a change of speed that no noise of a sensor makes
-LEAST_SWINGS: Final = 3
+LEAST_SWINGS: Final = 2
+SWING_STEPS: Final = 3  # that a swing takes at least: a single bad sample of speed is none
+SHORT_S: Final = 30.0  # no drive of so many rows is over so soon (assumed)
+SHORT_ROWS: Final = 300
 FASTEST_MPS2: Final = 20.0  # as a rule over swings: twice what tyres hold, so that no car does
 FAST_MPS2: Final = 5.0  # what the hardest driving does as a rule
 SLOW_MPS2: Final = 0.06  # a tenth of what the calmest driving does as a rule
@@ -57,6 +60,10 @@ def pace_notes(recording: Recording) -> Iterator[Note]:
         pace = "fast" if swing_mps2 >= FAST_MPS2 else "slow"
         text = f"may run too {pace}: the speed swings by {swing_mps2:.2g} m/s² as a rule; is time in seconds?"
         yield Note(NoteKind.SUSPECT, "time_s", text)
+    lasts_s = float(recording.time_s[-1] - recording.time_s[0])
+    if recording.time_s.size >= SHORT_ROWS and lasts_s < SHORT_S and swing_mps2 is None:
+        text = f"{recording.time_s.size} rows within {lasts_s:.3g} s: is time in seconds?"
+        yield Note(NoteKind.SUSPECT, "time_s", text)
     capacity_kwh = told_capacity_kwh(recording)
     if capacity_kwh is not None and not SMALLEST_KWH < capacity_kwh < LARGEST_KWH:
         text = f"power over time and the fall of the charge tell a battery of {capacity_kwh:.3g} kWh"
@@ -67,7 +74,8 @@ def usual_swing_mps2(recording: Recording) -> float | None:
     """Median over swings of the speed of their change over their time [m/s²]; None for fewer than LEAST_SWINGS.
 
     A swing goes from one turning point to the next, where the speed came back by SWING_MPS. Its time is that between
-    a tenth and nine tenths of it, so that a car that stands or cruises before does not count.
+    a tenth and nine tenths of it, so that a car that stands or cruises before does not count, and SWING_STEPS of the
+    samples at least.
     """
     time_s, speed = recording.time_s, recording.speed_mps
     turns = _turning_points(speed)
@@ -80,6 +88,8 @@ def usual_swing_mps2(recording: Recording) -> float | None:
         done = (part - part[0]) / (part[-1] - part[0])
         first = begin + int(np.flatnonzero(done <= 0.1)[-1])
         last = first + int(np.argmax(done[first - begin :] >= 0.9))
+        if last - first < SWING_STEPS:
+            continue
         paces.append(abs(float(speed[last] - speed[first])) / float(time_s[last] - time_s[first]))
     return float(np.median(paces)) if len(paces) >= LEAST_SWINGS else None
 

@@ -21,6 +21,19 @@ def test_time_that_runs_too_fast_is_refused_by_how_the_speed_swings(read, factor
         read(plain_csv(driven, time_s=driven.time_s / factor))
 
 
+def test_bad_samples_of_speed_do_not_doubt_the_clock(read):
+    driven = drive()
+    speed = np.where(np.isin(np.arange(driven.time_s.size) % 80, (35, 40, 45)), 45.0, driven.speed_mps)
+    recording = read(plain_csv(driven, speed_kmh=3.6 * speed))
+    assert usual_swing_mps2(recording) < 4.0
+
+
+def test_many_rows_within_seconds_are_told_where_the_speed_tells_nothing(read):
+    driven = drive(400.0)
+    steady = plain_csv(driven, time_s=driven.time_s / 1000.0, speed_kmh=np.full(400, 90.0), power_w=np.full(400, 9e3))
+    assert doubts(read(steady)) == ["400 rows within 0.399 s: is time in seconds?"]
+
+
 def test_time_that_runs_ten_times_too_fast_is_told(read):
     driven = drive()
     assert any("too fast" in text for text in doubts(read(plain_csv(driven, time_s=driven.time_s / 10.0))))
