@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from diagnosis.recordings.formats.clocks import recording_of_series
+from diagnosis.recordings.formats.clocks import Series, recording_of_series
 from diagnosis.recordings.formats.named_columns import (
     MOST_KMH,
     MOST_W,
@@ -55,8 +55,16 @@ OVMS_COLUMNS: Final = (
     Column("v.p.direction", "heading_rad", -360.0, 360.0, RADIAN_PER_DEGREE),
     Column("v.p.odometer", "odometer_m", 0.0, 1e7, 1000.0),
 )
+METRIC, VALUE = "metric", "value"  # of the long form, a reading a row
 SERVICE_NAMES: Final = frozenset(
-    (TESLAMATE_TIME.name, DRIVE, *OVMS_TIMES, *(column.name for column in (*TESLAMATE_COLUMNS, *OVMS_COLUMNS)))
+    (
+        TESLAMATE_TIME.name,
+        DRIVE,
+        METRIC,
+        VALUE,
+        *OVMS_TIMES,
+        *(column.name for column in (*TESLAMATE_COLUMNS, *OVMS_COLUMNS)),
+    )
 )
 
 
@@ -97,18 +105,35 @@ def read_teslamate(table: LogTable) -> Recording:
 
 
 def is_ovms(names: Sequence[str]) -> bool:
-    """Whether a header is that of OVMS metrics with a time."""
-    return any(name in names for name in OVMS_SPEEDS) and any(name in names for name in OVMS_TIMES)
+    """Whether a header is that of OVMS metrics with a time: a column each, or names and values in columns."""
+    shown = any(name in names for name in OVMS_SPEEDS) or {METRIC, VALUE} <= set(names)
+    return shown and any(name in names for name in OVMS_TIMES)
 
 
 def read_ovms(table: LogTable) -> Recording:
-    """OVMS metrics, a column each; power [kW] and current [A] are positive while discharging."""
+    """OVMS metrics, a column each or a reading a row; power [kW] and current [A] are positive while discharging."""
     clock = Column(next(name for name in OVMS_TIMES if name in table.names), "time_s", -1e12, 1e12)
     time_s, written = table.times(clock)
-    notes = unused_notes(table, {clock.name, *(column.name for column in OVMS_COLUMNS)})
-    if written:
-        notes.append(Note(NoteKind.READ, "time_s", f"seconds, from {written}"))
-    return recording_of_series(table.path, table.id, named_series(table, time_s, OVMS_COLUMNS), notes)
+    known = {column.name for column in OVMS_COLUMNS}
+    notes = [Note(NoteKind.READ, "time_s", f"seconds, from {written}")] if written else []
+    if {METRIC, VALUE} <= set(table.names):
+        series: list[Series] = []
+        rows_of: dict[str, list[int]] = {}
+        for row, cell in enumerate(table.cells(METRIC)):
+            rows_of.setdefault(str(cell).strip().removeprefix("metric/").replace("/", "."), []).append(row)
+        for name in known & rows_of.keys():
+            rows = rows_of[name]
+            part = _rows(table, rows, table.id)
+            part = LogTable(table.path, table.id, (name,), (part.cells(VALUE),), part.lines, table.notes)
+            series += named_series(part, time_s[rows], OVMS_COLUMNS)
+        series.sort(key=lambda record: [column.name for column in OVMS_COLUMNS].index(record.source))
+        other = sorted(rows_of.keys() - known)
+        if other:
+            notes.append(Note(NoteKind.IGNORED, "", f"metrics not used: {', '.join(other)}"))
+    else:
+        series = named_series(table, time_s, OVMS_COLUMNS)
+        notes += unused_notes(table, {clock.name, *known})
+    return recording_of_series(table.path, table.id, series, notes)
 
 
 def _unordered(table: LogTable, column: Column) -> tuple[np.ndarray[tuple[int], np.dtype[np.float64]], str]:

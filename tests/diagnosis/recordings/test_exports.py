@@ -188,6 +188,21 @@ def test_ovms_metrics_are_read(read, clock):
     assert any("v.e.on" in note.text for note in recording.notes if note.kind is NoteKind.IGNORED)
 
 
+@pytest.mark.parametrize("name", ["v.p.speed", "metric/v/p/speed"])
+def test_ovms_readings_a_row_are_read(read, name):
+    driven = drive(200.0)
+    rows = []
+    for time, speed, power in zip(driven.time_s, driven.speed_mps, driven.power_w, strict=True):
+        rows += [(UTC_S + time, name, 3.6 * speed), (UTC_S + time + 0.1, "v.b.power", power / 1000.0),
+                 (UTC_S + time + 0.2, "v.e.on", "yes")]  # fmt: skip
+    recording = read(csv_of(dict(zip(("time", "metric", "value"), zip(*rows, strict=True), strict=True))))
+    assert recording.speed_mps == pytest.approx(driven.speed_mps[1:])
+    inside = slice(5, -5)
+    expected = np.interp(recording.time_s, UTC_S + driven.time_s + 0.1, driven.power_w)
+    assert recording.power_w[inside] == pytest.approx(expected[inside])
+    assert any("v.e.on" in note.text for note in recording.notes if note.kind is NoteKind.IGNORED)
+
+
 def gpx(driven, extra=lambda k: "", head=""):
     points = "".join(
         f'<trkpt lat="{lat:.8f}" lon="{lon:.8f}"><ele>{500.0 + 0.1 * k:.1f}</ele><time>{stamp}</time>'
