@@ -29,6 +29,7 @@ LEAST_FALL_FRAC: Final = 0.04  # of a trip
 LEAST_FALL_STEPS: Final = 4.0  # of the charge's own
 LEAST_IN_ALL_FRAC: Final = 0.2  # of all trips together
 CLEAR_TRIPS: Final = 4  # from which on trips show themselves how they scatter
+NOTHING_HALF: Final = 3.0  # half width in logarithms: the interval spans a factor of 400, and drives tell nothing
 WIDEST_FRAC: Final = 0.15  # half width of an interval, beyond which nothing is said
 AGREES_FRAC: Final = 0.08  # half width up to which a battery is said to be as its file has it
 DISPLAY_FRAC: Final = 0.04  # by which a displayed charge is off as a rule (assumed)
@@ -90,6 +91,8 @@ def _estimate(recordings: Sequence[Recording], file_wh: float, *, displayed: boo
     if sum(point.fall_frac for point in points) < LEAST_IN_ALL_FRAC:
         return None
     center, half = _fitted(points)
+    if half > NOTHING_HALF:
+        return None
     value_wh = math.exp(center)
     low_wh, high_wh = value_wh * math.exp(-half), value_wh * math.exp(half)
     known = [point.temp_c for point in points if point.temp_c is not None]

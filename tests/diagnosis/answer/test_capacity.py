@@ -166,3 +166,11 @@ def test_sums_of_drives_with_energy_and_charge_tell_it_too():
     assert found.ci95_wh[0] < 0.85 * FILE_WH < found.ci95_wh[1]
     unknown = [replace(each, power_w=np.zeros(20)) for each in drives]
     assert capacity_of(unknown, FILE_WH) is None
+
+
+def test_a_drive_that_takes_nothing_while_its_charge_falls_tells_no_capacity():
+    time_s = np.arange(4.0)
+    charge = np.array([0.9, 0.8, 0.6, 0.5])
+    nothing = Recording("T0", time_s, np.full(4, 10.0), np.full(4, 1e-9), soc_frac=charge)
+    assert discharge_of(nothing) is not None
+    assert capacity_of([nothing], FILE_WH) is None
