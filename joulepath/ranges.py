@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 from shapely.geometry import mapping
 
 from energy.chain.chain import LinkModel, StopRule
-from energy.units import JOULE_PER_KWH
+from energy.units import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_MINUTE
 from joulepath.conditions import conditions_in_si
 from joulepath.figures import Feature, MapFeature, MapFeatures, Snapped, feature, one_of, point_of, snapped_of
-from routing.queries import Outline, RangeQuery, Trip
+from routing.queries import By, Outline, RangeQuery, Trip
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,15 +23,16 @@ if TYPE_CHECKING:
     from joulepath.vehicle import Vehicle
     from routing.range.bands import RangeBand
 
-M_PER_KM = 1e3
+LIMIT_UNITS = {By.ENERGY: JOULE_PER_KWH, By.TIME: SECOND_PER_MINUTE, By.DISTANCE: METRE_PER_KM}
 M2_PER_KM2 = 1e6
 SHAPES = ("geometry", "map_edge")
 
 
 @dataclass(frozen=True, slots=True)
 class Band(MapFeature):
-    """The area in which at least soc_left_frac is left; geometry: in lon, lat [deg], `tolerance_m` off at most.
+    """The area in which at least soc_left_frac is left, or no more than limit is taken.
 
+    geometry: in lon, lat [deg], `tolerance_m` off at most.
     probability_frac: that a place at its edge is reached so, where uncertainty was asked for. false_in_frac,
     false_out_frac: share of its nodes that can't be reached, and of reachable nodes that it leaves out.
     reaches_map_edge: whether charge is left where the map ends; then map_edge_left_kwh is what the battery holds there
@@ -40,7 +41,8 @@ class Band(MapFeature):
     the charge ends first, None where it ends nowhere; road_farthest_km: to the farthest place in reach.
     """
 
-    soc_left_frac: float
+    soc_left_frac: float | None
+    limit: float | None
     probability_frac: float | None
     area_km2: float
     tolerance_m: float
@@ -89,16 +91,20 @@ def range(  # the name of the question; within this package nothing counts
     stops: str = "expected",
     uncertainty: bool = False,
     outline: str = "roads",
+    by: str = "charge",
+    limits: Sequence[float] = (),
 ) -> Range:
     """The area that can be reached from a place (lat, lon) [deg] before the charge falls below the reserve.
 
     bands_soc_frac: charges that are to be left, a band each, besides the reserve. trip: "out", "reverse" for the area
     from which the place is reached, "round_trip" for what can be driven to and back. outline: "roads" along the roads
-    in reach, "filled" smooth, without small gaps and holes.
+    in reach, "filled" smooth, without small gaps and holes. by: "charge", or "energy", "time", "distance" with limits
+    in kWh, min, km in place of charges left.
 
     Raises QueryError for a value out of range, PointOutsideMapError, PointFarFromRoadError, NegativeCycleError,
     SearchLimitError.
     """
+    measure = one_of("by", by, By)
     query = RangeQuery(
         origin=point_of("origin", origin),
         soc_frac=soc_frac,
@@ -111,15 +117,18 @@ def range(  # the name of the question; within this package nothing counts
         uncertainty=uncertainty,
         trip=one_of("trip", trip, Trip),
         outline=one_of("outline", outline, Outline),
+        by=measure,
+        limits=tuple(limit * LIMIT_UNITS[measure] for limit in limits) if measure in LIMIT_UNITS else (),
     )
     answer = graph.planner.range(query)
-    return Range(tuple(map(_band, answer.bands)), snapped_of(answer.origin), answer.warnings)
+    return Range(tuple(_band(band, query.by) for band in answer.bands), snapped_of(answer.origin), answer.warnings)
 
 
-def _band(found: RangeBand) -> Band:
+def _band(found: RangeBand, by: By) -> Band:
     roads = found.road_reach
     return Band(
         soc_left_frac=found.soc_left_frac,
+        limit=None if found.limit is None else found.limit / LIMIT_UNITS[by],
         probability_frac=found.probability_frac,
         area_km2=found.area_m2 / M2_PER_KM2,
         tolerance_m=found.tolerance_m,
@@ -128,9 +137,9 @@ def _band(found: RangeBand) -> Band:
         false_out_frac=found.false_out_frac,
         reaches_map_edge=found.map_edge is not None,
         map_edge_left_kwh=None if found.edge_left_j is None else found.edge_left_j / JOULE_PER_KWH,
-        reach_by_bearing_km=tuple((found.bearing_reach_m / M_PER_KM).tolist()),
-        road_nearest_km=None if roads.nearest_m is None else roads.nearest_m / M_PER_KM,
-        road_farthest_km=roads.farthest_m / M_PER_KM,
+        reach_by_bearing_km=tuple((found.bearing_reach_m / METRE_PER_KM).tolist()),
+        road_nearest_km=None if roads.nearest_m is None else roads.nearest_m / METRE_PER_KM,
+        road_farthest_km=roads.farthest_m / METRE_PER_KM,
         geometry=found.area,
         map_edge=None if found.map_edge is None else found.map_edge.line,
     )

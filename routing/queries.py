@@ -65,6 +65,15 @@ class Trip(StrEnum):
     ROUND = "round_trip"
 
 
+class By(StrEnum):
+    """What the bands of a range are of: charge left, energy taken, driving time or distance driven."""
+
+    CHARGE = "charge"
+    ENERGY = "energy"
+    TIME = "time"
+    DISTANCE = "distance"
+
+
 class Outline(StrEnum):
     """How areas are drawn: along the roads in reach, or filled, with small gaps and holes closed."""
 
@@ -79,6 +88,8 @@ class RangeQuery:
     soc_frac: at departure: at the origin, or wherever the trip REVERSE begins. bands_soc_frac: for each band, the
     charge that must be left at the end of the trip, 0..1, each ≥ reserve and ≤ soc. The reserve itself is always the
     outermost band.
+    limits: instead of these, where bands are by energy [J], time [s] or distance [m]: the most that is taken, a band
+    each, > 0. Times are those of the fastest ways, distances those of the shortest, whatever the battery holds.
     """
 
     origin: Point
@@ -93,6 +104,8 @@ class RangeQuery:
     uncertainty: bool = False
     trip: Trip = Trip.OUT
     outline: Outline = Outline.ROADS
+    by: By = By.CHARGE
+    limits: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

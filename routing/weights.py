@@ -18,6 +18,7 @@ class Weights:
 
 ECO = Weights(1.0, 0.0, 0.0)
 FASTEST = Weights(0.0, 1.0, 0.0)
+SHORTEST = Weights(0.0, 0.0, 1.0)
 # one kWh for six minutes: about what a compact car uses in that time in town
 BALANCED = Weights(1.0, 10.0, 0.0)
 NAMED_WEIGHTS = {"eco": ECO, "fastest": FASTEST, "balanced": BALANCED}

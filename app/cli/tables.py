@@ -103,7 +103,7 @@ def bands_table(answer: RangeFeatureCollection) -> Table:
         band = feature.properties
         if band.kind == "band":
             table.add_row(
-                f"{band.soc_left:.3f}",
+                "–" if band.soc_left is None else f"{band.soc_left:.3f}",
                 "–" if band.probability is None else f"{band.probability:.0%}",
                 f"{band.area_km2:.2f}",
                 str(band.node_count),

@@ -22,9 +22,10 @@ from app.schemas.range import (
     RangeParameters,
     RangeRequest,
     bands_from_text,
+    limits_from_text,
 )
-from energy.units import JOULE_PER_KWH
-from routing.queries import RangeQuery, Trip
+from energy.units import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_MINUTE
+from routing.queries import By, RangeQuery, Trip
 
 if TYPE_CHECKING:
     from shapely import MultiLineString, MultiPolygon
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
     from routing.range.bands import RangeAnswer, RangeBand
 
 DECIMALS_OF_KM: Final = 3
+LIMIT_UNITS: Final = {By.ENERGY: JOULE_PER_KWH, By.TIME: SECOND_PER_MINUTE, By.DISTANCE: METRE_PER_KM}
 
 
 def request_from_parameters(sent: RangeParameters) -> RangeRequest:
@@ -54,6 +56,8 @@ def request_from_parameters(sent: RangeParameters) -> RangeRequest:
         reverse=sent.reverse,
         round_trip=sent.round_trip,
         outline=sent.outline,
+        by=sent.by,
+        limits=limits_from_text(sent.limits),
     )
 
 
@@ -79,13 +83,15 @@ def range_query(sent: RangeRequest, vehicle: AnyVehicle) -> RangeQuery:
         uncertainty=sent.uncertainty,
         trip=Trip.REVERSE if sent.reverse else Trip.ROUND if sent.round_trip else Trip.OUT,
         outline=sent.outline,
+        by=sent.by,
+        limits=tuple(limit * LIMIT_UNITS[sent.by] for limit in sent.limits or ()),
     )
 
 
 def range_features(answer: RangeAnswer, understood: RangeRequest, graph: RoadGraph) -> RangeFeatureCollection:
     """Bands, the outermost first, and the snapped origin."""
     return RangeFeatureCollection(
-        features=[*(_band(band) for band in answer.bands), place_feature(answer.origin, "origin")],
+        features=[*(_band(band, understood.by) for band in answer.bands), place_feature(answer.origin, "origin")],
         request=understood,
         warnings=list(answer.warnings),
         stats=search_stats(answer.stats),
@@ -96,12 +102,13 @@ def range_features(answer: RangeAnswer, understood: RangeRequest, graph: RoadGra
     )
 
 
-def _band(band: RangeBand) -> BandFeature:
+def _band(band: RangeBand, by: By) -> BandFeature:
     bearing_km, roads = (band.bearing_reach_m / 1000.0).round(DECIMALS_OF_KM), band.road_reach
     return BandFeature(
         geometry=_multi_polygon(band.area),
         properties=BandProperties(
             soc_left=band.soc_left_frac,
+            limit=None if band.limit is None else round(band.limit / LIMIT_UNITS[by], 9),
             probability=band.probability_frac,
             area_km2=band.area_m2 / 1e6,
             tolerance_m=band.tolerance_m,

@@ -16,11 +16,14 @@ from app.schemas.place import MultiLineStringGeometry, MultiPolygonGeometry, Pla
 from app.schemas.route import SearchStatsAnswer
 from energy.chain.chain import LinkModel, StopRule
 from energy.conditions import RoadSurface
-from routing.queries import Outline
+from routing.queries import By, Outline
 
 MAX_BANDS = 20
 REVERSE_MEANS = "true gives the area from which the origin is reached, departing there with soc"
 ROUND_TRIP_MEANS = "true gives what can be driven to from the origin and back, with a stop there; not with reverse"
+BY_MEANS = "what the bands are of; energy, time and distance take limits in place of bands"
+LIMITS_MEAN = "the most that is taken, a band each: kWh with energy, min with time, km with distance; else left out"
+LIMITS_PATTERN = r"^[0-9]{1,6}(?:\.[0-9]{1,9})?(?:,[0-9]{1,6}(?:\.[0-9]{1,9})?){0,19}$"
 OUTLINE_MEANS = "along the roads in reach, or filled: smooth, without small gaps and holes, less exact"
 _FRACTION = r"(?:0?\.[0-9]{1,9}|1\.0{1,9})"
 _LISTED = rf"(?:0|1|{_FRACTION})"
@@ -48,6 +51,9 @@ Bands = Annotated[
 ]
 
 
+BandLimit = Annotated[float, Field(gt=0, le=1e6)]
+
+
 class RangeRequest(SearchRequest):
     """One range request; unknown fields are errors."""
 
@@ -66,6 +72,8 @@ class RangeRequest(SearchRequest):
         "reverse",
         "round_trip",
         "outline",
+        "by",
+        "limits",
     )
 
     origin: Place
@@ -80,6 +88,21 @@ class RangeRequest(SearchRequest):
     reverse: Flag = Field(default=False, description=REVERSE_MEANS)
     round_trip: Flag = Field(default=False, description=ROUND_TRIP_MEANS)
     outline: Outline = Field(default=Outline.ROADS, description=OUTLINE_MEANS)
+    by: By = Field(default=By.CHARGE, description=BY_MEANS)
+    limits: list[BandLimit] | None = Field(
+        default=None, min_length=1, max_length=MAX_BANDS, description=LIMITS_MEAN, examples=[None]
+    )
+
+    @model_validator(mode="after")
+    def _limits_go_with_what_they_are_of(self) -> RangeRequest:
+        if self.by is By.CHARGE and self.limits is not None:
+            raise refusal("limits", self.limits, "left out with by charge, which takes bands")
+        if self.by is not By.CHARGE:
+            if self.limits is None:
+                raise refusal("limits", None, f"1..{MAX_BANDS} numbers above 0 with by {self.by.value}")
+            if self.bands != 1:
+                raise refusal("bands", self.bands, f"left out with by {self.by.value}, which takes limits")
+        return self
 
     @model_validator(mode="after")
     def _one_kind_of_trip(self) -> RangeRequest:
@@ -153,6 +176,16 @@ class RangeParameters(ConditionsParameters):
     reverse: bool = Field(default=False, description=REVERSE_MEANS)
     round_trip: bool = Field(default=False, description=ROUND_TRIP_MEANS)
     outline: Outline = Field(default=Outline.ROADS, description=OUTLINE_MEANS)
+    by: By = Field(default=By.CHARGE, description=BY_MEANS)
+    limits: str | None = Field(
+        default=None, max_length=400, json_schema_extra={"pattern": LIMITS_PATTERN}, description=LIMITS_MEAN
+    )
+
+    @field_validator("limits")
+    @classmethod
+    def _readable_limits(cls, value: str | None) -> str | None:
+        limits_from_text(value)
+        return value
 
     @field_validator("bands")
     @classmethod
@@ -171,11 +204,22 @@ def bands_from_text(text: str) -> int | list[float]:
         raise PydanticCustomError("bands", "a whole number 1..20, or fractions 0..1 separated by commas") from None
 
 
+def limits_from_text(text: str | None) -> list[float] | None:
+    """Limits out of a query parameter, separated by commas."""
+    try:
+        return None if text is None else [float(part) for part in text.split(",")]
+    except ValueError:
+        raise PydanticCustomError("limits", "numbers above 0 separated by commas") from None
+
+
 class BandProperties(Answered):
     """What is said of one band."""
 
     kind: Literal["band"] = "band"
-    soc_left: float = Field(description="charge left at the end of the trip, at least")
+    soc_left: float | None = Field(
+        description="charge left at the end of the trip, at least; null with by time or distance"
+    )
+    limit: float | None = Field(description="of the request's limits; null with by charge")
     probability: float | None = Field(
         description="that a place at its edge is reached with that charge; null unless uncertainty was asked for"
     )
@@ -191,7 +235,8 @@ class BandProperties(Answered):
         description="the part of the outline that is the map's and not the battery's; null unless reaches_map_edge"
     )
     map_edge_left_kwh: float | None = Field(
-        description="energy still in the battery there at most; with reverse and round_trip at the end of the trip"
+        description="energy still in the battery there, with reverse and round_trip at the trip's end; null "
+        "with by time or distance"
     )
     reach_nearest_km: float = Field(description="least of reach_by_bearing_km")
     reach_farthest_km: float = Field(description="greatest of reach_by_bearing_km")

@@ -50,6 +50,8 @@ DISTANCE_CAP_CELLS: Final = 1  # beyond how far an area reaches off a road, dist
 class RoadEnergies:
     """Battery energy of driving to a place, from it, or there and back [J], inf where the charge does not suffice.
 
+    Or instead of all energies the time of driving there [s], or the distance [m].
+
     node_energy_j: float64 (N,). tail_energy_j, head_energy_j: float64 (M,) at a link's ends, of those who drive on it;
     None where those are the energies of its nodes.
     from_m, to_m: float64 (M,) the stretch of a link for whose places the charge suffices; to_m is −1 where there is

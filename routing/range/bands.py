@@ -22,13 +22,17 @@ if TYPE_CHECKING:
 class RangeBand:
     """The area that can be reached, or come from, with at least soc_left_frac left at the end of the trip.
 
+    soc_left_frac: None where bands are by time or distance. limit: what is taken at most, where bands are by energy
+    [J], time [s] or distance [m], else None.
+
     probability_frac: that a place at its edge is reached so; None where uncertainty was not asked for. map_edge: where
     the map ends it and not the charge; None where no charge is left at the map's rim. edge_left_j: what the battery
     holds then at most, there or at the end of the trip back. bearing_reach_m: float64 (24,), how far the area reaches
     from north on clockwise. road_reach: where it ends along roads.
     """
 
-    soc_left_frac: float
+    soc_left_frac: float | None
+    limit: float | None
     area: MultiPolygon
     area_m2: float
     tolerance_m: float  # how far the boundary may have been moved for fewer points

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -14,8 +16,8 @@ from energy.vehicle.pessimistic import FACTOR_RANGE, pessimistic
 from routing.errors import QueryError
 from routing.links.spans import ChainMaker
 from routing.places import LinkPosition, Point
-from routing.queries import RANGE_PROBABILITIES, Outline, Trip
-from routing.range.area import AreaMaker, energies_of_reach
+from routing.queries import RANGE_PROBABILITIES, By, Outline, Trip
+from routing.range.area import AreaMaker, RoadEnergies, energies_of_reach
 from routing.range.bands import RangeAnswer, RangeBand
 from routing.range.filled import filled_areas, filling_of
 from routing.range.map_edge import map_edge
@@ -25,8 +27,8 @@ from routing.route.best_path import RouteSearch, method_name
 from routing.route.checks import check_charge
 from routing.route.limits import charge_limits
 from routing.route.route import SearchStats
-from routing.search.found import Limits, SearchCounts
-from routing.search.search import reach
+from routing.search.found import Limits, Measure, SearchCounts
+from routing.search.search import reach, reach_by
 from routing.search.space import LOAD_NOISE_N
 
 if TYPE_CHECKING:
@@ -38,12 +40,32 @@ if TYPE_CHECKING:
     from routing.links.spans import ChainMaker
     from routing.places import SnappedPoint
     from routing.queries import RangeQuery
-    from routing.range.area import AreaMaker, RoadEnergies
+    from routing.range.area import AreaMaker
     from routing.route.best_path import RouteSearch
     from routing.search.space import SearchSpace
 
 SAMPLE_LINKS: Final = 300  # on which the spread of what driving dissipates is taken
 LEAST_FACTOR: Final = FACTOR_RANGE[0]
+
+
+@dataclass(frozen=True, slots=True)
+class _Case:
+    """A band before it is drawn: what places take, and what they may take; the rest as in RangeBand."""
+
+    energies: RoadEnergies
+    budget: float
+    left_frac: float | None
+    limit: float | None
+    probability_frac: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class _Found:
+    """Bands before they are drawn, the outermost first."""
+
+    bands: list[_Case]
+    counts: list[SearchCounts]
+    warnings: tuple[str, ...]
 
 
 class RangeSearch:
@@ -64,6 +86,8 @@ class RangeSearch:
         home = Point(float(graph.node_lat_deg[0]), float(graph.node_lon_deg[0]))
         self._areas.areas([(energies_of_reach(graph, reached), 0.0)], home)
         self._reverse.warm_up(space, place)
+        for measure in Measure:
+            reach_by(space, self._search.pool, measure, 1.0, [place], graph.head, graph.node_count)
 
     def check(self, query: RangeQuery) -> None:
         """Raise QueryError where a query asks for what can't be, or can't be searched."""
@@ -73,12 +97,70 @@ class RangeSearch:
         least_n = self._search.space_of(query, query.vehicle).least_load_n
         if query.trip is not Trip.OUT and least_n < -LOAD_NOISE_N:
             raise QueryError("conditions", f"a road load of {least_n:.1f} N", f"at least 0 N with {query.trip.value}")
+        if query.by is not By.CHARGE:
+            self._check_limits(query)
         for band in query.bands_soc_frac:
             if not query.reserve_soc_frac <= band <= query.soc_frac:
                 raise QueryError("bands", band, f"{query.reserve_soc_frac:g} (reserve_soc)..{query.soc_frac:g} (soc)")
 
+    def _check_limits(self, query: RangeQuery) -> None:
+        """Raise QueryError where bands by energy, time or distance can't be drawn."""
+        if not query.limits:
+            raise QueryError("limits", "empty", f"at least one limit with bands by {query.by.value}")
+        most_j = (query.soc_frac - query.reserve_soc_frac) * query.vehicle.usable_capacity_wh * JOULE_PER_WH
+        for limit in query.limits:
+            if not 0.0 < limit < math.inf:
+                raise QueryError("limits", limit, "above 0")
+            if query.by is By.ENERGY and limit > most_j:
+                allowed = f"at most the {most_j / JOULE_PER_KWH:g} kWh between soc and reserve_soc"
+                raise QueryError("limits", limit / JOULE_PER_KWH, allowed)
+        if query.by is not By.ENERGY:
+            if query.trip is not Trip.OUT:
+                raise QueryError("by", f"'{query.by.value}'", f"'charge' or 'energy' with {query.trip.value}")
+            if query.uncertainty:
+                raise QueryError("by", f"'{query.by.value}'", "'charge' or 'energy' with uncertainty")
+
     def answer(self, query: RangeQuery, origin: SnappedPoint, starts: tuple[LinkPosition, ...]) -> RangeAnswer:
         """The bands of a checked query; origin: where it met the road, starts: its position on both directions."""
+        found = self._by_charge(query, starts) if query.by in (By.CHARGE, By.ENERGY) else self._by_way(query, starts)
+        cases = [(band.energies, band.budget) for band in found.bands]
+        areas = self._areas.areas(cases, origin.on_road)
+        filling = filling_of(areas[0]) if query.outline is Outline.FILLED else None
+        if filling is not None:
+            areas = filled_areas(self.graph, origin.on_road, cases, areas, filling)
+        soc_j = query.soc_frac * query.vehicle.usable_capacity_wh * JOULE_PER_WH
+        homeward = query.trip is Trip.REVERSE
+        node_m = self._distances.of_nodes(starts, homeward=homeward)
+        bands = []
+        for band, drawn in zip(found.bands, areas, strict=True):
+            edge = map_edge(self.graph, self._rim.rim(), band.energies, band.budget, drawn)
+            bands.append(
+                RangeBand(
+                    soc_left_frac=band.left_frac,
+                    limit=band.limit,
+                    area=drawn.area,
+                    area_m2=drawn.area_m2,
+                    tolerance_m=drawn.tolerance_m,
+                    node_count=drawn.node_count,
+                    false_in_frac=drawn.false_in_frac,
+                    false_out_frac=drawn.false_out_frac,
+                    probability_frac=band.probability_frac,
+                    map_edge=edge,
+                    edge_left_j=None if edge is None or band.left_frac is None else soc_j - edge.least_energy_j,
+                    bearing_reach_m=bearing_reach_m(drawn.area, origin.on_road),
+                    road_reach=self._distances.reach(node_m, band.energies, band.budget, starts, homeward=homeward),
+                )
+            )
+        counts = max(found.counts, key=lambda made: made.labels_made)
+        method = method_name(counts, pareto=False) + ("" if query.trip is Trip.OUT else f"-{query.trip.value}")
+        stats = SearchStats(counts.labels_made, counts.labels_settled, counts.seconds, method)
+        unpaid_j = max(made.unpaid_j for made in found.counts)
+        warnings = self._search.warnings(query, counts.crowded > 0, unpaid_j) + self._cold_starts(query)
+        warnings += found.warnings + _map_ends(query, bands)
+        return RangeAnswer(origin, tuple(bands), stats, warnings, filling)
+
+    def _by_charge(self, query: RangeQuery, starts: tuple[LinkPosition, ...]) -> _Found:
+        """Bands by charge left, or by energy taken, which is the same, the outermost first."""
         vehicles: dict[float | None, AnyVehicle] = {None: query.vehicle}
         if query.uncertainty:
             sd_frac = self._dissipation_sd_frac(query)
@@ -87,43 +169,55 @@ class RangeSearch:
                 for probability, z in RANGE_PROBABILITIES.items()
             }
         capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
-        levels = sorted({query.reserve_soc_frac, *query.bands_soc_frac})
+        if query.by is By.ENERGY:
+            wanted: list[tuple[float, float | None]] = [
+                (query.soc_frac - limit / capacity_j, limit) for limit in sorted(set(query.limits), reverse=True)
+            ]
+        else:
+            wanted = [(left, None) for left in sorted({query.reserve_soc_frac, *query.bands_soc_frac})]
+        levels = sorted({query.reserve_soc_frac, *(left for left, _ in wanted)})
         searched = {
             probability: self._energies(query, levels, vehicle, starts) for probability, vehicle in vehicles.items()
         }
-        wanted = [(left, probability) for left in levels for probability in searched]
-        cases = [(searched[probability][0], (query.soc_frac - left) * capacity_j) for left, probability in wanted]
-        areas = self._areas.areas(cases, origin.on_road)
-        filling = filling_of(areas[0]) if query.outline is Outline.FILLED else None
-        if filling is not None:
-            areas = filled_areas(self.graph, origin.on_road, cases, areas, filling)
-        soc_j, homeward = query.soc_frac * capacity_j, query.trip is Trip.REVERSE
-        node_m = self._distances.of_nodes(starts, homeward=homeward)
-        bands = []
-        for (left, probability), (energies, budget_j), drawn in zip(wanted, cases, areas, strict=True):
-            edge = map_edge(self.graph, self._rim.rim(), energies, budget_j, drawn)
-            bands.append(
-                RangeBand(
-                    soc_left_frac=left,
-                    area=drawn.area,
-                    area_m2=drawn.area_m2,
-                    tolerance_m=drawn.tolerance_m,
-                    node_count=drawn.node_count,
-                    false_in_frac=drawn.false_in_frac,
-                    false_out_frac=drawn.false_out_frac,
-                    probability_frac=probability,
-                    map_edge=edge,
-                    edge_left_j=None if edge is None else soc_j - edge.least_energy_j,
-                    bearing_reach_m=bearing_reach_m(drawn.area, origin.on_road),
-                    road_reach=self._distances.reach(node_m, energies, budget_j, starts, homeward=homeward),
-                )
+        bands = [
+            _Case(energies, (query.soc_frac - left) * capacity_j if limit is None else limit, left, limit, probability)
+            for left, limit in wanted
+            for probability, (energies, _) in searched.items()
+        ]
+        return _Found(bands, [counts for _, counts in searched.values()], ())
+
+    def _by_way(self, query: RangeQuery, starts: tuple[LinkPosition, ...]) -> _Found:
+        """Bands by time or distance, the outermost first."""
+        graph, space = self.graph, self._search.space_of(query, query.vehicle)
+        limits = sorted(set(query.limits), reverse=True)
+        reached = reach_by(
+            space,
+            self._search.pool,
+            Measure(query.by.value),
+            limits[0],
+            starts,
+            graph.head,
+            graph.node_count,
+            label_limit=self._search.label_limit,
+        )
+        values = RoadEnergies(
+            node_energy_j=reached.node_least,
+            tail_energy_j=None,
+            head_energy_j=None,
+            from_m=np.zeros(graph.link_count),
+            to_m=reached.link_reach_m,
+            most_energy_j=reached.most,
+        )
+        holds_j = (query.soc_frac - query.reserve_soc_frac) * query.vehicle.usable_capacity_wh * JOULE_PER_WH
+        within = np.isfinite(reached.node_least)
+        beyond = int(np.count_nonzero(within & (reached.node_energy_j > holds_j)))
+        warnings: tuple[str, ...] = ()
+        if beyond:
+            warnings = (
+                f"bands by {query.by.value} do not look at the charge: for {beyond} of {int(within.sum())} places in "
+                f"them it does not suffice on the {'fastest' if query.by is By.TIME else 'shortest'} way",
             )
-        counts = max((made for _, made in searched.values()), key=lambda made: made.labels_made)
-        method = method_name(counts, pareto=False) + ("" if query.trip is Trip.OUT else f"-{query.trip.value}")
-        stats = SearchStats(counts.labels_made, counts.labels_settled, counts.seconds, method)
-        unpaid_j = max(made.unpaid_j for _, made in searched.values())
-        warnings = self._search.warnings(query, counts.crowded > 0, unpaid_j) + self._cold_starts(query)
-        return RangeAnswer(origin, tuple(bands), stats, warnings + _map_ends(query.trip, bands), filling)
+        return _Found([_Case(values, limit, None, limit, None) for limit in limits], [reached.counts], warnings)
 
     def _energies(
         self, query: RangeQuery, levels: Sequence[float], vehicle: AnyVehicle, places: tuple[LinkPosition, ...]
@@ -168,23 +262,27 @@ class RangeSearch:
         )
 
 
-def _map_ends(trip: Trip, bands: Sequence[RangeBand]) -> tuple[str, ...]:
-    """What is to be said where the outermost band is ended by the map."""
-    ended = [band for band in bands if band.map_edge is not None and band.edge_left_j is not None]
+def _map_ends(query: RangeQuery, bands: Sequence[RangeBand]) -> tuple[str, ...]:
+    """What is to be said where a band is ended by the map."""
+    ended = [band for band in bands if band.map_edge is not None]
     if not ended:
         return ()
-    most_kwh = max(band.edge_left_j or 0.0 for band in ended) / JOULE_PER_KWH
-    where = {
-        Trip.OUT: "there",
-        Trip.REVERSE: "at the origin after coming from there",
-        Trip.ROUND: "at the origin after going there and back",
-    }[trip]
+    what = "charge" if query.by is By.CHARGE else query.by.value
+    spare = f"with {what} to spare"
+    left_j = [band.edge_left_j for band in ended if band.edge_left_j is not None]
+    if left_j:
+        where = {
+            Trip.OUT: "there",
+            Trip.REVERSE: "at the origin after coming from there",
+            Trip.ROUND: "at the origin after going there and back",
+        }[query.trip]
+        spare = f"with up to {max(left_j) / JOULE_PER_KWH:.1f} kWh left {where}"
     if any(band.map_edge is not None and band.map_edge.whole_map for band in ended):
         return (
-            "every road of this map is reached with charge to spare: the area ends where the map ends, with up to "
-            f"{most_kwh:.1f} kWh left {where}; what lies beyond this map is not known",
+            f"every road of this map is reached with {what} to spare: the area ends where the map ends, {spare}; "
+            "what lies beyond this map is not known",
         )
     return (
-        "the map ends before the charge does: at roads that it cuts off the area ends with up to "
-        f"{most_kwh:.1f} kWh left {where}; what lies beyond this map is not known",
+        f"the map ends before the {what} does: at roads that it cuts off the area ends {spare}; what lies beyond this "
+        "map is not known",
     )

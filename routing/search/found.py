@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -88,4 +89,26 @@ class Reach:
     node_energy_j: NDArray[np.float64]
     link_reach_m: NDArray[np.float64]
     most_energy_j: float
+    counts: SearchCounts
+
+
+class Measure(StrEnum):
+    """What else than energy a one-to-all search can go by."""
+
+    TIME = "time"
+    DISTANCE = "distance"
+
+
+@dataclass(frozen=True, slots=True)
+class ReachBy:
+    """What a one-to-all search by time or distance reached; the rest as in Reach.
+
+    node_least: float64 (N,) least time [s] or distance [m] to stop at each node, inf beyond `most`. node_energy_j:
+    float64 (N,) what the battery gives on that way.
+    """
+
+    node_least: NDArray[np.float64]
+    node_energy_j: NDArray[np.float64]
+    link_reach_m: NDArray[np.float64]
+    most: float
     counts: SearchCounts

@@ -16,11 +16,13 @@ from routing.links.drives import LentDrives
 from routing.lower_bound.lower_bound import MOST_GOALS
 from routing.places import LinkPosition
 from routing.search import kernels_search, kernels_workspace
-from routing.search.found import USUAL, FoundPath, Limits, PathOptions, Reach, SearchCounts
+from routing.search.found import USUAL, FoundPath, Limits, Measure, PathOptions, Reach, ReachBy, SearchCounts
 from routing.search.kernels_arrivals import arrivals
+from routing.search.kernels_stops import stops_by
 from routing.search.kernels_workspace import Workspace
 from routing.search.space import potential_share
 from routing.search.workspaces import WorkspacePool, grown
+from routing.weights import FASTEST, SHORTEST
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -251,6 +253,38 @@ def reach(
 
         (node_energy, link_reach), counts = _proven(space, rules, search)
     return Reach(node_energy, link_reach, limits.most_energy_j, counts)
+
+
+def reach_by(
+    space: SearchSpace,
+    pool: WorkspacePool,
+    measure: Measure,
+    most: float,
+    starts: Sequence[LinkPosition],
+    head: NDArray[np.int32],
+    node_count: int,
+    *,
+    label_limit: int = 50_000_000,
+) -> ReachBy:
+    """Least time or distance to stop at every node, one to all, up to `most` [s or m], whatever the battery holds."""
+    by_time = measure is Measure.TIME
+    rules = _rules(space, FASTEST if by_time else SHORTEST, Limits(), False, label_limit)
+    with space.drives.lent() as lent:
+
+        def search(by: SearchRules) -> tuple[ReachBy, SearchCounts]:
+            least, energy_j, link_reach = (
+                np.full(node_count, np.inf),
+                np.full(node_count, np.inf),
+                np.full(head.size, -1.0),
+            )
+            ws, epoch, _, counts = _run(space, pool, by, starts, (), lent, space.lower_bound.undirected)
+            try:
+                stops_by(space.arrays, space.physics, by, ws, head, by_time, most, least, energy_j, link_reach)
+            finally:
+                pool.give_back(ws, epoch)
+            return ReachBy(least, energy_j, link_reach, most, counts), counts
+
+        return _proven(space, rules, search)[0]
 
 
 def find_paths(

@@ -146,6 +146,8 @@ def reachable(
     bands: Annotated[str, typer.Option(help="number of bands, or charges left", metavar="N|F,F…")] = "1",
     reverse: Annotated[bool, typer.Option("--reverse", help="the area from which the origin is reached")] = False,
     round_trip: Annotated[bool, typer.Option("--round-trip", help="what can be driven to and back")] = False,
+    by: Annotated[str, typer.Option(help="charge, energy, time or distance")] = "charge",
+    limits: Annotated[str | None, typer.Option(help="in place of bands: kWh, min or km", metavar="F,F…")] = None,
     outline: Annotated[str, typer.Option(help="roads, or filled: smooth, without small holes")] = "roads",
     reserve_soc: ReserveOption = 0.0,
     link_model: LinkModelOption = "integrated",
@@ -157,7 +159,7 @@ def reachable(
     as_json: JsonOption = False,
 ) -> None:
     """The area that can be reached."""
-    from app.schemas.range import RangeRequest
+    from app.schemas.range import RangeRequest, limits_from_text
 
     service = service_for(graph)
     sent = RangeRequest.model_validate(
@@ -171,6 +173,8 @@ def reachable(
             "reverse": reverse,
             "round_trip": round_trip,
             "outline": outline,
+            "by": by,
+            "limits": limits_from_text(limits),
             "link_model": link_model,
             "stops": stops,
             "conditions": conditions_from_pairs(condition),

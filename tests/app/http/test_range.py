@@ -260,3 +260,41 @@ def test_range_with_an_unknown_outline_is_refused_with_what_is_allowed(client: T
     (error,) = problem["errors"]
     assert (error["field"], error["value"]) == ("outline", "round")
     assert "filled" in error["allowed"]
+
+
+@pytest.mark.parametrize(("by", "limits"), [("energy", "0.1,0.3"), ("time", "1,3"), ("distance", "0.9,2.5")])
+def test_range_by_limits_answers_a_band_for_each_the_same_by_address_and_body(
+    client: TestClient, by: str, limits: str
+) -> None:
+    answer = ask(client, f"{ORIGIN}&soc=0.5&by={by}&limits={limits}")
+    outer, inner = bands_of(answer)
+    less, more = (float(part) for part in limits.split(","))
+    assert (outer["properties"]["limit"], inner["properties"]["limit"]) == (more, less)
+    assert shape(inner["geometry"]).difference(shape(outer["geometry"])).area <= 1e-12
+    assert (outer["properties"]["soc_left"] is None) is (by != "energy")
+    if by == "energy":
+        assert outer["properties"]["soc_left"] == pytest.approx(0.5 - 0.3 / 64.0, rel=1e-3)
+    if by == "distance":
+        assert inner["properties"]["road_farthest_km"] == pytest.approx(0.9, abs=0.05)
+    again = client.post("/range", json=answer["request"])
+    assert again.status_code == 200, again.text
+    assert again.json()["features"] == answer["features"]
+
+
+@pytest.mark.parametrize(
+    ("parameters", "field"),
+    [
+        ("by=time", "limits"),
+        ("limits=3", "limits"),
+        ("by=time&limits=0", "limits[0]"),
+        ("by=time&limits=3,x", "limits"),
+        ("by=time&limits=3&bands=2", "bands"),
+        ("by=energy&limits=50", "limits"),
+        ("by=distance&limits=3&reverse=true", "by"),
+        ("by=time&limits=3&uncertainty=true", "by"),
+        ("by=cost&limits=3", "by"),
+    ],
+)
+def test_range_with_limits_that_do_not_fit_names_the_parameter(client: TestClient, parameters: str, field: str) -> None:
+    problem = check_problem(client.get(f"/range?{ORIGIN}&soc=0.5&{parameters}"), 422, "invalid_request")
+    assert [error["field"] for error in problem["errors"]] == [field]
