@@ -37,7 +37,8 @@ OWN_SD_FRACS: Final = {
     "recuperation_eff": 0.1,
 }
 DRAW_W: Final = 200.0
-OWN_TYPICAL: Final = 14.0  # times what trips usually gain with numbers of their own
+OWN_TYPICAL: Final = 20.0  # times what trips usually gain with numbers of their own
+ALIKE_FRAC: Final = 0.05  # of its energy, within which a trip took as much as the others tell
 LEAST_OWN_GAIN: Final = 30.0
 
 
@@ -147,10 +148,12 @@ def _far(trips: _Departures, usual: _Departures) -> NDArray[np.bool_]:
 def _told(trip: Windows, residual: NDArray[np.float64], error: float, place: int, fate: str) -> Unexplained:
     left_j = float((residual * trip.duration_s).sum())
     which = "more" if error > 0.0 else "less"
-    text = (
-        f"Trip {trip.trip_id} took {abs(error):.0%} of the energy that it moved {which} than the others tell, or took"
-        f" it otherwise: another vehicle or load, or a faulty recording. {fate}"
+    how = (
+        f"took {abs(error):.0%} of the energy that it moved {which} than the others tell"
+        if abs(error) >= ALIKE_FRAC
+        else "took its energy otherwise than the others tell"
     )
+    text = f"Trip {trip.trip_id} {how}: another vehicle or load, or a faulty recording. {fate}"
     mean_w = left_j / float(trip.duration_s.sum())
     at = float(place)
     return Unexplained(
