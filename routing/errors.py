@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from dataclasses import dataclass
+
 from energy.errors import Refusal
 
 
@@ -42,21 +45,36 @@ class ImportFailedError(RoutingError):
 
 
 class PointOutsideMapError(Refusal, RoutingError):
-    """A coordinate outside the bounding box of the graph."""
+    """A coordinate outside the bounding box of the graph, and farther from its roads than allowed.
+
+    bbox: west, south, east, north [deg]. swapped: whether the place would lie inside with lat and lon exchanged.
+    nearest: of the roads, None where it was not looked for.
+    """
 
     code = "point_outside_map"
 
-    def __init__(self, field: str, lat: float, lon: float, bbox: tuple[float, float, float, float]) -> None:
+    def __init__(
+        self,
+        field: str,
+        lat: float,
+        lon: float,
+        bbox: tuple[float, float, float, float],
+        nearest: NearestRoad | None = None,
+    ) -> None:
         self.lat = lat
         self.lon = lon
         self.bbox = bbox
+        self.nearest = nearest
         west, south, east, north = bbox
-        allowed = f"lat {south:g}..{north:g}, lon {west:g}..{east:g}"
+        self.swapped = south <= lon <= north and west <= lat <= east
+        allowed = _extent(lat, lon, bbox)
+        road = "" if nearest is None else f", {nearest.text()}"
+        hint = f"; did you mean lat {_degrees(lon)}, lon {_degrees(lat)}?" if self.swapped else ""
         super().__init__(
             field,
             {"lat": lat, "lon": lon},
             allowed,
-            message=f"{field} (lat {lat:g}, lon {lon:g}) is outside the map, allowed: {allowed}",
+            message=f"{field} ({_place(lat, lon)}) is outside the map{road}, allowed: {allowed}{hint}",
         )
 
 
@@ -65,20 +83,61 @@ class PointFarFromRoadError(Refusal, RoutingError):
 
     code = "point_far_from_road"
 
-    def __init__(self, field: str, lat: float, lon: float, distance_m: float, limit_m: float) -> None:
+    def __init__(self, field: str, lat: float, lon: float, nearest: NearestRoad, limit_m: float) -> None:
         self.lat = lat
         self.lon = lon
-        self.distance_m = distance_m
+        self.nearest = nearest
+        self.distance_m = nearest.distance_m
         self.limit_m = limit_m
         super().__init__(
             field,
             {"lat": lat, "lon": lon},
-            f"at most {limit_m:g} m from a road, this is {distance_m:.0f} m",
-            message=(
-                f"{field} (lat {lat:g}, lon {lon:g}) is {distance_m:.0f} m from the nearest road, "
-                f"allowed: at most {limit_m:.0f} m"
-            ),
+            f"at most {limit_m:g} m from a road, this is {nearest.distance_text(limit_m)} m",
+            message=f"{field} ({_place(lat, lon)}) is {nearest.text(limit_m)}, allowed: at most {limit_m:g} m",
         )
+
+
+@dataclass(frozen=True, slots=True)
+class NearestRoad:
+    """The road nearest to a place: how far away it is, its name or "", and where on it [deg]."""
+
+    distance_m: float
+    name: str
+    lat: float
+    lon: float
+
+    def distance_text(self, limit_m: float = 0.0) -> str:
+        """The distance [m] with as many decimals as tell it from a limit below it."""
+        digits = next((d for d in range(16) if float(f"{self.distance_m:.{d}f}") > limit_m), 16)
+        return f"{self.distance_m:.{digits}f}"
+
+    def text(self, limit_m: float = 0.0) -> str:
+        """How far the road is, its name and place."""
+        name = f" {self.name!r}" if self.name else ""
+        return f"{self.distance_text(limit_m)} m from the nearest road{name} at {_place(self.lat, self.lon)}"
+
+
+def _place(lat: float, lon: float) -> str:
+    return f"lat {_degrees(lat)}, lon {_degrees(lon)}"
+
+
+def _degrees(value: float, decimals: int = 7) -> str:
+    """Degrees without zeros at the end; 7 decimals are 11 mm."""
+    return f"{value:.{decimals}f}".rstrip("0").rstrip(".") if math.isfinite(value) else str(value)
+
+
+def _extent(lat: float, lon: float, bbox: tuple[float, float, float, float]) -> str:
+    """A map's extent with as many decimals, 4 at least, as a place outside needs for not being shown inside."""
+    west, south, east, north = bbox
+    decimals, outside = 4, (south <= lat <= north, west <= lon <= east)
+    while decimals < 16:
+        shown = [round(x, decimals) for x in bbox]
+        at_lat, at_lon = round(lat, max(decimals, 7)), round(lon, max(decimals, 7))
+        if (shown[1] <= at_lat <= shown[3], shown[0] <= at_lon <= shown[2]) == outside:
+            break
+        decimals += 1
+    west_text, south_text, east_text, north_text = (_degrees(x, decimals) for x in bbox)
+    return f"lat {south_text}..{north_text}, lon {west_text}..{east_text}"
 
 
 class QueryError(Refusal, RoutingError):

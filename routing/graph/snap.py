@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import math
 import threading
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import shapely
 
-from routing.errors import PointFarFromRoadError, PointOutsideMapError
-from routing.graph.earth import METRE_PER_DEGREE
+from routing.errors import NearestRoad, PointFarFromRoadError, PointOutsideMapError
+from routing.graph.earth import METRE_PER_DEGREE, great_circle_m
 from routing.graph.nearest import RoadTree
 from routing.places import LinkPosition, Point, SnappedPoint
 
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
     from routing.graph.road_graph import RoadGraph
 
 END_MARGIN_M: Final = 0.01  # a snapped place keeps this far from a link's ends, so that it is on one link only
+
+NAMED_M: Final = 50_000.0  # a refused place so far from the map at most is told its nearest road; assumed
+FLAT_M: Final = 200_000.0  # within which the plane that touches the earth at a place does for distances from it
 
 
 class RoadIndex:
@@ -44,15 +48,22 @@ class RoadIndex:
     def snap(self, field: str, point: Point, limit_m: float) -> tuple[SnappedPoint, tuple[LinkPosition, ...]]:
         """The nearest place on a road, and its position on each direction of that road.
 
-        Raises PointOutsideMapError outside the map's bounds, PointFarFromRoadError beyond limit_m.
+        A place outside the map's bounds is taken as well where a road is near. Raises PointOutsideMapError outside the
+        bounds, PointFarFromRoadError inside, beyond limit_m of any road.
         """
-        west, south, east, north = self._graph.meta.bbox
-        if not (south <= point.lat_deg <= north and west <= point.lon_deg <= east):
-            raise PointOutsideMapError(field, point.lat_deg, point.lon_deg, self._graph.meta.bbox)
+        west, south, east, north = bbox = self._graph.meta.bbox
+        lat, lon = point.lat_deg, point.lon_deg
+        inside = south <= lat <= north and west <= lon <= east
+        if not inside and not self._away_m(point) <= min(max(limit_m, NAMED_M), FLAT_M):
+            raise PointOutsideMapError(field, lat, lon, bbox)
         link_idx = self._indexed().nearest(point)
         offset_m, distance_m, on_road = self._project(link_idx, point)
+        name = self._graph.names[int(self._graph.name_idx[link_idx])]
         if distance_m > limit_m:
-            raise PointFarFromRoadError(field, point.lat_deg, point.lon_deg, distance_m, limit_m)
+            nearest = NearestRoad(distance_m, name, on_road.lat_deg, on_road.lon_deg)
+            if inside:
+                raise PointFarFromRoadError(field, lat, lon, nearest, limit_m)
+            raise PointOutsideMapError(field, lat, lon, bbox, nearest)
         length_m = float(self._graph.length_m[link_idx])
         margin = min(END_MARGIN_M, 0.25 * length_m)
         offset_m = min(max(offset_m, margin), length_m - margin)
@@ -60,8 +71,15 @@ class RoadIndex:
         reverse = int(self._graph.reverse_idx[link_idx])
         if reverse >= 0:
             positions.append(LinkPosition(reverse, length_m - offset_m))
-        name = self._graph.names[int(self._graph.name_idx[link_idx])]
         return SnappedPoint(point, on_road, distance_m, link_idx, offset_m, name), tuple(positions)
+
+    def _away_m(self, point: Point) -> float:
+        """How far a place is from the map's bounds [m]; infinite for what is no place."""
+        if not (math.isfinite(point.lat_deg) and math.isfinite(point.lon_deg)):
+            return math.inf
+        west, south, east, north = self._graph.meta.bbox
+        lat, lon = min(max(point.lat_deg, south), north), min(max(point.lon_deg, west), east)
+        return float(great_circle_m(point.lat_deg, point.lon_deg, lat, lon))
 
     def _project(self, link_idx: int, point: Point) -> tuple[float, float, Point]:
         """Offset along a link, distance to it and the place on it, in a plane that touches the earth at the point."""

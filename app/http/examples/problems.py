@@ -49,7 +49,8 @@ EXAMPLES: Final = {
         ),
     ),
     ErrorCode.POINT_FAR_FROM_ROAD: (
-        "goal (lat 44.1, lon -36.9) is 2310 m from the nearest road, allowed: at most 1000 m",
+        "goal (lat 44.1, lon -36.9) is 2310 m from the nearest road 'Ridge Road' at lat 44.1195, lon -36.91, "
+        "allowed: at most 1000 m",
         FieldProblem(
             field="goal", value={"lat": 44.1, "lon": -36.9}, allowed="at most 1000 m from a road, this is 2310 m"
         ),

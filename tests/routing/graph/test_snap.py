@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 
 import numpy as np
 import pytest
@@ -132,12 +133,52 @@ def test_nearest_road_on_a_high_latitude_counts_metres_not_degrees(graph, roads)
 )
 def test_point_outside_the_map_is_refused_with_its_bounds(graph, roads, lat, lon):
     with pytest.raises(PointOutsideMapError) as refusal:
-        roads.snap("goal", Point(lat, lon), math.inf)
+        roads.snap("goal", Point(lat, lon), 1000.0)
     error = refusal.value
     assert error.field == "goal"
     assert error.bbox == graph.meta.bbox
     assert str(error).startswith("goal (lat ")
     assert "allowed: lat 60..60.0" in str(error)
+
+
+@pytest.mark.parametrize(("east_m", "north_m"), [(-0.4, 1000.0), (-999.0, 1000.0), (70.0, 4000.4), (4000.4, -0.4)])
+def test_place_beyond_the_outermost_road_is_snapped_within_the_limit(graph, roads, east_m, north_m):
+    point = place(east_m, north_m)
+    west, south, east, north = graph.meta.bbox
+    assert not (south <= point.lat_deg <= north and west <= point.lon_deg <= east)
+    snapped, _ = roads.snap("start", point, 1000.0)
+    off_m = math.hypot(max(-east_m, east_m - 4000.0, 0.0), max(-north_m, north_m - 4000.0, 0.0))
+    assert snapped.distance_m == pytest.approx(off_m, rel=2e-3, abs=0.02)
+
+
+def test_place_just_beyond_the_limit_outside_the_map_is_told_its_road_and_bounds_that_exclude_it(roads):
+    point = place(2000.0, -0.4)  # 430 m from the bend, and by its place 0.4 m outside
+    with pytest.raises(PointOutsideMapError) as refusal:
+        roads.snap("start", point, 300.0)
+    said = str(refusal.value)
+    assert refusal.value.nearest.name == "South Side"
+    assert refusal.value.nearest.distance_m == pytest.approx(485.5, rel=2e-3)  # 500.4 m · cos(atan(500 / 2000))
+    assert f"{refusal.value.nearest.distance_m:.0f} m from the nearest road 'South Side' at lat 60.00" in said
+    value, low, high = map(float, re.search(r"lat ([\d.]+), lon.*allowed: lat ([\d.]+)\.\.([\d.]+)", said).groups())
+    assert not low <= value <= high
+
+
+@pytest.mark.parametrize("beyond_m", [0.3, 0.004])
+def test_distance_beyond_the_limit_is_shown_above_it(roads, beyond_m):
+    point = place(1000.3, 2500.0)
+    limit_m = roads.snap("start", point, 2000.0)[0].distance_m - beyond_m
+    with pytest.raises(PointFarFromRoadError) as refusal:
+        roads.snap("start", point, limit_m)
+    shown = float(re.search(r"is ([\d.]+) m from the nearest road", str(refusal.value))[1])
+    assert limit_m < shown == pytest.approx(limit_m + beyond_m, abs=0.5)
+
+
+@pytest.mark.parametrize(("lat", "lon", "hint"), [(10.02, 60.01, True), (10.02, 50.0, False), (60.5, 10.02, False)])
+def test_swapped_latitude_and_longitude_are_asked_about(roads, lat, lon, hint):
+    with pytest.raises(PointOutsideMapError) as refusal:
+        roads.snap("goal", Point(lat, lon), 1000.0)
+    assert refusal.value.swapped is hint
+    assert str(refusal.value).endswith(f"; did you mean lat {lon:g}, lon {lat:g}?") is hint
 
 
 def test_corners_of_the_map_are_inside_it(graph, roads):
