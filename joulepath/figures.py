@@ -124,7 +124,10 @@ def point_of(field: str, place: tuple[float, float]) -> Point:
     except (TypeError, ValueError):
         raise QueryError(field, repr(place), "(lat, lon) in degrees") from None
     if not -90.0 <= lat_deg <= 90.0 or not -180.0 <= lon_deg <= 180.0:
-        raise QueryError(field, f"(lat {lat_deg:g}, lon {lon_deg:g})", "lat -90..90, lon -180..180, in this order")
+        allowed = "lat -90..90, lon -180..180, in this order"
+        if abs(lon_deg) <= 90.0 < abs(lat_deg) <= 180.0:
+            allowed += f"; did you mean lat {lon_deg:g}, lon {lat_deg:g}?"
+        raise QueryError(field, f"(lat {lat_deg:g}, lon {lon_deg:g})", allowed)
     return Point(lat_deg, lon_deg)
 
 

@@ -56,7 +56,7 @@ def _validation_field(error: Any) -> FieldProblem:
     path = _path(error["loc"])
     kind, value = error["type"], error.get("input")
     if kind == "refused":
-        name = ".".join(part for part in (path, context["field"]) if part)
+        name = ".".join(part for part in (path, context["field"]) if part).replace(".[", "[")
         return field_problem(name, context["value"], context["allowed"])
     if kind == "missing":
         return field_problem(path, None, "required")

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Final, Literal
 
-from pydantic import Discriminator, Field, Tag
+from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
-from app.schemas.base import Answered, Latitude, Longitude, Sent
+from app.schemas.base import Answered, Latitude, Longitude, Sent, refusal
 
 MAX_PLACES: Final = 1000  # in one list, which the service's own limit may be set to
 
@@ -17,8 +17,34 @@ class LatLon(Sent):
     lat: Latitude = Field(description="latitude [deg], -90..90")
     lon: Longitude = Field(description="longitude [deg], -180..180")
 
+    @model_validator(mode="before")
+    @classmethod
+    def _not_swapped(cls, value: object) -> object:
+        if isinstance(value, dict):
+            _refuse_swapped("lat", value.get("lat"), value.get("lon"))
+        return value
 
-LonLat = Annotated[tuple[Longitude, Latitude], Field(description="longitude, latitude [deg], in the order of GeoJSON")]
+
+def _pair_not_swapped(value: object) -> object:
+    if isinstance(value, (list, tuple)) and len(value) == 2:
+        _refuse_swapped("[1]", value[1], value[0])
+    return value
+
+
+def _refuse_swapped(field: str, lat: object, lon: object) -> None:
+    """Refuse a latitude out of range that would be a longitude beside a longitude that would be a latitude."""
+    if not (isinstance(lat, (int, float)) and isinstance(lon, (int, float))) or isinstance(lon, bool):
+        return
+    if abs(lon) <= 90.0 < abs(lat) <= 180.0:
+        bound = "at most 90" if lat > 0 else "at least -90"
+        raise refusal(field, lat, f"{bound}; did you mean lat {lon}, lon {lat}?")
+
+
+LonLat = Annotated[
+    tuple[Longitude, Latitude],
+    BeforeValidator(_pair_not_swapped),
+    Field(description="longitude, latitude [deg], in the order of GeoJSON"),
+]
 
 
 def _form_of_place(value: object) -> str | None:

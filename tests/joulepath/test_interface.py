@@ -193,6 +193,11 @@ def test_geodataframe_without_geopandas_names_it(routes: joulepath.Routes, monke
     [
         (lambda g, v: joulepath.route(g, v, start=(8, 46.5, 1), goal=GOAL, soc_frac=1), QueryError, "start is"),
         (lambda g, v: joulepath.route(g, v, start=(190, 46.5), goal=GOAL, soc_frac=1), QueryError, "in this order"),
+        (
+            lambda g, v: joulepath.route(g, v, start=(120, 46.5), goal=GOAL, soc_frac=1),
+            QueryError,
+            "mean lat 46.5, lon",
+        ),
         (lambda g, v: joulepath.route(g, v, start=(8.0, 46.5), goal=GOAL, soc_frac=1), PointOutsideMapError, "start"),
         (lambda g, v: joulepath.route(g, v, start=START, goal=GOAL, soc_frac=50), QueryError, "0..1"),
         (lambda g, v: joulepath.route(g, v, start=START, goal=GOAL, soc_frac=1, stops="no"), QueryError, "expected,"),

@@ -37,7 +37,7 @@ JSON_HEADER = {"Content-Type": "application/json"}
         ({"soc": "0.5"}, "soc", "0.5", "a valid number"),
         ({"soc": True}, "soc", True, "a valid number"),
         ({"soc": None}, "soc", None, "a valid number"),
-        ({"start": {"lat": 95, "lon": 8}}, "start.lat", 95, "at most 90"),
+        ({"start": {"lat": 95, "lon": 8}}, "start.lat", 95, "at most 90; did you mean lat 8, lon 95?"),
         ({"start": {"lat": 46.5}}, "start.lon", None, "required"),
         ({"start": [200, 46.5]}, "start[0]", 200, "at most 180"),
         ({"start": [8.0]}, "start[1]", None, "required"),
@@ -208,6 +208,23 @@ def test_place_outside_the_map_answers_404_with_its_extent(
     problem = check_problem(client.request(method, path, json=body), 404, "point_outside_map")
     assert problem["errors"][0]["field"] == field
     assert problem["errors"][0]["allowed"] == "lat 46.5..46.52, lon 8..8.02"
+
+
+@pytest.mark.parametrize(
+    ("place", "field", "value"),
+    [({"lat": 139.7, "lon": 35.6}, "start.lat", 139.7), ([35.6, -139.7], "start[1]", -139.7)],
+)
+def test_latitude_that_can_only_be_a_longitude_is_asked_about(
+    client: TestClient, place: object, field: str, value: float
+) -> None:
+    problem = check_problem(client.post("/route", json=ROUTE | {"start": place}), 422, "invalid_request")
+    assert [(error["field"], error["value"]) for error in problem["errors"]] == [(field, value)]
+    assert problem["errors"][0]["allowed"].endswith(f"90; did you mean lat 35.6, lon {value}?")
+
+
+def test_swapped_place_of_this_map_is_asked_about(client: TestClient) -> None:
+    answer = client.post("/route", json=ROUTE | {"goal": {"lat": 8.01, "lon": 46.507}})
+    assert check_problem(answer, 404, "point_outside_map")["detail"].endswith("; did you mean lat 46.507, lon 8.01?")
 
 
 def test_place_far_from_any_road_answers_404_with_the_limit(settings: Settings) -> None:
