@@ -293,7 +293,7 @@ def _links(found: FoundRoute, geometry: NDArray[np.float64]) -> RouteLinks:
         grade_frac=frozen(links.grade_frac),
         height_end_m=frozen(links.height_end_m),
         speed_limit_kmh=frozen(np.multiply(links.speed_limit_mps, KMH_PER_MPS)),
-        speed_end_kmh=frozen(results.speed_end_mps * KMH_PER_MPS),
+        speed_end_kmh=frozen(results.carried_mps * KMH_PER_MPS),
         stop_probability_frac=frozen(results.stop_probability_frac),
         geometry_end_idx=frozen(links.geometry_end_idx, np.int64),
         road_name=tuple(links.road_name),

@@ -116,7 +116,7 @@ def simulate(
         link_idx=frozen([span.link_idx for span in spans], np.int64),
         link_duration_s=frozen([link.duration_s for link in result.links]),
         link_energy_wh=frozen(energy_j / JOULE_PER_WH),
-        link_speed_end_kmh=frozen([link.speed_end_mps * KMH_PER_MPS for link in result.links]),
+        link_speed_end_kmh=frozen([link.carried_mps * KMH_PER_MPS for link in result.links]),
         link_soc_end_frac=None if charge is None else frozen(charge[0]),
     )
 

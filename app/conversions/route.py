@@ -261,7 +261,7 @@ def _links(links: DrivenLinks) -> list[dict[str, object]]:
         "height_end_m": links.height_end_m,
         "geometry_end": links.geometry_end_idx,
         "speed_limit_kmh": np.multiply(links.speed_limit_mps, KMH_PER_MPS).tolist(),
-        "speed_end_kmh": (results.speed_end_mps * KMH_PER_MPS).tolist(),
+        "speed_end_kmh": (results.carried_mps * KMH_PER_MPS).tolist(),
         "stop_probability": results.stop_probability_frac.tolist(),
         "name": links.road_name,
     }

@@ -128,7 +128,7 @@ def simulation_answer(driven: DrivenCourse, course: Course, sent: SimulateReques
             soc_end=None if soc is None else soc[k],
             grade=grades[k],
             speed_limit_kmh=limits_kmh[k],
-            speed_end_kmh=link.speed_end_mps * KMH_PER_MPS,
+            speed_end_kmh=link.carried_mps * KMH_PER_MPS,
             stop_probability=link.stop_probability_frac,
         )
         for k, link in enumerate(result.links)

@@ -134,7 +134,9 @@ class RouteLinkAnswer(Answered):
     height_end_m: float = Field(description="height of its end above sea [m]; 0 on a graph without terrain")
     geometry_end: int = Field(description="position in geometry.coordinates of the point at which it ends")
     speed_limit_kmh: float
-    speed_end_kmh: float = Field(description="speed carried into the next link, given no stop [km/h]")
+    speed_end_kmh: float = Field(
+        description="speed carried into the next link, given no stop [km/h]; 0 where it comes to rest for certain"
+    )
     stop_probability: float = Field(description="of stopping at its end, 0..1")
     name: str
 

@@ -177,7 +177,7 @@ class SimulatedLink(Answered):
     grade: float
     speed_limit_kmh: float
     speed_end_kmh: float = Field(
-        description="speed carried into the next link [km/h]: 'fast' given no stop, 'timestep' 0 where it stops"
+        description="speed carried into the next link [km/h]: 'fast' given no stop; 0 where it stops for certain"
     )
     stop_probability: float
 

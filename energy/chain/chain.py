@@ -95,6 +95,11 @@ class LinkResult:
     stop_probability_frac: float
     parts_j: NDArray[np.float64]
 
+    @property
+    def carried_mps(self) -> float:
+        """Speed carried into the next link, given no stop; 0 where the vehicle comes to rest for certain."""
+        return 0.0 if self.stop_probability_frac >= 1.0 else self.speed_end_mps
+
 
 @dataclass(frozen=True, slots=True, eq=False)
 class LinkResults(Sequence[LinkResult]):
@@ -109,6 +114,11 @@ class LinkResults(Sequence[LinkResult]):
     speed_end_mps: NDArray[np.float64]
     stop_probability_frac: NDArray[np.float64]
     parts_j: NDArray[np.float64]
+
+    @property
+    def carried_mps(self) -> NDArray[np.float64]:
+        """Speeds carried into the next links, given no stop; 0 where the vehicle comes to rest for certain."""
+        return np.where(self.stop_probability_frac >= 1.0, 0.0, self.speed_end_mps)
 
     def __len__(self) -> int:
         return self.energy_j.size

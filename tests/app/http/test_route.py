@@ -42,6 +42,7 @@ def test_route_without_options_answers_one_eco_route_with_its_profile(client: Te
     assert route["duration_s"] == pytest.approx(sum(link["duration_s"] for link in route["links"]))
     assert route["energy_kwh"] == pytest.approx(sum(link["energy_wh"] for link in route["links"]) / 1000, rel=1e-9)
     assert route["energy_kwh"] == pytest.approx(sum(route["energy_parts_kwh"].values()), rel=1e-9)
+    assert [link["speed_end_kmh"] == 0.0 for link in route["links"]] == [False] * (len(route["links"]) - 1) + [True]
     assert route["geometry"]["coordinates"][0] == [8.003, 46.5]
     assert route["geometry"]["coordinates"][-1] == [8.02, 46.518]
     assert answer["snapped"]["start"]["distance_m"] == pytest.approx(0.0, abs=0.1)
@@ -316,6 +317,7 @@ def test_route_over_via_points_answers_where_they_are_and_each_leg(client: TestC
     for leg, place in zip(route["legs"], VIA, strict=False):
         last = route["links"][leg["last_link"]]
         assert last["rest"] is True
+        assert last["speed_end_kmh"] == 0.0
         lon, lat = place if isinstance(place, list) else (place["lon"], place["lat"])
         assert line[last["geometry_end"]] == pytest.approx([lon, lat], abs=1e-6)
     assert [link["rest"] for link in route["links"]].count(True) == len(VIA)
