@@ -25,19 +25,28 @@ if TYPE_CHECKING:
     from routing.route.matrix import MatrixEntry
     from routing.weights import Weights
 
-FIGURES: Final = ("energy_kwh", "duration_s", "distance_m", "soc_end_frac", "soc_min_frac", "deficit_kwh")
+FIGURES: Final = (
+    "energy_kwh",
+    "battery_kwh",
+    "duration_s",
+    "distance_m",
+    "soc_end_frac",
+    "soc_min_frac",
+    "deficit_kwh",
+)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Matrix(MapFeatures):
     """Figures of all drives, each float64 (sources, targets) and nan where a pair can't be driven.
 
-    reason: "charge" or "no_path" there, None elsewhere. deficit_kwh: what the charge lacks, 0 where it suffices. On the
-    map each pair is a straight line from source to target.
+    reason: "charge" or "no_path" there, None elsewhere. deficit_kwh: what the charge lacks, 0 where it suffices.
+    battery_kwh: what the charge fell by, as of a Route. On the map each pair is a straight line from source to target.
     """
 
     feasible: NDArray[np.bool_]
     energy_kwh: NDArray[np.float64]
+    battery_kwh: NDArray[np.float64]
     duration_s: NDArray[np.float64]
     distance_m: NDArray[np.float64]
     soc_end_frac: NDArray[np.float64]
@@ -103,6 +112,7 @@ def matrix(
     return Matrix(
         feasible=frozen([[entry.reason is None for entry in row.entries] for row in answer.rows], np.bool_),
         energy_kwh=driven(lambda entry: entry.energy_j / JOULE_PER_KWH),
+        battery_kwh=driven(lambda entry: entry.battery_j / JOULE_PER_KWH),
         duration_s=driven(lambda entry: entry.duration_s),
         distance_m=driven(lambda entry: entry.distance_m),
         soc_end_frac=driven(lambda entry: entry.soc_end_frac),

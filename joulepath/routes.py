@@ -53,6 +53,7 @@ class Leg:
     to_m: float
     duration_s: float
     energy_kwh: float
+    battery_kwh: float
     soc_end_frac: float
 
 
@@ -117,6 +118,7 @@ class RouteLinks(MapFeatures):
 class Route(MapFeature):
     """One route. Where it is not feasible, deficit_kwh is missing to stay above the reserve, and `furthest` is where.
 
+    battery_kwh: that the battery gave, what its charge fell by: energy_kwh and what was braked away.
     soc_start_needed_frac, charge_needed_kwh: what would make it feasible; None where it is.
     """
 
@@ -125,6 +127,7 @@ class Route(MapFeature):
     distance_m: float
     duration_s: float
     energy_kwh: float
+    battery_kwh: float
     energy_parts: EnergyParts
     braked_away_kwh: float
     soc_start_frac: float
@@ -248,6 +251,7 @@ def _route(found: FoundRoute) -> Route:
         distance_m=found.distance_m,
         duration_s=found.duration_s,
         energy_kwh=found.energy_j / JOULE_PER_KWH,
+        battery_kwh=found.battery_j / JOULE_PER_KWH,
         energy_parts=parts_of(found.parts),
         braked_away_kwh=found.braked_away_j / JOULE_PER_KWH,
         soc_start_frac=found.soc_start_frac,
@@ -267,7 +271,14 @@ def _route(found: FoundRoute) -> Route:
 
 
 def _leg(leg: RouteLeg) -> Leg:
-    return Leg(leg.from_m, leg.to_m, leg.duration_s, leg.energy_j / JOULE_PER_KWH, leg.soc_end_frac)
+    return Leg(
+        from_m=leg.from_m,
+        to_m=leg.to_m,
+        duration_s=leg.duration_s,
+        energy_kwh=leg.energy_j / JOULE_PER_KWH,
+        battery_kwh=leg.battery_j / JOULE_PER_KWH,
+        soc_end_frac=leg.soc_end_frac,
+    )
 
 
 def _uncertainty(spread: EnergyDistribution) -> Uncertainty:

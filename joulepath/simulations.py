@@ -31,7 +31,8 @@ if TYPE_CHECKING:
 class Simulation:
     """Energy and time of driving links one after the other; columns have one value a link.
 
-    Charges are None where no charge at departure was given; below 0 they mean missing energy.
+    battery_kwh: what the charge fell by, as of a Route. It and charges are None where no charge at departure was given;
+    charges below 0 mean missing energy.
     """
 
     distance_m: float
@@ -39,6 +40,7 @@ class Simulation:
     standstill_s: float
     stop_count: float
     energy_kwh: float
+    battery_kwh: float | None
     energy_parts: EnergyParts
     soc_end_frac: float | None
     soc_min_frac: float | None
@@ -109,6 +111,7 @@ def simulate(
         standstill_s=result.standstill_s,
         stop_count=result.stop_count,
         energy_kwh=result.energy_j / JOULE_PER_KWH,
+        battery_kwh=None if charge is None else (result.energy_j + float(charge[1].sum())) / JOULE_PER_KWH,
         energy_parts=parts_of(result.parts),
         soc_end_frac=None if charge is None else float(charge[0][-1]),
         soc_min_frac=None if charge is None or soc_frac is None else min(soc_frac, float(charge[0].min())),

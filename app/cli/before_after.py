@@ -29,8 +29,8 @@ def print_routes(console: Console, file: RouteResponse, learned: RouteResponse) 
             table.add_row(
                 found.name if which == "file" else "",
                 which,
-                f"{found.energy_kwh:.3f}",
-                "" if which == "file" else _change(before.energy_kwh, after.energy_kwh),
+                f"{found.battery_kwh:.3f}",
+                "" if which == "file" else _change(before.battery_kwh, after.battery_kwh),
                 f"{found.soc_end:.3f}",
                 f"{found.duration_s / 60.0:.1f}",
                 f"{found.distance_m / 1000.0:.2f}",
@@ -48,7 +48,7 @@ def print_routes(console: Console, file: RouteResponse, learned: RouteResponse) 
 def route_lines(file: RouteResponse, learned: RouteResponse) -> list[str]:
     """What changes of each route, in a sentence."""
     return [
-        f"{after.name}: {_energy(before.energy_kwh, after.energy_kwh)}; {after.soc_end:.3f} of the charge at the end"
+        f"{after.name}: {_energy(before.battery_kwh, after.battery_kwh)}; {after.soc_end:.3f} of the charge at the end"
         f" instead of {before.soc_end:.3f}"
         for before, after in _pairs(file, learned)
     ]
@@ -65,7 +65,9 @@ def area_line(file: RangeFeatureCollection, learned: RangeFeatureCollection) -> 
 
 def drive_line(file: SimulateResponse, learned: SimulateResponse) -> str:
     """What changes of a simulated drive, in a sentence."""
-    return _energy(file.energy_kwh, learned.energy_kwh)
+    if file.battery_kwh is None or learned.battery_kwh is None:
+        return _energy(file.energy_kwh, learned.energy_kwh)
+    return _energy(file.battery_kwh, learned.battery_kwh)
 
 
 def _pairs(file: RouteResponse, learned: RouteResponse) -> Iterator[tuple[RouteFound, RouteFound]]:

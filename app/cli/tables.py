@@ -24,7 +24,7 @@ SHOWN_KWH = 0.0005
 
 
 def routes_table(answer: RouteResponse) -> Table:
-    """One line a route."""
+    """One line a route; kWh are what the battery gave."""
     table = _table("route", "km", "min", "kWh", "kWh/100 km", "SoC", "lowest", "climb m", "feasible")
     for route in answer.routes:
         km = route.distance_m / 1000.0
@@ -33,8 +33,8 @@ def routes_table(answer: RouteResponse) -> Table:
             route.name,
             f"{km:.2f}",
             f"{route.duration_s / 60.0:.1f}",
-            f"{route.energy_kwh:.3f}",
-            f"{100.0 * route.energy_kwh / km:.2f}" if km > 0.0 else "–",
+            f"{route.battery_kwh:.3f}",
+            f"{100.0 * route.battery_kwh / km:.2f}" if km > 0.0 else "–",
             f"{route.soc_start:.3f} → {route.soc_end:.3f}",
             f"{route.soc_min:.3f}",
             f"{route.climb_m:.0f}",
@@ -84,10 +84,10 @@ def spread_table(routes: list[RouteFound]) -> Table:
 
 
 def matrix_table(answer: MatrixResponse, sources: list[str], targets: list[str]) -> Table:
-    """Energy [kWh] of each pair of places, the first ones where there are many, or why it can't be driven."""
+    """What the battery gives for each pair of places [kWh], the first ones where there are many, or why it can't."""
     table = _table("kWh", *targets[:SHOWN_PLACES])
     for i, source in enumerate(sources[:SHOWN_PLACES]):
-        cells = zip(answer.energy_kwh[i][:SHOWN_PLACES], answer.reason[i], strict=False)
+        cells = zip(answer.battery_kwh[i][:SHOWN_PLACES], answer.reason[i], strict=False)
         table.add_row(source, *(f"{kwh:.2f}" if kwh is not None else str(reason) for kwh, reason in cells))
     if max(len(sources), len(targets)) > SHOWN_PLACES:
         table.caption = f"the first of {len(sources)} sources and {len(targets)} targets"

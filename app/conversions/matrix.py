@@ -53,6 +53,7 @@ def matrix_response(answer: MatrixAnswer, understood: MatrixRequest, graph: Road
     return MatrixResponse(
         feasible=each(lambda entry: entry.reason is None),
         energy_kwh=driven(lambda entry: entry.energy_j / JOULE_PER_KWH),
+        battery_kwh=driven(lambda entry: entry.battery_j / JOULE_PER_KWH),
         duration_s=driven(lambda entry: entry.duration_s),
         distance_m=driven(lambda entry: entry.distance_m),
         soc_end=driven(lambda entry: entry.soc_end_frac),

@@ -139,6 +139,7 @@ def simulation_answer(driven: DrivenCourse, course: Course, sent: SimulateReques
         standstill_s=result.standstill_s,
         stop_count=result.stop_count,
         energy_kwh=result.energy_j / JOULE_PER_KWH,
+        battery_kwh=None if braked_away_kwh is None else result.energy_j / JOULE_PER_KWH + braked_away_kwh,
         energy_parts_kwh=parts_kwh(result.parts),
         braked_away_kwh=braked_away_kwh,
         soc_start=sent.soc,

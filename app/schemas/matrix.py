@@ -61,6 +61,7 @@ class MatrixResponse(Answered):
 
     feasible: Rows[bool]
     energy_kwh: Rows[float | None]
+    battery_kwh: Rows[float | None] = Field(description="what the charge fell by, as of a route")
     duration_s: Rows[float | None]
     distance_m: Rows[float | None]
     soc_end: Rows[float | None]

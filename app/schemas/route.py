@@ -16,6 +16,7 @@ from routing.route.hot_links import HotReason
 from routing.route.route import ParetoProof
 
 MAX_VIA: Final = 20
+BATTERY_MEANS: Final = "that the battery gave, what its charge fell by: energy_kwh and what was braked away [kWh]"
 NamedWeighting = Literal["eco", "fastest", "balanced"]
 
 
@@ -148,6 +149,7 @@ class RouteLegAnswer(Answered):
     to_m: float = Field(description="along the route [m]")
     duration_s: float
     energy_kwh: float
+    battery_kwh: float = Field(description=BATTERY_MEANS)
     soc_end: float = Field(description="state of charge at its end; below 0 is missing energy")
     first_link: int | None = Field(description="position of its first link in links; null where nothing is driven")
     last_link: int | None = Field(description="position of its last link in links; null where nothing is driven")
@@ -206,7 +208,8 @@ class RouteProperties(Answered):
     feasible: bool = Field(description="whether the charge stays above the reserve")
     distance_m: float
     duration_s: float
-    energy_kwh: float
+    energy_kwh: float = Field(description="with what is braked away counted as given back [kWh]; the sum of its parts")
+    battery_kwh: float = Field(description=BATTERY_MEANS)
     energy_parts_kwh: EnergyPartsKwh
     braked_away_kwh: float = Field(description="recuperation that a full battery could not take [kWh]")
     soc_start: float
@@ -251,7 +254,7 @@ class ParetoAnswer(Answered):
     """What is proven of a Pareto set.
 
     For every way that keeps the reserve there is one of the routes that takes at most 1 + epsilon_frac times its time
-    and uses at most energy_slack_kwh more charge than it. The charge used is energy_kwh + braked_away_kwh.
+    and uses at most energy_slack_kwh more charge than it. The charge used is battery_kwh.
     """
 
     epsilon_frac: float | None = Field(

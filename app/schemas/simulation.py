@@ -199,6 +199,7 @@ class SimulateResponse(Answered):
     standstill_s: float
     stop_count: float = Field(description="expected number under 'expected', else whole")
     energy_kwh: float
+    battery_kwh: float | None = Field(description="what the charge fell by, as of a route; null without soc")
     energy_parts_kwh: EnergyPartsKwh
     braked_away_kwh: float | None = Field(description="null without soc")
     soc_start: float | None

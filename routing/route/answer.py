@@ -100,7 +100,7 @@ def route_of(
         descent_m=float(-climb[climb < 0.0].sum()),
         geometry=geometry,
         links=links,
-        legs=_legs(leg_first, result, soc, query.soc_frac, chain.length_m),
+        legs=_legs(leg_first, result, soc, query.soc_frac, chain.length_m, energy_j + braked),
         height_start_m=height_m(graph, spans[0].link_idx, spans[0].from_m),
         hot_links=_hot_links(chain, result, links.road_name),
         uncertainty=spread,
@@ -197,6 +197,7 @@ def _legs(
     soc: NDArray[np.float64],
     soc_start_frac: float,
     length_m: NDArray[np.float64],
+    battery_j: NDArray[np.float64],
 ) -> tuple[RouteLeg, ...]:
     """What each leg takes, from the links of the whole; soc: float64 (n,) at each link's end."""
     way_m = np.concatenate(([0.0], np.cumsum(length_m)))
@@ -213,6 +214,7 @@ def _legs(
                 soc_end_frac=float(charge[end]),
                 first_link=begin if begin < end else None,
                 last_link=end - 1 if begin < end else None,
+                battery_j=float(battery_j[begin:end].sum()),
             )
         )
     return tuple(legs)

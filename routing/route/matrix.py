@@ -47,7 +47,7 @@ class NotDriven(StrEnum):
 class MatrixEntry:
     """One drive, with the figures of its route; not feasible: that of least energy, with what it lacks [J].
 
-    reason: why it can't be driven. Without any way all figures are 0.
+    reason: why it can't be driven. battery_j: that the battery gave, as of Route. Without any way all figures are 0.
     """
 
     energy_j: float = 0.0
@@ -57,6 +57,7 @@ class MatrixEntry:
     soc_min_frac: float = 0.0
     deficit_j: float = 0.0
     reason: NotDriven | None = None
+    battery_j: float = 0.0
 
 
 NO_PATH = MatrixEntry(reason=NotDriven.NO_PATH)
@@ -226,7 +227,7 @@ class PathDrives:
         """The entry of a path; one that falls below the reserve lacks charge."""
         query = self._query
         energy_j, time_s, distance_m = self._driven(path, query.stop_rule)
-        soc, _ = soc_along(energy_j, query.soc_frac, query.vehicle.usable_capacity_wh)
+        soc, braked_j = soc_along(energy_j, query.soc_frac, query.vehicle.usable_capacity_wh)
         soc_min = float(min(soc.min(), query.soc_frac))
         feasible = soc_min >= query.reserve_soc_frac - CHARGE_SLACK_FRAC
         missing = 0.0 if feasible else query.reserve_soc_frac - soc_min
@@ -238,6 +239,7 @@ class PathDrives:
             soc_min_frac=soc_min,
             deficit_j=missing * query.vehicle.usable_capacity_wh * JOULE_PER_WH,
             reason=None if feasible else NotDriven.CHARGE,
+            battery_j=float(energy_j.sum() + braked_j.sum()),
         )
 
     def is_best_within(self, path: FoundPath, limits: Limits) -> bool:

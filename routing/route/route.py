@@ -113,6 +113,7 @@ class RouteLeg:
     """A route from one of its places to the next, from_m to to_m along the route [m].
 
     first_link, last_link: positions in the route's links; None where the places are the same and nothing is driven.
+    battery_j: that the battery gave, as of Route.
     """
 
     from_m: float
@@ -122,6 +123,7 @@ class RouteLeg:
     soc_end_frac: float
     first_link: int | None
     last_link: int | None
+    battery_j: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -167,6 +169,11 @@ class Route:
     remedy: Remedy | None = None
     hot_links: tuple[HotStretch, ...] = ()
     uncertainty: EnergyDistribution | None = None
+
+    @property
+    def battery_j(self) -> float:
+        """Energy that the battery gave [J], what its charge has fallen by: with what it could not take back."""
+        return self.energy_j + self.braked_away_j
 
 
 @dataclass(frozen=True, slots=True)

@@ -55,9 +55,9 @@ def check_sides(page: MapPage, before: dict[str, Any], after: dict[str, Any]) ->
     """The comparison shows energy and charge on arrival of two answers, and how much more or less the second takes."""
     for kind, answer in (("before", before), ("after", after)):
         text = comparison(page).locator(f".from-to .{kind}").inner_text()
-        check_shown(text, "kWh", answer["energy_kwh"])
+        check_shown(text, "kWh", answer["battery_kwh"])
         check_shown(text, "%", 100.0 * answer["soc_end"])
-    change = after["energy_kwh"] / before["energy_kwh"] - 1.0
+    change = after["battery_kwh"] / before["battery_kwh"] - 1.0
     sentence = comparison(page).get_by_text("That is").inner_text()
     check_shown(sentence, "%", 100.0 * abs(change))
     assert ("more energy" if change > 0.0 else "less energy") in sentence

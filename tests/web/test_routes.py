@@ -50,7 +50,7 @@ def check_cards(page: MapPage, answer: Any) -> None:
     texts = shown_routes(page)
     for route in answer["routes"]:
         text = texts[route["name"]]
-        check_shown(text, "kWh", route["energy_kwh"])
+        check_shown(text, "kWh", route["battery_kwh"])
         check_shown(text, "% on arrival", 100 * route["soc_end"])
         check_shown(text, "km,", route["distance_m"] / 1000)
 
@@ -78,19 +78,19 @@ def test_routes_are_shown_as_the_service_answers_and_eco_takes_the_least(routes:
     energy_kwh = {name: shown_number(text, "kWh")[0] for name, text in texts.items()}
     assert energy_kwh["eco"] <= energy_kwh["balanced"] <= energy_kwh["fastest"]
     assert energy_kwh["eco"] < energy_kwh["fastest"]
-    check_shown(routes.page.locator("#announcer").inner_text(), "kWh", answer["routes"][0]["energy_kwh"])
+    check_shown(routes.page.locator("#announcer").inner_text(), "kWh", answer["routes"][0]["battery_kwh"])
 
 
 def test_chosen_route_is_looked_at_in_all_places(routes: MapPage, served: ServedMap):
     answer = {route["name"]: route for route in served.ask("/route", ASKED)["routes"]}
     parts = routes.page.get_by_role("table", name=re.compile("Energy by cause"))
-    check_shown(parts.locator("tfoot").inner_text(), "kWh", answer["eco"]["energy_kwh"])
+    check_shown(parts.locator("tfoot").inner_text(), "kWh", answer["eco"]["battery_kwh"])
     before = routes.picture()
     card(routes, "Eco").focus()
     routes.page.keyboard.press("ArrowDown")
     routes.page.keyboard.press("ArrowDown")
     expect(card(routes, "Fastest")).to_be_checked()
-    check_shown(parts.locator("tfoot").inner_text(), "kWh", answer["fastest"]["energy_kwh"])
+    check_shown(parts.locator("tfoot").inner_text(), "kWh", answer["fastest"]["battery_kwh"])
     assert routes.address_query()["route"] == "fastest"
     expect(routes.page.get_by_role("region", name="Along the route")).to_contain_text("Fastest")
     assert routes.changed_frac(before, 0.002) < 0.2
@@ -192,7 +192,7 @@ def test_via_point_makes_legs_that_add_up(visit: Visit, served: ServedMap):
     rows = page.page.get_by_role("table", name="From place to place").locator("tbody tr")
     expect(rows).to_have_count(2)
     for row, leg in zip(rows.all(), eco["legs"], strict=True):
-        check_shown(row.inner_text(), "kWh", leg["energy_kwh"])
+        check_shown(row.inner_text(), "kWh", leg["battery_kwh"])
         check_shown(row.inner_text(), "%", 100 * leg["soc_end"])
     assert sum(leg["energy_kwh"] for leg in eco["legs"]) == pytest.approx(eco["energy_kwh"], rel=1e-6)
 
@@ -205,7 +205,7 @@ def test_cold_takes_more_energy_and_uncertainty_widens_the_answer(routes: MapPag
     with routes.asking("/route") as cold:
         routes.page.get_by_label("Air temperature", exact=True).fill("-15")
     expect(card(routes, "Eco")).to_have_attribute(
-        "aria-label", re.compile(f"{cold.answer['routes'][0]['energy_kwh']:.1f} kWh")
+        "aria-label", re.compile(f"{cold.answer['routes'][0]['battery_kwh']:.1f} kWh")
     )
     check_cards(routes, cold.answer)
     assert shown_number(shown_routes(routes)["eco"], "kWh")[0] > 1.05 * warm_kwh

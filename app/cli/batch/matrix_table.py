@@ -13,7 +13,8 @@ if TYPE_CHECKING:
     from app.schemas.matrix import MatrixResponse
 
 FIGURES: Final = (
-    *("feasible", "energy_kwh", "duration_s", "distance_m", "soc_end", "soc_min", "deficit_kwh", "reason"),
+    *("feasible", "energy_kwh", "battery_kwh", "duration_s", "distance_m"),
+    *("soc_end", "soc_min", "deficit_kwh", "reason"),
 )
 
 

@@ -24,6 +24,7 @@ COLUMNS: Final[Mapping[str, str]] = {
     "route": "string",
     "feasible": "bool",
     "energy_kwh": "double",
+    "battery_kwh": "double",
     "duration_s": "double",
     "distance_m": "double",
     "soc_end": "double",

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 PLACES = [{"lat": 46.5, "lon": 8.003}, {"lat": 46.518, "lon": 8.02}, [8.01, 46.507]]
 MATRIX: dict[str, Any] = {"sources": PLACES, "soc": 0.5}
-FIGURES = ("energy_kwh", "duration_s", "distance_m", "soc_end", "soc_min")
+FIGURES = ("energy_kwh", "battery_kwh", "duration_s", "distance_m", "soc_end", "soc_min")
 FAR = {"lat": 46.505, "lon": 8.005}
 
 

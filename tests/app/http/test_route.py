@@ -48,6 +48,19 @@ def test_route_without_options_answers_one_eco_route_with_its_profile(client: Te
     assert answer["snapped"]["start"]["distance_m"] == pytest.approx(0.0, abs=0.1)
 
 
+@pytest.mark.parametrize("soc", [0.5, 1.0])
+def test_battery_energy_of_a_route_and_its_legs_is_the_change_of_charge(client: TestClient, soc: float) -> None:
+    hill_top = [8.01, 46.51]
+    (route,) = ask(client, start=hill_top, goal=GOAL, soc=soc, via=VIA, vehicle="hyundai-kona-64")["routes"]
+    assert route["battery_kwh"] == pytest.approx(64.0 * (soc - route["soc_end"]), abs=1e-9)
+    assert route["battery_kwh"] == pytest.approx(route["energy_kwh"] + route["braked_away_kwh"], rel=1e-9)
+    assert (route["braked_away_kwh"] > 0.0) == (soc == 1.0)
+    before = soc
+    for leg in route["legs"]:
+        assert leg["battery_kwh"] == pytest.approx(64.0 * (before - leg["soc_end"]), abs=1e-9)
+        before = leg["soc_end"]
+
+
 def test_route_with_both_point_forms_answers_the_same(client: TestClient) -> None:
     pairs = {"start": [START["lon"], START["lat"]], "goal": [GOAL["lon"], GOAL["lat"]]}
     named, paired = ask(client), ask(client, **pairs)

@@ -75,6 +75,8 @@ def test_simulate_of_a_descent_with_a_full_battery_reports_what_is_braked_away(c
     assert answer["energy_kwh"] < 0
     assert answer["soc_end"] == 1
     assert answer["braked_away_kwh"] == pytest.approx(-answer["energy_kwh"])
+    assert answer["battery_kwh"] == pytest.approx(0.0, abs=1e-9)
+    assert ask(client, {"chain": [{"length_m": 3000, "speed_limit_kmh": 50}]})["battery_kwh"] is None
 
 
 def test_simulate_beyond_the_charge_reports_it_below_zero(client: TestClient) -> None:

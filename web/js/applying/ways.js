@@ -39,7 +39,7 @@ function routeWay(app, answer, places, signal, what, known) {
     async ask(effects, conditions) {
       const body = { ...asked, alternatives: [journey.route], links: false, conditions, ...(effects && { effects }) };
       const { routes: [route], warnings } = await call("route", { body, signal });
-      return { energy_kwh: route.energy_kwh, parts: route.energy_parts_kwh, soc_end: route.soc_end, feasible: route.feasible, distance_m: route.distance_m, line: JSON.stringify(route.geometry), warnings };
+      return { energy_kwh: route.battery_kwh, parts: route.energy_parts_kwh, soc_end: route.soc_end, feasible: route.feasible, distance_m: route.distance_m, line: JSON.stringify(route.geometry), warnings };
     },
   };
 }
@@ -87,7 +87,7 @@ async function madeUpWay(app, answer, signal) {
     async ask(effects, conditions) {
       const body = { chain, soc: app.journey.get().soc, ...(vehicle && { vehicle }), conditions, ...(effects && { effects }) };
       const driven = await call("simulate", { body, signal });
-      return { energy_kwh: driven.energy_kwh, parts: driven.energy_parts_kwh, soc_end: driven.soc_end, feasible: driven.soc_min >= 0, distance_m: driven.distance_m, line: "", warnings: driven.warnings };
+      return { energy_kwh: driven.battery_kwh, parts: driven.energy_parts_kwh, soc_end: driven.soc_end, feasible: driven.soc_min >= 0, distance_m: driven.distance_m, line: "", warnings: driven.warnings };
     },
   };
 }

@@ -51,7 +51,7 @@ function factsOf(route, eco, twin, units) {
   const kept = uncertainty && percentText(uncertainty.probability_above_reserve);
   const compared = route !== eco && !twin;
   return [
-    { text: energyText(route.energy_kwh), look: "card-main card-energy" },
+    { text: energyText(route.battery_kwh), look: "card-main card-energy" },
     { text: durationText(route.duration_s), look: "card-main card-time" },
     { text: percentText(route.soc_end), look: `card-main card-charge${route.feasible ? "" : " missing"}`, spoken: `${percentText(route.soc_end)} on arrival` },
     consumption !== null && { text: units.consumptionText(consumption), look: "card-more card-energy" },
@@ -60,7 +60,7 @@ function factsOf(route, eco, twin, units) {
       ? { text: uncertainty ? span : "on arrival", look: "card-more card-charge", spoken: uncertainty && `${span} on arrival with 80 % probability` }
       : { text: "out of reach", look: "card-more card-charge missing" },
     twin && { text: `the same roads as ${NAMES[twin] ?? twin}`, look: "card-twin" },
-    compared && { text: signed(route.energy_kwh - eco.energy_kwh, energyText), look: "card-last card-energy", spoken: `${signed(route.energy_kwh - eco.energy_kwh, energyText)} against ${NAMES[eco.name] ?? eco.name}` },
+    compared && { text: signed(route.battery_kwh - eco.battery_kwh, energyText), look: "card-last card-energy", spoken: `${signed(route.battery_kwh - eco.battery_kwh, energyText)} against ${NAMES[eco.name] ?? eco.name}` },
     compared && { text: signed(route.duration_s - eco.duration_s, durationText), look: "card-last card-time" },
     uncertainty && { text: `${kept} sure`, look: "card-last card-charge", spoken: `${kept} probability of keeping the reserve` },
   ].filter((fact) => fact && fact.text);

@@ -14,7 +14,7 @@ export const twinsOf = (routes) => routes.map((route, i) => routes.slice(0, i).f
 export const chosenOf = (answer, name) => answer.routes.find((route) => route.name === name) ?? answer.routes[0];
 
 /** Consumption [kWh/100 km], null where nothing is driven. */
-export const consumptionOf = (route) => (route.distance_m > 0 ? (route.energy_kwh * 1e5) / route.distance_m : null);
+export const consumptionOf = (route) => (route.distance_m > 0 ? (route.battery_kwh * 1e5) / route.distance_m : null);
 
 /** A difference with its sign. */
 export function signed(value, text) {
@@ -33,7 +33,7 @@ export function answerText(answer, units) {
     .map((route, i) => {
       if (twins[i]) return `${NAMES[route.name]}: the same as ${NAMES[twins[i]]}.`;
       const arrival = route.feasible ? `arrives with ${percentText(route.soc_end)}` : "out of reach";
-      return `${NAMES[route.name]}: ${energyText(route.energy_kwh)}, ${durationText(route.duration_s)}, ${units.lengthText(route.distance_m)}, ${arrival}.`;
+      return `${NAMES[route.name]}: ${energyText(route.battery_kwh)}, ${durationText(route.duration_s)}, ${units.lengthText(route.distance_m)}, ${arrival}.`;
     })
     .join(" ");
 }

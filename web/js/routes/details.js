@@ -22,7 +22,7 @@ export function legsTable({ legs }, units) {
   return table(
     "From place to place",
     ["To", "Distance", "Time", "Energy", "Charge"],
-    legs.map((leg, i) => [names[i + 1], units.lengthText(leg.to_m - leg.from_m), durationText(leg.duration_s), energyText(leg.energy_kwh), percentText(leg.soc_end)]),
+    legs.map((leg, i) => [names[i + 1], units.lengthText(leg.to_m - leg.from_m), durationText(leg.duration_s), energyText(leg.battery_kwh), percentText(leg.soc_end)]),
   );
 }
 

@@ -28,6 +28,7 @@ export const CAUSES = {
   consumption_table: ["Driving on the flat", "all that the vehicle's consumption table has for level roads"],
 };
 
+const BRAKED_AWAY = { name: "Battery full", meaning: "counted as given back above, but a full battery could not take it" };
 const LEAST_KWH = 0.005; // shown as 0.00 kWh
 const MOST_ROWS = 8;
 
@@ -48,11 +49,12 @@ export function partsOfEnergy(parts) {
 /** Bars of all parts, with the total. */
 export function partsTable(route) {
   const rows = partsOfEnergy(route.energy_parts_kwh);
+  if (route.braked_away_kwh >= LEAST_KWH) rows.push({ ...BRAKED_AWAY, kwh: route.braked_away_kwh });
   const most = Math.max(...rows.map(({ kwh }) => kwh), 0);
   const least = Math.min(...rows.map(({ kwh }) => kwh), 0);
   const span = most - least || 1;
   const place = (kwh) => ({ left: `${(100 * (Math.min(kwh, 0) - least)) / span}%`, width: `${(100 * Math.abs(kwh)) / span}%` });
-  const total = route.energy_kwh;
+  const total = route.battery_kwh;
   return el(
     "table",
     { class: "parts", "aria-label": "Energy by cause; negative parts give energy back" },
