@@ -1,6 +1,6 @@
 # Every target does its own set-up: it finds Python >= 3.11, makes .venv and installs the locked dependencies.
 # Variables: PYTHON (interpreter to use), HOST and PORT (serve), ARGS (serve, bench, prove), PYTEST_ARGS and PROCESSES
-# (test), RECORDINGS (prove: folder of real drives).
+# (test), SECONDS_OF_FUZZ and SEED (fuzz), RECORDINGS (prove: folder of real drives).
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
@@ -16,12 +16,14 @@ PORT ?= 8000
 ARGS ?=
 PYTEST_ARGS ?=
 PROCESSES ?= 2
+SECONDS_OF_FUZZ ?= 300
+SEED ?= 0
 RECORDINGS ?= $(wildcard ../shared/data/recordings/bmw-i3)
 BROWSERS := chromium chromium-browser google-chrome
 BROWSER_PACKAGES := chromium fonts-dejavu-core
 CANDIDATES = $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python)
 
-.PHONY: help serve test test-jit test-nojit browser lint check format bench prove lock clean
+.PHONY: help serve test test-jit test-nojit browser fuzz lint check format bench prove lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
@@ -38,6 +40,9 @@ test-jit: $(VENV)/.dev browser
 # Takes about 20 s, of which most is collecting, which every process would do for itself.
 test-nojit: $(VENV)/.dev
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -m nojit $(PYTEST_ARGS)
+
+fuzz: $(VENV)/.dev ## Give damaged files to every reader for SECONDS_OF_FUZZ, from SEED on
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.fuzz $(SECONDS_OF_FUZZ) $(SEED)
 
 browser: ## Install Debian's Chromium for the tests of the web map, where it is missing and root asks
 	@if [ -n "$${JOULEPATH_CHROMIUM:-}" ] || command -v $(BROWSERS) >/dev/null; then exit 0; fi; \
