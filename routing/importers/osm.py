@@ -11,7 +11,7 @@ from shapely import Polygon
 
 from routing.errors import ImportFailedError
 from routing.graph.earth import E7
-from routing.importers.osm_files import deleted_objects, open_osm
+from routing.importers.osm_files import check_strings, deleted_objects, open_osm
 from routing.importers.roads import Restriction, Roads, WayBan, Ways
 from routing.importers.speeds import country_code, limits_from_tags, most_named
 from routing.importers.tags import (
@@ -61,6 +61,7 @@ def read_osm(path: Path, progress: Callable[[float], None] | None = None) -> Roa
     if size_bytes == 0:
         raise ImportFailedError("map", path, "the file is empty (0 bytes)")
     file = open_osm(path)
+    check_strings(path)
     reader = _Reader(deleted_objects(path))
     try:
         processor = osmium.FileProcessor(file)

@@ -1,10 +1,11 @@
-"""OpenStreetMap files by their content, and the objects in them that editors marked as deleted."""
+"""OpenStreetMap files by their content: their form, deleted objects, texts that osmium can't take."""
 
 from __future__ import annotations
 
 import bz2
 import gzip
 import re
+import struct
 import zlib
 from typing import IO, TYPE_CHECKING, Final
 from xml.parsers import expat
@@ -22,6 +23,9 @@ _KINDS: Final = {"node": "n", "way": "w", "relation": "r"}
 _MARK: Final = re.compile(rb"\b(?:action\s*=\s*[\"']delete|visible\s*=\s*[\"']false)[\"']")
 _LONGEST_MARK: Final = 64  # bytes that two chunks share, so that a mark between them is seen
 _CHUNK: Final = 1 << 20
+_MOST_HEADER_BYTES: Final = 64 * 1024  # limits of PBF
+_MOST_BLOB_BYTES: Final = 32 * 1024 * 1024
+_VARINT, _FIXED_64, _BYTES, _FIXED_32 = 0, 1, 2, 5  # kinds of fields in PBF
 
 
 def open_osm(path: Path) -> osmium.io.File:
@@ -97,3 +101,94 @@ def _form(path: Path) -> str | None:
     if text.startswith((b"{", b"[")):
         return "json"
     return "xml" if text.startswith(b"<") else None
+
+
+def check_strings(path: Path) -> None:
+    """Raise ImportFailedError where a string holds a byte of zero, O(file).
+
+    osmium takes a tag as two texts that each end with a zero, and reads beyond its memory where one has a zero within.
+    What is damaged in another way is left to osmium, which says so.
+    """
+    if _form(path) != "pbf":
+        return
+    with path.open("rb") as file:
+        try:
+            while (blob := _next_blob(file)) is not None:
+                try:
+                    _check_table(path, _unpacked_block(blob))
+                except (zlib.error, IndexError, ValueError):
+                    continue
+        except (IndexError, ValueError):
+            return
+
+
+def _next_blob(file: IO[bytes]) -> bytes | None:
+    """The next block of data as it is packed, b"" for one that is no data, None at the end."""
+    length = file.read(4)
+    if len(length) < 4:
+        return None
+    header_bytes = struct.unpack(">I", length)[0]
+    if header_bytes > _MOST_HEADER_BYTES:
+        raise ValueError("no header of a block")
+    header = _fields(file.read(header_bytes))
+    size = next((value for number, value in header if number == 3 and isinstance(value, int)), 0)
+    if size > _MOST_BLOB_BYTES:
+        raise ValueError("no block")
+    blob = file.read(size)
+    return blob if (1, b"OSMData") in header else b""
+
+
+def _unpacked_block(blob: bytes) -> bytes:
+    """A block of data; b"" where it is packed in another way than by zlib, or not at all."""
+    for number, value in _fields(blob):
+        if isinstance(value, bytes) and number == 1:
+            return value
+        if isinstance(value, bytes) and number == 3:
+            return zlib.decompressobj().decompress(value, _MOST_BLOB_BYTES)
+    return b""
+
+
+def _check_table(path: Path, block: bytes) -> None:
+    table = next((value for number, value in _fields(block, first=1) if number == 1), b"")
+    if not isinstance(table, bytes) or table.count(0) == table[:2].count(0):  # the first is empty
+        return
+    for _, text in _fields(table):
+        if isinstance(text, bytes) and 0 in text:
+            shown = text[:40].decode("utf-8", "replace").replace("\0", "\\0")
+            raise ImportFailedError("map", path, f"damaged: the text {shown!r} holds a byte of zero, allowed: none")
+
+
+def _fields(message: bytes, first: int | None = None) -> list[tuple[int, int | bytes]]:
+    """Numbers and values of a protobuf message's fields, up to the first of number `first` where it is named."""
+    found: list[tuple[int, int | bytes]] = []
+    at = 0
+    while at < len(message):
+        key, at = _varint(message, at)
+        number, kind = key >> 3, key & 7
+        value: int | bytes
+        if kind == _VARINT:
+            value, at = _varint(message, at)
+        elif kind in (_FIXED_64, _FIXED_32):
+            width = 8 if kind == _FIXED_64 else 4
+            value, at = message[at : at + width], at + width
+        elif kind == _BYTES:
+            size, at = _varint(message, at)
+            value, at = message[at : at + size], at + size
+        else:
+            raise ValueError("no field")
+        found.append((number, value))
+        if number == first:
+            break
+    return found
+
+
+def _varint(message: bytes, at: int) -> tuple[int, int]:
+    value = shift = 0
+    while True:
+        byte = message[at]
+        value |= (byte & 0x7F) << shift
+        at, shift = at + 1, shift + 7
+        if byte < 0x80:
+            return value, at
+        if shift > 63:
+            raise ValueError("no number")

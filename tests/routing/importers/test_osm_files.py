@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import bz2
 import gzip
+import struct
+import zlib
 from itertools import permutations
 from pathlib import Path
 
@@ -168,6 +170,33 @@ def test_a_file_of_another_kind_is_refused_by_its_content(tmp_path: Path, conten
     path.write_bytes(content)
     with pytest.raises(ImportFailedError, match=message):
         import_region(path, [], "map")
+
+
+@pytest.mark.parametrize("packing", ["none", "zlib"])
+def test_a_text_with_a_byte_of_zero_in_it_is_refused(tmp_path: Path, packing: str) -> None:
+    path = tmp_path / "map.osm.pbf"
+    with osmium.SimpleWriter(osmium.io.File(str(path), f"pbf,pbf_compression={packing}")) as writer:
+        for ref, (lat, lon) in PLACES.items():
+            writer.add_node(osmium.osm.mutable.Node(id=ref, location=(lon, lat)))
+        writer.add_way(osmium.osm.mutable.Way(id=10, nodes=[1, 2], tags={"highway": "primary", "max speed": "50"}))
+    content = path.read_bytes()
+    if packing == "none":
+        path.write_bytes(content.replace(b"max speed", b"max\0speed"))
+    else:
+        begin = content.rindex(b"OSMData")
+        packed = content.index(b"\x78", begin)
+        block = zlib.decompress(content[packed:]).replace(b"max speed", b"max\0speed")
+        blob = b"\x10" + _varint(len(block)) + b"\x1a"
+        again = zlib.compress(block)
+        blob += _varint(len(again)) + again
+        header = b"\x0a\x07OSMData\x18" + _varint(len(blob))
+        path.write_bytes(content[: begin - 6] + struct.pack(">I", len(header)) + header + blob)
+    with pytest.raises(ImportFailedError, match=r"'max\\\\0speed' holds a byte of zero"):
+        import_region(path, [], "map")
+
+
+def _varint(number: int) -> bytes:
+    return bytes([number]) if number < 128 else bytes([number & 0x7F | 0x80]) + _varint(number >> 7)
 
 
 def test_a_file_with_the_history_of_objects_is_refused(tmp_path: Path) -> None:
