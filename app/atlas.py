@@ -6,7 +6,7 @@ from threading import Lock
 from typing import TYPE_CHECKING
 
 from routing.errors import GraphNotFoundError
-from routing.graph.files import load_graph
+from routing.graph.files import load_graph, load_meta
 from routing.planner import Planner
 
 if TYPE_CHECKING:
@@ -24,6 +24,7 @@ class Atlas:
         self._snap_limit_m = snap_limit_m
         self._label_limit = label_limit
         self._planners: dict[str, Planner] = {}
+        self._bbox: dict[str, tuple[float, float, float, float]] = {}
         self._lock = Lock()
 
     @property
@@ -36,6 +37,13 @@ class Atlas:
         if name not in self._folders:
             raise GraphNotFoundError(name, self.names)
         return self._folders[name]
+
+    def bbox(self, name: str) -> tuple[float, float, float, float]:
+        """West, south, east, north of one graph [deg], which need not be loaded for it; raises GraphNotFoundError."""
+        folder = self.folder(name)
+        if name not in self._bbox:
+            self._bbox[name] = load_meta(folder).bbox
+        return self._bbox[name]
 
     def planner(self, name: str) -> Planner:
         """The planner of one graph; raises GraphNotFoundError, or GraphFormatError while loading it."""

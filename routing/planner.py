@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from energy.chain.chain import LinkModel, StopRule, simulate_chain
 from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
-from routing.errors import QueryError
+from routing.errors import PointFarFromRoadError, PointOutsideMapError, QueryError
 from routing.graph.practice import practice_graph
 from routing.graph.rim import RimFinder
 from routing.graph.snap import RoadIndex
@@ -73,6 +73,15 @@ class Planner:
         warm_up_labels(space, middle)
         self.simulate((LinkSpan(0, 0.0, float(self.graph.length_m[0])),), vehicle)
         self._roads.snap("warm-up", Point((south + north) / 2.0, (west + east) / 2.0), math.inf)
+
+    def holds(self, places: Sequence[Point]) -> bool:
+        """Whether each of the places is as near to a road as queries need."""
+        try:
+            for place in places:
+                self._roads.snap("place", place, self._snap_limit_m)
+        except (PointOutsideMapError, PointFarFromRoadError):
+            return False
+        return True
 
     def route(self, query: RouteQuery) -> RouteAnswer:
         """One route for each weighting of the query, from rest at the start over its via points to rest at the goal.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Final
 
 from pydantic import Field
 
@@ -11,6 +11,8 @@ from app.schemas.conditions import ConditionsSent
 from app.schemas.learned_effects import EffectsChoice
 from app.schemas.vehicles.vehicle import VehicleChoice
 from energy.chain.chain import LinkModel, StopRule
+
+GRAPH_MEANS: Final = "without it, the smallest that holds all places; the default one where none does"
 
 
 class DriveRequest(Sent):
@@ -22,7 +24,7 @@ class DriveRequest(Sent):
     order: ClassVar[tuple[str, ...]] = ("vehicle", "graph", "link_model", "conditions", "effects")
 
     vehicle: VehicleChoice | None = Field(default=None, description="without it, the default vehicle")
-    graph: str | None = Field(default=None, max_length=200, description="without it, the default graph")
+    graph: str | None = Field(default=None, max_length=200, description=GRAPH_MEANS)
     link_model: LinkModel = Field(
         default=LinkModel.INTEGRATED, description="exact integral, or the equations as printed"
     )

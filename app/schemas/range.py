@@ -9,7 +9,7 @@ from pydantic_core import PydanticCustomError
 
 from app.schemas.base import Answered, Count, Flag, Fraction, refusal
 from app.schemas.conditions import condition_field
-from app.schemas.drive import SearchRequest
+from app.schemas.drive import GRAPH_MEANS, SearchRequest
 from app.schemas.graph import TerrainNote
 from app.schemas.learned_effects import MAX_EFFECTS_ID_CHARS
 from app.schemas.place import MultiLineStringGeometry, MultiPolygonGeometry, Place, PlaceFeature
@@ -153,7 +153,7 @@ class RangeParameters(ConditionsParameters):
     vehicle: str | None = Field(
         default=None, max_length=200, description="id of a vehicle; without it, the default one"
     )
-    graph: str | None = Field(default=None, max_length=200, description="name of a graph; without it, the default one")
+    graph: str | None = Field(default=None, max_length=200, description=f"name of a graph; {GRAPH_MEANS}")
     reserve_soc: float = Field(default=0.0, ge=0, le=1, description="charge that must be left, at most soc")
     bands: str = Field(
         default="1",

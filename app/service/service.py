@@ -26,6 +26,7 @@ from app.schemas.simulation import SimulateRequest, SimulateResponse
 from app.schemas.vehicles.check import VehicleChecks
 from app.service.driving import drive, profiles, warm_up
 from app.service.fleet import Fleet
+from app.service.graph_choice import graph_for
 from app.service.learned import LearnedEffectsShelf, warnings_of, warnings_of_way
 from app.service.matrices import MatrixWork, check_places
 from app.store.database import Database
@@ -227,7 +228,9 @@ class Service:
     def _understood(self, sent: Asked) -> tuple[Planner, ChosenVehicle, Asked]:
         """Planner and vehicle of a request, and the request with its defaults filled in."""
         chosen = self._vehicle_with_effects(sent)
-        graph = sent.graph if sent.graph is not None else self.settings.default_graph
+        graph = sent.graph
+        if graph is None:
+            graph = graph_for(sent, self.atlas, self.settings.default_graph, self.settings.snap_limit_m)
         understood = sent.model_copy(update={"vehicle": chosen.choice, "graph": graph})
         return self.atlas.planner(graph), chosen, understood
 

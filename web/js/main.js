@@ -5,7 +5,7 @@ import { ApiError, call } from "./api.js";
 import { attachChrome } from "./chrome.js";
 import { byId, el, fill } from "./dom.js";
 import { conditionsPanel } from "./journey/conditions.js";
-import { journeyOf } from "./journey/journey.js";
+import { journeyOf, setDefaultGraph } from "./journey/journey.js";
 import { placesPanel } from "./journey/places.js";
 import { vehiclePanel } from "./journey/vehicle.js";
 import { MapView } from "./map/view.js";
@@ -74,7 +74,9 @@ async function start() {
     (vehicles) => app.session.set({ vehicles }),
     (error) => app.session.set({ vehicles: { vehicles: [], default: null, error: error.message } }),
   );
-  app.session.set({ graphs: await asked[1] });
+  const graphs = await asked[1];
+  setDefaultGraph(graphs.default);
+  app.session.set({ graphs });
   await showGraph(app);
 }
 

@@ -125,6 +125,8 @@ def _searched(
 
     service = service_for(graph)
     order = order_of(service)
+    if graph is not None:
+        body = {"graph": service.settings.default_graph} | body
     sent = MatrixRequest.model_validate(body)
     refuse_uncertain(service, sent.effects, apply_uncertain)
     request = sent.model_dump_json()
@@ -199,7 +201,10 @@ def _answers(
     count = sum(1 for _ in request_rows(requests))
     if count == 0:
         raise CommandError(f"{requests} has no requests, allowed: at least one row")
-    order = order_of(service_for(graph))
+    service = service_for(graph)
+    order = order_of(service)
+    if graph is not None:
+        defaults = defaults | {"graph": service.settings.default_graph}
     rows = _chunks(request_rows(requests))
     done = 0
     with stage_bars() as bars, workers(scheduler, threads or os.cpu_count() or 1) as spread:

@@ -118,10 +118,18 @@ function conditionsOf(text) {
   return conditions;
 }
 
+let defaultGraph = null;
+
+/** Have requests name this graph, which is shown, where the journey has none: the service would choose by the places. */
+export function setDefaultGraph(name) {
+  defaultGraph = name;
+}
+
 /** What route and range requests share. */
 function shared(journey) {
   const asked = { soc: journey.soc, reserve_soc: Math.min(journey.reserve, journey.soc) };
-  if (journey.graph) asked.graph = journey.graph;
+  const graph = journey.graph ?? defaultGraph;
+  if (graph) asked.graph = graph;
   if (journey.vehicle) asked.vehicle = journey.vehicle;
   if (Object.keys(journey.conditions).length) asked.conditions = journey.conditions;
   if (journey.effects) asked.effects = journey.effects;
