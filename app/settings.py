@@ -51,7 +51,9 @@ class Settings(BaseSettings):
     database_url: str = Field(
         default_factory=default_database_url, repr=False, description=f"database of stored vehicles: {DATABASE_FORMS}"
     )
-    default_graph: str = Field(default="highlands", description="graph of requests that name none and whose places none holds")
+    default_graph: str = Field(
+        default="highlands", description="graph of requests that name none and whose places none holds"
+    )
     default_vehicle: str = Field(default="hyundai-kona-64", description="vehicle of range requests and inline defaults")
     snap_limit_m: float = Field(
         default=1000.0, gt=0, le=50_000, description="farthest road that a point is moved to [m]"

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 PLACE = {"lat": 43.872, "lon": -36.433}
 QUERY = "?tab=range&start=43.872,-36.433&soc=30"
-ASKED = {"origin": PLACE, "soc": 0.3, "reserve_soc": 0.1, "bands": [0.1, 0.15, 0.2, 0.25]}
+ASKED = {"origin": PLACE, "soc": 0.3, "reserve_soc": 0.1, "graph": "highlands", "bands": [0.1, 0.15, 0.2, 0.25]}
 
 
 def bands_of(answer: Any) -> list[dict[str, Any]]:

@@ -29,6 +29,7 @@ ASKED = {
     "goal": SENT[1],
     "soc": 0.6,
     "reserve_soc": 0.1,
+    "graph": "highlands",
     "alternatives": ["eco", "balanced", "fastest"],
 }
 GPX = {"gpx": "http://www.topografix.com/GPX/1/1"}
