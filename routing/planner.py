@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from energy.chain.chain import LinkModel, StopRule, simulate_chain
@@ -11,7 +12,7 @@ from energy.stops import StopSettings
 from routing.errors import PointFarFromRoadError, PointOutsideMapError, QueryError
 from routing.graph.practice import practice_graph
 from routing.graph.rim import RimFinder
-from routing.graph.snap import RoadIndex
+from routing.graph.snap import RoadIndex, moved_warnings
 from routing.links.spans import ChainMaker
 from routing.pareto.all_ways import warm_up_labels
 from routing.pareto.front import ParetoSearch, names_of
@@ -119,7 +120,7 @@ class Planner:
         for route in routes:
             if not route.feasible and route.weights != ECO and query.stop_rule is not StopRule.COUNTED:
                 warnings += (f"no route reaches the goal on this charge: {route.name!r} shows the least-energy way",)
-        warnings += self._beyond_map(points, routes)
+        warnings += self._beyond_map(points, routes) + _moved(points)
         return RouteAnswer(tuple(routes), points[0], points[-1], tuple(stats), warnings, tuple(points[1:-1]))
 
     def _beyond_map(self, points: Sequence[SnappedPoint], routes: Sequence[Route]) -> tuple[str, ...]:
@@ -164,7 +165,7 @@ class Planner:
                 f"the Pareto set is proven within {front.claim.epsilon_frac:.3g} only, not {settings.epsilon_frac:g}: "
                 f"{len(routes)} of {front.claim.found} routes found are answered",
             )
-        warnings += self._beyond_map(points, routes)
+        warnings += self._beyond_map(points, routes) + _moved(points)
         return RouteAnswer(routes, points[0], points[-1], front.stats, warnings, tuple(points[1:-1]), front.claim)
 
     def range(self, query: RangeQuery) -> RangeAnswer:
@@ -175,7 +176,8 @@ class Planner:
         """
         self._ranges.check(query)
         origin, starts = self._roads.snap("origin", query.origin, self._snap_limit_m)
-        return self._ranges.answer(query, origin, starts)
+        answer = self._ranges.answer(query, origin, starts)
+        return replace(answer, warnings=answer.warnings + moved_warnings(("origin",), (origin,)))
 
     def simulate(
         self,
@@ -208,6 +210,11 @@ class Planner:
     ) -> Chain:
         """The chain of links that stretches of links make; raises LinkError as simulate does."""
         return self._chains.chain(spans, settings, conditions)
+
+
+def _moved(points: Sequence[SnappedPoint]) -> tuple[str, ...]:
+    """Warnings of the places of a route: start, via points, goal."""
+    return moved_warnings(("start", *(f"via[{k}]" for k in range(len(points) - 2)), "goal"), points)
 
 
 def _search_stats(way: Way) -> SearchStats:

@@ -15,6 +15,8 @@ from routing.graph.nearest import RoadTree
 from routing.places import LinkPosition, Point, SnappedPoint
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from routing.graph.kernels_nearest import Boxes
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
 
 END_MARGIN_M: Final = 0.01  # a snapped place keeps this far from a link's ends, so that it is on one link only
 
+NEAR_M: Final = 100.0  # to a road, within which a place is moved there without a word; assumed
 NAMED_M: Final = 50_000.0  # a refused place so far from the map at most is told its nearest road; assumed
 FLAT_M: Final = 200_000.0  # within which the plane that touches the earth at a place does for distances from it
 
@@ -90,6 +93,16 @@ class RoadIndex:
         foot = line.interpolate(share, normalized=True)
         place = Point(point.lat_deg + foot.y / float(scale[1]), point.lon_deg + foot.x / float(scale[0]))
         return share * float(self._graph.length_m[link_idx]), float(np.hypot(foot.x, foot.y)), place
+
+
+def moved_warnings(fields: Sequence[str], points: Sequence[SnappedPoint]) -> tuple[str, ...]:
+    """What is to be said of places that are far off the road that they were moved to, by their fields."""
+    return tuple(
+        f"{field} is {point.distance_m:.0f} m from the nearest road{f' {point.road_name!r}' if point.road_name else ''}"
+        " and was moved there"
+        for field, point in zip(fields, points, strict=True)
+        if point.distance_m > NEAR_M
+    )
 
 
 def part_of_line(lonlat: NDArray[np.float64], from_frac: float, to_frac: float) -> NDArray[np.float64]:

@@ -12,7 +12,7 @@ import pytest
 from routing.errors import PointFarFromRoadError, PointOutsideMapError
 from routing.graph.earth import EARTH_RADIUS_M, great_circle_m
 from routing.graph.road_graph import GraphMeta, LooseLinks, LooseNodes, RoadGraph, Terrain, assemble_graph
-from routing.graph.snap import END_MARGIN_M, RoadIndex, part_of_line
+from routing.graph.snap import END_MARGIN_M, RoadIndex, moved_warnings, part_of_line
 from routing.places import Point
 
 pytestmark = pytest.mark.nojit
@@ -179,6 +179,13 @@ def test_swapped_latitude_and_longitude_are_asked_about(roads, lat, lon, hint):
         roads.snap("goal", Point(lat, lon), 1000.0)
     assert refusal.value.swapped is hint
     assert str(refusal.value).endswith(f"; did you mean lat {lon:g}, lon {lat:g}?") is hint
+
+
+def test_place_far_off_its_road_is_told_with_the_road(roads):
+    points = [roads.snap("start", place(2000.0, north_m), 1000.0)[0] for north_m in (510.0, 700.0)]
+    assert moved_warnings(("start", "goal"), points) == (
+        "goal is 200 m from the nearest road 'South Side' and was moved there",
+    )
 
 
 def test_corners_of_the_map_are_inside_it(graph, roads):
