@@ -30,7 +30,7 @@ def main(seconds: float, first_seed: int) -> int:
             if ending.kind == "failed":
                 where = "\n".join(ending.text.strip().splitlines()[-3:])
                 shown[where] += 1
-                if shown[where] == 1:
+                if shown[where] == 1 or "Traceback" not in ending.text:  # a death doesn't say where it came from
                     KEPT.mkdir(exist_ok=True)
                     (KEPT / f"{seed}-{name}").write_bytes(changed)
                     print(f"{name}, seed {seed}:\n{ending.text}", flush=True)
