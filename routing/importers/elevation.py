@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import lzma
 import re
 import zipfile
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
 OUTSIDE_ALLOWED_FRAC: Final = 0.05  # of the points: extracts keep whole ways, which reach past their rim (assumed)
 _HGT_NAME = re.compile(r"([NS])(\d{2})([EW])(\d{3})", re.IGNORECASE)
 _HGT_VOID: Final = -32768
+_LONGEST_HGT: Final = 2 * 3601**2  # bytes
 _MAX_CELLS: Final = 600_000_000
 UNDECLARED: Final = "elevation_cells_void_undeclared"  # a key of GraphMeta.dropped
 FINER_FRAC: Final = 0.9  # where tiles overlap, one whose cells are smaller than this part of the other's is taken
@@ -177,11 +180,14 @@ def read_tile(path: Path) -> Tile:
                 members = [m for m in archive.namelist() if m.lower().endswith(".hgt")]
                 if len(members) != 1:
                     raise ImportFailedError("dem", path, f"holds {len(members)} .hgt files, allowed: 1")
-                return _hgt_tile(path, members[0], archive.read(members[0]))
-        except (zipfile.BadZipFile, OSError) as error:
+                with archive.open(members[0]) as member:
+                    data = member.read(_LONGEST_HGT + 1)  # whatever size it claims
+                return _hgt_tile(path, members[0], data)
+        except (zipfile.BadZipFile, OSError, EOFError, RuntimeError, ValueError, zlib.error, lzma.LZMAError) as error:
             raise ImportFailedError("dem", path, f"not a readable zip archive ({error})") from error
     if name.endswith(".hgt"):
-        return _hgt_tile(path, path.name, path.read_bytes())
+        with path.open("rb") as file:
+            return _hgt_tile(path, path.name, file.read(_LONGEST_HGT + 1))
     return _geotiff_tile(path)
 
 
@@ -192,8 +198,9 @@ def _hgt_tile(path: Path, name: str, data: bytes) -> Tile:
         raise ImportFailedError("dem", path, f"the name {name} gives no corner, allowed: such as N42E001.hgt")
     size = next((s for s in (1201, 3601) if len(data) == 2 * s * s), None)
     if size is None:
+        found = f"{len(data)} bytes" if len(data) <= _LONGEST_HGT else f"more than {_LONGEST_HGT} bytes"
         raise ImportFailedError(
-            "dem", path, f"{len(data)} bytes, allowed: {2 * 1201**2} (1201 x 1201) or {2 * 3601**2} (3601 x 3601)"
+            "dem", path, f"{found}, allowed: {2 * 1201**2} (1201 x 1201) or {2 * 3601**2} (3601 x 3601)"
         )
     south = float(corner[2]) * (1.0 if corner[1].upper() == "N" else -1.0)
     west = float(corner[4]) * (1.0 if corner[3].upper() == "E" else -1.0)

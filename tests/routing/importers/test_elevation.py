@@ -93,6 +93,36 @@ def test_hgt_in_the_south_west_counts_down(tmp_path: Path) -> None:
     assert read_tile(path).bounds == (-52.0, -31.0, -51.0, -30.0)
 
 
+@pytest.mark.parametrize(
+    ("offset", "changed"),
+    [
+        (6, b"\x01\x00"),  # flags: encrypted
+        (8, b"\x63\x00"),  # a method of packing that no one knows
+        (40, b"\xff\xff\xff\xff"),  # the packed bytes themselves
+    ],
+)
+def test_a_damaged_zip_is_refused(tmp_path: Path, offset: int, changed: bytes) -> None:
+    packed = tmp_path / "N42E001.hgt.zip"
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("N42E001.hgt", bytes(2 * 1201**2))
+    content = bytearray(packed.read_bytes())
+    content[offset : offset + len(changed)] = changed
+    directory = content.index(b"PK\x01\x02")
+    if offset < 40:  # the directory at the end says it too, two bytes further on
+        content[directory + offset + 2 : directory + offset + 4] = changed
+    packed.write_bytes(content)
+    with pytest.raises(ImportFailedError, match="not a readable zip"):
+        read_tile(packed)
+
+
+def test_a_zip_that_unpacks_to_more_than_a_tile_is_refused(tmp_path: Path) -> None:
+    packed = tmp_path / "N42E001.hgt.zip"
+    with zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as archive:
+        archive.writestr("N42E001.hgt", bytes(30_000_000))
+    with pytest.raises(ImportFailedError, match="more than 25934402 bytes, allowed: 2884802"):
+        read_tile(packed)
+
+
 def test_hgt_in_a_zip_equals_the_plain_file(tmp_path: Path) -> None:
     plain = write_hgt(tmp_path / "N42E001.hgt", np.mgrid[0:1201, 0:1201][1])
     packed = tmp_path / "N42E001.hgt.zip"
