@@ -189,6 +189,8 @@ def _rebuilt(graph: NetworkxGraph) -> RoadGraph:
 
 
 def _line(geometry: Any) -> NDArray[np.float64]:
+    if isinstance(geometry, str) and not geometry.lstrip().upper().startswith("LINESTRING"):
+        raise ValueError(f"geometry {geometry[:60]!r} is no LINESTRING")  # GEOS dies of collections within collections
     line = shapely.from_wkt(geometry) if isinstance(geometry, str) else geometry
     return np.asarray(shapely.get_coordinates(line), np.float64)
 

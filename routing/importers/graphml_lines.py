@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -23,6 +24,7 @@ FAR_FROM_NODE_M: Final = 50.0  # ends of lines lie at their nodes but for roundi
 _DEGREES: Final = ("", "epsg:4326", "4326", "wgs84", "wgs 84", "ogc:crs84", "crs84")
 _SWAPPED_LENGTH: Final = 0.007  # median difference of stated from drawn lengths: a sphere is within 0.6 % (assumed)
 _WRONG_LENGTH: Final = 0.02
+_LINE: Final = re.compile(r"\s*(?:LINESTRING|LINEARRING)\b", re.IGNORECASE)
 
 
 def projection_of(crs: str) -> CRS | None:
@@ -158,6 +160,8 @@ def _coordinates(geometry: Any, name: str) -> NDArray[np.float64]:
     allowed = "allowed: a WKT LINESTRING"
     if geometry is None:
         return np.empty((0, 2))
+    if isinstance(geometry, str) and not _LINE.match(geometry):  # GEOS dies of collections within collections
+        raise ImportFailedError(f"geometry of edge {name}", geometry[:60], allowed)
     try:
         with np.errstate(invalid="ignore"):
             line = shapely.from_wkt(geometry) if isinstance(geometry, str) else geometry

@@ -244,6 +244,7 @@ def test_a_place_beyond_its_projection_is_named(tmp_path: Path) -> None:
         ("LINESTRING (1.5 42, 1.505 41", r"geometry of edge 1 -> 2 .*WKT LINESTRING"),
         ("POINT (1.5 42)", r"geometry of edge 1 -> 2 .*WKT LINESTRING"),
         ("MULTILINESTRING ((1.5 42, 1.51 42))", r"geometry of edge 1 -> 2 .*WKT LINESTRING"),
+        ("GEOMETRYCOLLECTION (" * 50_000, r"geometry of edge 1 -> 2 .*WKT LINESTRING"),
         ("LINESTRING (1.5 42, nan nan, 1.51 42)", r"geometry of edge 1 -> 2 .*LINESTRING"),
     ],
 )
