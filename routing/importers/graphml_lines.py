@@ -36,7 +36,7 @@ def projection_of(crs: str) -> CRS | None:
     if text.startswith("{"):
         try:
             text = str(ast.literal_eval(text)["init"])
-        except (ValueError, SyntaxError, KeyError, TypeError):
+        except (ValueError, SyntaxError, KeyError, TypeError, RecursionError, MemoryError):
             text = crs  # PROJJSON, which is read as such
     if text.lower().startswith("+init="):
         text = text[len("+init=") :]
@@ -44,8 +44,10 @@ def projection_of(crs: str) -> CRS | None:
         return None
     try:
         found = CRS.from_user_input(text)
-    except (RasterioError, ValueError) as error:
-        raise ImportFailedError("crs", crs, "allowed: epsg:4326, or what PROJ knows, such as epsg:32631") from error
+    except (RasterioError, ValueError, RecursionError) as error:
+        raise ImportFailedError(
+            "crs", crs[:200], "allowed: epsg:4326, or what PROJ knows, such as epsg:32631"
+        ) from error
     if not (found.is_geographic or found.is_projected):
         raise ImportFailedError("crs", crs, "is no system on the Earth, allowed: such as epsg:4326 or epsg:32631")
     return None if found.is_geographic and found.to_epsg() == 4326 else found

@@ -146,6 +146,8 @@ def test_graphml_edges_that_cars_may_not_drive_are_dropped(tmp_path: Path) -> No
         ({**NODES, 1: {"x": "429000", "y": "42.0"}}, "epsg:4326", r"x 429000\.0: .* in metres needs its crs"),
         ({**NODES, 1: {"x": "1.5", "y": "nan"}}, "epsg:4326", "node 1 y nan"),
         (NODES, "epsg:32631", "looks like degrees, but the graph's crs is EPSG:32631"),
+        (NODES, "{'a':" * 5000, "crs {'a':.*: allowed: epsg:4326"),
+        (NODES, '{"a":' * 50_000, 'crs {"a":.*: allowed: epsg:4326'),
         (NODES, "a plane drawing", "crs a plane drawing: allowed: epsg:4326"),
     ],
 )
