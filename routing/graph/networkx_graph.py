@@ -127,7 +127,7 @@ def from_networkx(graph: NetworkxGraph, source: str = "networkx graph") -> RoadG
         raise GraphFormatError(source, _VERSION_KEY, version, f"{FORMAT_VERSION}; export the graph again")
     try:
         return _rebuilt(graph)
-    except (KeyError, ValueError, TypeError, IndexError) as error:
+    except (LookupError, ValueError, TypeError, AttributeError, OverflowError, RecursionError) as error:
         allowed = "all nodes, edges and attributes of the export"
         raise GraphFormatError(source, "content", f"damaged ({error!r})", allowed) from error
 
@@ -191,7 +191,10 @@ def _rebuilt(graph: NetworkxGraph) -> RoadGraph:
 def _line(geometry: Any) -> NDArray[np.float64]:
     if isinstance(geometry, str) and not geometry.lstrip().upper().startswith("LINESTRING"):
         raise ValueError(f"geometry {geometry[:60]!r} is no LINESTRING")  # GEOS dies of collections within collections
-    line = shapely.from_wkt(geometry) if isinstance(geometry, str) else geometry
+    try:
+        line = shapely.from_wkt(geometry) if isinstance(geometry, str) else geometry
+    except shapely.errors.GEOSException as error:
+        raise ValueError(f"geometry {geometry[:60]!r}: {error}") from error
     return np.asarray(shapely.get_coordinates(line), np.float64)
 
 

@@ -128,6 +128,22 @@ def test_export_that_lost_an_attribute_is_refused(crossing: RoadGraph) -> None:
         from_networkx(graph)
 
 
+@pytest.mark.parametrize(
+    ("attribute", "value", "message"),
+    [
+        ("geometry", "LINESTRING (1 x)", "content of graph .*LINESTRING"),
+        ("geometry", "GEOMETRYCOLLECTION (" * 50_000, "content of graph .*no LINESTRING"),
+        ("functional_class", "1000", "content of graph .*1000"),
+        ("reverse_idx", "9223372036854775808", "content of graph .*too large"),
+    ],
+)
+def test_export_with_a_damaged_value_is_refused(crossing: RoadGraph, attribute: str, value: str, message: str) -> None:
+    graph = to_networkx(crossing)
+    graph.edges[4, 1, 0][attribute] = value
+    with pytest.raises(GraphFormatError, match=message):
+        from_networkx(graph)
+
+
 def test_graph_of_others_is_no_export(crossing: RoadGraph) -> None:
     with pytest.raises(GraphFormatError, match="missing"):
         from_networkx(nx.MultiDiGraph(crs="epsg:4326"))
