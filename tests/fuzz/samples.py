@@ -14,6 +14,8 @@ from pyarrow import parquet
 from rasterio import Affine
 from rasterio.io import MemoryFile
 
+from routing.graph.networkx_graph import write_graphml
+from routing.importers.region import import_region
 from tests.diagnosis.recording_rows import I3_HEADER, i3_rows, plain_rows
 
 _SECONDS = 40
@@ -103,6 +105,14 @@ def _graphml() -> bytes:
         data = "".join(f'<data key="e{key}">{value}</data>' for key, value in zip(edge_keys, values, strict=True))
         lines.append(f'<edge source="{u}" target="{v}" id="0">{data}</edge>')
     return "\n".join([*lines, "</graph></graphml>"]).encode()
+
+
+def _export() -> bytes:
+    with tempfile.TemporaryDirectory() as folder:
+        source, path = Path(folder) / "map.osm", Path(folder) / "export.graphml"
+        source.write_bytes(_osm_xml())
+        write_graphml(import_region(source, [], "map"), path)
+        return path.read_bytes()
 
 
 def _tile(coloured: bool) -> bytes:
@@ -207,6 +217,7 @@ def samples() -> dict[str, bytes]:
         "map.osm": _osm_xml(),
         "map.osm.pbf": _osm_pbf(),
         "graph.graphml": _graphml(),
+        "export.graphml": _export(),
         "heights.tif": _tile(coloured=False),
         "colours.tif": _tile(coloured=True),
         **_recordings(),
