@@ -327,7 +327,7 @@ def _values(value: Any) -> list[str]:
     if isinstance(value, str) and value.startswith(("[", "{", "(")):
         try:
             value = ast.literal_eval(value.replace("nan", "None") if "'" not in value else value)
-        except (ValueError, SyntaxError, RecursionError, MemoryError):
+        except (ValueError, SyntaxError, TypeError, RecursionError, MemoryError):
             return [value]
     if isinstance(value, (list, tuple, set)):
         return [str(v) for v in value if not _absent(v)]

@@ -256,6 +256,13 @@ def test_a_line_that_does_not_join_its_nodes_is_named(tmp_path: Path, line: str,
         import_region(write(tmp_path / "line.graphml", edges=edges), [], "line")
 
 
+@pytest.mark.parametrize("value", ["{[]}", "{{}}", "[" * 5000, "{'a': }"])
+def test_a_text_that_is_a_list_of_nothing_known_is_a_plain_text(tmp_path: Path, value: str) -> None:
+    edges = [(1, 2, {**EDGES[0][2], "name": value}), *EDGES[1:]]
+    graph = import_region(write(tmp_path / "odd.graphml", edges=edges), [], "odd")
+    assert graph.names[graph.name_idx[link_of(graph, 1, 2)]] == value
+
+
 def test_a_line_against_its_edge_is_turned(tmp_path: Path) -> None:
     edges = [(1, 2, {**EDGES[0][2], "geometry": BACK}), *EDGES[1:]]
     graph = import_region(write(tmp_path / "turned.graphml", edges=edges), [], "turned")
