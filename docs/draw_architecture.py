@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from docs.rooms import Arrow, Rooms
 
 PICTURE: Final = ROOT / "docs" / "images" / "architecture.svg"
-WIDTH: Final = 1080
+WIDTH: Final = 1280
+MOST_COLUMNS: Final = 8  # side by side; packages of a layer that have more stand below each other
 MARGIN: Final = 12
 RAIL: Final = 34  # on the left, for the arrow that says how imports go
 BOX: Final = (100, 40)
@@ -120,14 +121,23 @@ def _untidiness(row: dict[str, int], steps: list[Arrow]) -> float:
     return 10.0 * crossings + steep
 
 
+def _bands(rooms: Rooms) -> list[list[Layout]]:
+    """Packages that stand side by side, from above: those of a layer, or each alone where columns are too many."""
+    found: list[list[Layout]] = []
+    for layer in rooms.layers:
+        layouts = [layout_of(package, rooms) for package in layer]
+        crowded = sum(layout.columns for layout in layouts) > MOST_COLUMNS
+        found += [[layout] for layout in layouts] if crowded else [layouts]
+    return found
+
+
 def picture_of(rooms: Rooms) -> str:
     """The picture as SVG: the same text for the same rooms and arrows, whatever machine draws it."""
     packages = [package for layer in rooms.layers for package in layer]
     colour = {package: COLOURS[k % len(COLOURS)] for k, package in enumerate(packages)}
     parts: list[str] = []
     y = float(MARGIN)
-    for layer in rooms.layers:
-        layouts = [layout_of(package, rooms) for package in layer]
+    for layouts in _bands(rooms):
         height = TITLE + max(layout.rows for layout in layouts) * PITCH_Y
         free = WIDTH - RAIL - MARGIN - GROUP_GAP * (len(layouts) - 1)
         whole = sum(layout.columns for layout in layouts)
