@@ -57,6 +57,7 @@ ARRAY_DTYPES: Final[Mapping[str, type[np.generic]]] = {
 }
 
 CONDITIONAL_FILE: Final = "conditional_limits.json"
+CUT_NODE: Final = "cut_node"  # an array that not every graph has
 
 # what numpy's reader lets out when a header is damaged: it is a Python literal, evaluated
 _UNREADABLE: Final = (
@@ -91,6 +92,8 @@ def save_graph(graph: RoadGraph, folder: Path) -> None:
         (new / "names.json").write_text(json.dumps(graph.names, ensure_ascii=False), encoding="utf-8")
         if graph.conditional is not None:
             (new / CONDITIONAL_FILE).write_text(json.dumps(graph.conditional.columns()), encoding="utf-8")
+        if graph.cut_node is not None:
+            np.save(new / f"{CUT_NODE}.npy", graph.cut_node, allow_pickle=False)
         (new / "meta.json").write_text(_meta_json(graph), encoding="utf-8")
         new.chmod(0o755)
         if place.exists():
@@ -171,7 +174,29 @@ def load_graph(folder: Path) -> RoadGraph:
     _check_shapes(path, arrays)
     _check_values(path, arrays)
     names = _load_names(folder, count=int(arrays["name_idx"].max(initial=-1)) + 1)
-    return RoadGraph(meta=meta, names=names, conditional=_load_conditional(folder, arrays["tail"].size), **arrays)
+    return RoadGraph(
+        meta=meta,
+        names=names,
+        conditional=_load_conditional(folder, arrays["tail"].size),
+        cut_node=_load_cut_node(folder, arrays["node_lat_deg"].size),
+        **arrays,
+    )
+
+
+def _load_cut_node(folder: Path, node_count: int) -> NDArray[np.int32] | None:
+    """Nodes at which roads are cut, None where the graph has no record of them."""
+    if not (folder / f"{CUT_NODE}.npy").exists():
+        return None
+    array = _load_array(folder, CUT_NODE)
+    path, file, allowed = str(folder), f"{CUT_NODE}.npy", f"ascending, 0..{node_count - 1}"
+    for value in (array.min(initial=0).item(), array.max(initial=0).item()):
+        if not 0 <= value < node_count:
+            raise GraphFormatError(path, file, value, allowed)
+    falls = array[1:] <= array[:-1]
+    if falls.any():
+        k = int(falls.argmax())
+        raise GraphFormatError(path, file, f"{array[k + 1]} after {array[k]}", allowed)
+    return array
 
 
 def _load_conditional(folder: Path, link_count: int) -> ConditionalLimits | None:
@@ -188,7 +213,7 @@ def _load_conditional(folder: Path, link_count: int) -> ConditionalLimits | None
 
 def _load_array(folder: Path, name: str) -> NDArray[Any]:
     """A one-dimensional array of the declared type, memory-mapped."""
-    file, dtype = f"{name}.npy", np.dtype(ARRAY_DTYPES[name])
+    file, dtype = f"{name}.npy", np.dtype(np.int32 if name == CUT_NODE else ARRAY_DTYPES[name])
     try:
         # np.asarray: numba compiles a plain read-only array, not the memmap subclass
         array: NDArray[Any] = np.asarray(np.lib.format.open_memmap(folder / file, mode="r"))

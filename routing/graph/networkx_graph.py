@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     NetworkxGraph = nx.MultiDiGraph[Any]
 
 _CONDITIONAL_KEY: Final = "joulepath_conditional_limits"
+_CUT_KEY: Final = "joulepath_cut_node"
 _VERSION_KEY: Final = "joulepath_format_version"
 _HIGHWAY: Final = {c: c.name.lower() for c in FunctionalClass}
 
@@ -47,6 +48,8 @@ def to_networkx(graph: RoadGraph) -> NetworkxGraph:
     )
     if graph.conditional is not None:
         result.graph[_CONDITIONAL_KEY] = json.dumps(graph.conditional.columns())
+    if graph.cut_node is not None:
+        result.graph[_CUT_KEY] = json.dumps(graph.cut_node.tolist())
     unique = np.unique(graph.node_id).size == graph.node_count
     key = graph.node_id.tolist() if unique else list(range(graph.node_count))
     streets = _street_counts(graph)
@@ -147,6 +150,10 @@ def _rebuilt(graph: NetworkxGraph) -> RoadGraph:
         raise ValueError("successors name unknown edges")
     raw = json.loads(graph.graph["joulepath_meta"])
     conditional = graph.graph.get(_CONDITIONAL_KEY)
+    cut = graph.graph.get(_CUT_KEY)
+    cut_node = None if cut is None else np.unique(np.array(json.loads(cut), np.int32))
+    if cut_node is not None and cut_node.size and not 0 <= int(cut_node[0]) <= int(cut_node[-1]) < len(nodes):
+        raise ValueError("roads are cut at unknown nodes")
     west, south, east, north = (float(x) for x in raw["bbox"])
     meta = GraphMeta(
         name=str(raw["name"]),
@@ -185,6 +192,7 @@ def _rebuilt(graph: NetworkxGraph) -> RoadGraph:
         successor_first=np.concatenate(([0], np.cumsum([len(row) for row in successors]))).astype(np.int64),
         successor=successor,
         conditional=conditional_limits_from(json.loads(conditional), len(edges)) if conditional else None,
+        cut_node=cut_node,
     )
 
 

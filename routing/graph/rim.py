@@ -58,6 +58,13 @@ class RimFinder:
 
 
 def map_rim(graph: RoadGraph) -> MapRim:
+    """The nodes and links of a graph at which the map cuts a road: those recorded by the import, else derived_rim."""
+    if graph.cut_node is None:
+        return derived_rim(graph)
+    return _rim_at(graph, graph.cut_node)
+
+
+def derived_rim(graph: RoadGraph) -> MapRim:
     """The nodes and links of a graph at which the map cuts a road, as far as the graph itself tells.
 
     A node of the rim is a dead end of a through road that lies outermost: in a third of the view from it, there is no
@@ -81,6 +88,10 @@ def map_rim(graph: RoadGraph) -> MapRim:
         cut_off = np.concatenate((through[outermost], _carriageway_ends(graph, view, best_class <= THROUGH)))
     else:
         cut_off = ends[view.free_deg(ends) >= FREE_DEG]
+    return _rim_at(graph, cut_off)
+
+
+def _rim_at(graph: RoadGraph, cut_off: NDArray[np.integer]) -> MapRim:
     node = np.zeros(graph.node_count, np.bool_)
     node[cut_off] = True
     link = node[graph.tail] | node[graph.head]

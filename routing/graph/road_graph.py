@@ -121,6 +121,8 @@ class RoadGraph:
     successor_first: int64 (M+1,), successor: int32 (S,) links that may follow a link: turn restrictions and
     U-turns (permitted at dead ends only) are already taken out.
     conditional: limits under a condition, None where there are none.
+    cut_node: int32 (k,) ascending, nodes at which the map's extract cuts a road; None where the import knew of none and
+    of no rim without any.
     """
 
     meta: GraphMeta
@@ -146,10 +148,13 @@ class RoadGraph:
     successor_first: NDArray[np.int64]
     successor: NDArray[np.int32]
     conditional: ConditionalLimits | None = None
+    cut_node: NDArray[np.int32] | None = None
 
     def __post_init__(self) -> None:
         for name in ARRAY_NAMES:
             getattr(self, name).flags.writeable = False
+        if self.cut_node is not None:
+            self.cut_node.flags.writeable = False
 
     @property
     def node_count(self) -> int:
@@ -203,7 +208,9 @@ class RoadGraph:
         return self.successor[self.successor_first[link_idx] : self.successor_first[link_idx + 1]]
 
 
-ARRAY_NAMES: Final = tuple(f.name for f in fields(RoadGraph) if f.name not in ("meta", "names", "conditional"))
+ARRAY_NAMES: Final = tuple(
+    f.name for f in fields(RoadGraph) if f.name not in ("meta", "names", "conditional", "cut_node")
+)
 
 
 @dataclass(frozen=True, slots=True)

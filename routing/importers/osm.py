@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
@@ -10,8 +11,9 @@ import osmium
 from shapely import Polygon
 
 from routing.errors import ImportFailedError
+from routing.graph.cut_roads import Extent
 from routing.graph.earth import E7
-from routing.importers.osm_files import check_strings, deleted_objects, open_osm
+from routing.importers.osm_files import check_strings, deleted_objects, header_boxes, open_osm, region_boundary
 from routing.importers.roads import Restriction, Roads, WayBan, Ways
 from routing.importers.speeds import country_code, limits_from_tags, most_named
 from routing.importers.tags import (
@@ -92,7 +94,10 @@ def read_osm(path: Path, progress: Callable[[float], None] | None = None) -> Roa
     reader.cut_ways()
     if not reader.way_id:
         raise ImportFailedError("map", path, "no way in it may be driven by car, needed: at least one drivable highway")
-    return reader.roads(path.name)
+    lacking = reader.lacking()
+    boxes = header_boxes(path, processor.header)
+    region = None if lacking else region_boundary(file, reader.lon_e7, reader.lat_e7)
+    return replace(reader.roads(path.name), extent=Extent(boxes, region, lacking))
 
 
 class _Reader:
@@ -122,6 +127,7 @@ class _Reader:
         self.way_bans: list[WayBan] = []
         self.built_up: list[Polygon] = []
         self.copies = 0
+        self.beside_missing: set[int] = set()
         self.conditional: dict[int, Conditional] = {}
         self.lowest_id = 0
 
@@ -228,9 +234,11 @@ class _Reader:
     def _parts(self, refs: tuple[int, ...]) -> list[list[int]]:
         """Point positions of a way, cut at missing points and at barriers."""
         parts: list[list[int]] = [[]]
-        for ref in refs:
+        for at, ref in enumerate(refs):
             if ref not in self.location:
                 self.dropped[Dropped.POINTS] += 1
+                if ("n", ref) not in self.deleted:
+                    self.beside_missing.update(refs[max(at - 1, 0) : at + 2])
                 parts.append([])
                 continue
             x, y = self.location[ref]
@@ -248,6 +256,10 @@ class _Reader:
             if not part or part[-1] != idx:  # two points at one place both stay: the zero step is contracted later
                 part.append(idx)
         return [part for part in parts if len(part) > 1]
+
+    def lacking(self) -> tuple[int, ...]:
+        """Positions of points beside which ways name points that the file lacks."""
+        return tuple(sorted(self.point_idx[ref] for ref in self.beside_missing if ref in self.point_idx))
 
     def _copy(self, x: int, y: int) -> int:
         self.copies += 1

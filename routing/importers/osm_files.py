@@ -10,18 +10,28 @@ import zlib
 from typing import IO, TYPE_CHECKING, Final
 from xml.parsers import expat
 
+import numpy as np
 import osmium
+import shapely
 
 from routing.errors import ImportFailedError
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
     from pathlib import Path
+
+    from routing.graph.cut_roads import Box
 
 
 _FORMS: Final = {"gzip": "osm.gz", "bzip2": "osm.bz2", "pbf": "osm.pbf", "xml": "osm"}
 _KINDS: Final = {"node": "n", "way": "w", "relation": "r"}
 _MARK: Final = re.compile(rb"\b(?:action\s*=\s*[\"']delete|visible\s*=\s*[\"']false)[\"']")
 _LONGEST_MARK: Final = 64  # bytes that two chunks share, so that a mark between them is seen
+_BOUNDS: Final = re.compile(rb"<bounds\b([^>]*)>")
+_OBJECT: Final = re.compile(rb"<(?:node|way|relation)\b")
+_ADMINISTRATIVE: Final = ("boundary", "administrative")
+_WITHIN_FRAC: Final = 0.98  # of a map's points that lie in the region that it is of; assumed
+_FILLED_FRAC: Final = 0.5  # of a region that the map's points span; assumed
 _CHUNK: Final = 1 << 20
 _MOST_HEADER_BYTES: Final = 64 * 1024  # limits of PBF
 _MOST_BLOB_BYTES: Final = 32 * 1024 * 1024
@@ -69,6 +79,60 @@ def deleted_objects(path: Path) -> frozenset[tuple[str, int]]:
     except (OSError, EOFError, LookupError, ValueError, zlib.error, expat.ExpatError):
         pass  # a damaged file: reading its roads says so
     return frozenset(found)
+
+
+def header_boxes(path: Path, header: osmium.io.Header) -> tuple[Box, ...]:
+    """The boxes west, south, east, north [deg] that a file says it is of; several in XML, as JOSM writes them."""
+    texts: list[tuple[str | None, ...]] = []
+    form = _form(path)
+    if form in ("gzip", "bzip2", "xml"):
+        with _unpacked(path, form) as file:
+            head = file.read(_CHUNK)
+        found = _OBJECT.search(head)
+        for bounds in _BOUNDS.findall(head[: found.start() if found else len(head)]):
+            values = dict(re.findall(r"(\w+)\s*=\s*[\"']([^\"']*)[\"']", bounds.decode("utf-8", "replace")))
+            texts.append(tuple(values.get(key) for key in ("minlon", "minlat", "maxlon", "maxlat")))
+    else:
+        box = header.box()
+        if box.valid():
+            low, high = box.bottom_left, box.top_right
+            texts.append((str(low.lon), str(low.lat), str(high.lon), str(high.lat)))
+    boxes: list[Box] = []
+    for text in texts:
+        try:
+            west, south, east, north = (float(value) for value in text if value is not None)
+        except ValueError:
+            continue
+        if -180.0 <= west < east <= 180.0 and -90.0 <= south < north <= 90.0:
+            boxes.append((west, south, east, north))
+    return tuple(boxes)
+
+
+def region_boundary(file: osmium.io.File, lon_e7: Sequence[int], lat_e7: Sequence[int]) -> shapely.MultiPolygon | None:
+    """The area of the smallest administrative boundary in a file that holds nearly all of its points, and is filled.
+
+    Extracts of countries and regions reach a little beyond the boundary, which they hold as a whole. None where the
+    file has none that is whole, or is not sorted by id, as building areas needs.
+    """
+    place = np.column_stack((lon_e7, lat_e7)) / 1e7
+    hull = shapely.MultiPoint(place).convex_hull
+    factory, wanted = osmium.geom.WKBFactory(), osmium.filter.TagFilter(_ADMINISTRATIVE)
+    chosen: shapely.MultiPolygon | None = None
+    try:
+        processor = osmium.FileProcessor(file).with_areas(wanted).with_filter(wanted)
+        for entity in processor.with_filter(osmium.filter.EntityFilter(osmium.osm.AREA)):
+            assert isinstance(entity, osmium.osm.Area)
+            area = shapely.from_wkb(bytes.fromhex(factory.create_multipolygon(entity)))
+            if not isinstance(area, shapely.MultiPolygon) or not area.is_valid:
+                continue
+            if hull.intersection(area).area < _FILLED_FRAC * area.area:
+                continue
+            within_frac = float(shapely.contains_xy(area, place[:, 0], place[:, 1]).mean())
+            if within_frac >= _WITHIN_FRAC and (chosen is None or area.area < chosen.area):
+                chosen = area
+    except (RuntimeError, ValueError, osmium.InvalidLocationError, shapely.errors.GEOSException):
+        return None
+    return chosen
 
 
 def _unpacked(path: Path, form: str) -> IO[bytes] | gzip.GzipFile | bz2.BZ2File:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from routing.errors import ImportFailedError
+from routing.graph.cut_roads import Extent, cut_nodes
 from routing.graph.earth import E7
 from routing.graph.networkx_graph import from_networkx, is_export, load_networkx
 from routing.graph.road_graph import GraphMeta, RoadGraph, Terrain, assemble_graph
@@ -111,10 +112,16 @@ def graph_from_roads(
     stops = place_controls(roads, chains)
     node = junction_positions(chains)
     node |= np.isin(chains.point, list(stops.nodes))
+    is_cut = np.zeros(chains.point_count, np.bool_)
+    if roads.extent is not None:
+        is_cut[list(roads.extent.lacking)] = True
+        node |= is_cut[chains.point]
     pieces = pieces_of(chains, node, height_m, GRADE_TOLERANCE_M, LONGEST_LINK_M)
     dropped[Dropped.LOOP] += pieces.loops
     if outside is not None:
         covered = pieces.without(chains, outside)
+        left_out = ~np.isin(pieces.begin, covered.begin)
+        is_cut[np.concatenate((pieces.tail[left_out], pieces.head[left_out]))] = True
         dropped[Dropped.HEIGHT] += pieces.length_m.size - covered.length_m.size
         pieces = covered
     report(0.5)
@@ -134,6 +141,12 @@ def graph_from_roads(
         dropped={str(reason): count for reason, count in sorted(dropped.items()) if count},
     )
     graph = assemble_graph(meta, roads.names, nodes, links)
+    if roads.extent is not None or is_cut.any():
+        node = np.unique(np.concatenate((pieces.tail, pieces.head)))  # the points that loose_graph takes as nodes
+        way_end = np.zeros(chains.point_count, np.bool_)
+        way_end[chains.point[chains.first[:-1]]] = way_end[chains.point[chains.first[1:] - 1]] = True
+        extent = roads.extent or Extent()
+        graph = replace(graph, cut_node=cut_nodes(graph, extent, nodes, links, is_cut[node], way_end[node]))
     report(1.0)
     return graph
 

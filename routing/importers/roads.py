@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
     from shapely import Polygon
 
+    from routing.graph.cut_roads import Extent
     from routing.importers.conditional import ConditionalLimit
     from routing.importers.tags import Control
 
@@ -76,7 +77,8 @@ class Roads:
     point_id: int64 (P,); lon_e7, lat_e7: int32 (P,) [1e-7 deg]; height_m: float64 (P,) [m] where the map has its own
     heights (NaN between known ones), else None. controls: by position of the point. built_up: landuse areas.
     country: the code whose speed rules hold, or None. dropped: what was left out, by reason.
-    conditional: limits under a condition along and against a way, by the way's row.
+    conditional: limits under a condition along and against a way, by the way's row. extent: where the file says that it
+    ends, None where files of its kind don't.
     """
 
     point_id: NDArray[np.int64]
@@ -97,6 +99,7 @@ class Roads:
         default_factory=dict
     )
     way_bans: tuple[WayBan, ...] = ()
+    extent: Extent | None = None
 
 
 def eastward_e7(lon_a_e7: NDArray[np.int32], lon_b_e7: NDArray[np.int32]) -> NDArray[np.int64]:

@@ -60,6 +60,7 @@ def import_map(
     save_graph(graph, place)
     _say_written(place, graph.node_count, graph.link_count, graph.meta.dropped)
     _say_cut_off(graph.meta.cut_off)
+    _say_cut_roads(None if graph.cut_node is None else graph.cut_node.size)
 
 
 @making.command()
@@ -146,6 +147,11 @@ def _say_written(out: Path, nodes: int, links: int, dropped: Mapping[str, int]) 
     console.print(f"{out}: {nodes} nodes, {links} directed links", highlight=False)
     for reason, count in dropped.items():
         console.print(f"  left out, {reason}: {count}", style="dim", highlight=False)
+
+
+def _say_cut_roads(places: int | None) -> None:
+    where = "the file does not say" if places is None else f"at {places} place{'' if places == 1 else 's'}"
+    Console(stderr=True).print(f"  roads cut by the extract: {where}", style="dim", highlight=False)
 
 
 def _say_cut_off(parts: Sequence[CutOffPart]) -> None:

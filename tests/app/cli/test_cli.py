@@ -420,3 +420,11 @@ def test_import_tells_the_length_and_place_of_what_is_not_connected(tmp_path: Pa
     assert (part["link_count"], part["name"]) == (2, "Camí [vell]")
     assert part["length_km"] == pytest.approx(1.1107, abs=1e-3)
     assert "Camí [vell]" in run("graphs", "show", folder).stdout
+    assert "roads cut by the extract: the file does not say" in done.stderr
+
+
+def test_import_tells_at_how_many_places_the_extract_cuts_roads(tmp_path: Path) -> None:
+    cut = APART.replace('<nd ref="2"/>', '<nd ref="2"/><nd ref="99"/>')
+    (tmp_path / "cut.osm").write_text(cut.replace("42.11", "42.101"), encoding="utf-8")
+    done = run("import", str(tmp_path / "cut.osm"), "--out", str(tmp_path / "cut"))
+    assert "roads cut by the extract: at 1 place\n" in done.stderr

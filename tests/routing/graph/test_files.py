@@ -416,3 +416,24 @@ def test_names_file_without_the_names_is_refused(folder: Path, text: str) -> Non
 def test_copied_graph_loads_from_its_new_place(folder: Path, tmp_path: Path) -> None:
     shutil.copytree(folder, tmp_path / "elsewhere")
     assert_same(load_graph(tmp_path / "elsewhere"), triangle())
+
+
+@pytest.mark.parametrize(
+    ("cut", "value"),
+    [([0, 3], "3"), ([-1], "-1"), ([1, 1], "1 after 1"), ([2, 0], "0 after 2"), ([[0]], "of shape (1, 1)")],
+)
+def test_cut_nodes_that_are_none_of_the_graph_are_refused(folder: Path, cut: list[int], value: str) -> None:
+    np.save(folder / "cut_node.npy", np.array(cut, np.int32))
+    with pytest.raises(GraphFormatError) as error:
+        load_graph(folder)
+    assert error.value.field == "cut_node.npy"
+    assert value in str(error.value)
+
+
+def test_graph_without_a_record_of_cut_roads_loads_as_before(folder: Path) -> None:
+    assert not (folder / "cut_node.npy").exists()
+    assert load_graph(folder).cut_node is None
+    np.save(folder / "cut_node.npy", np.empty(0, np.int32))
+    cut = load_graph(folder).cut_node
+    assert cut is not None
+    assert cut.size == 0
