@@ -15,7 +15,7 @@ from diagnosis.matching.tracks import NoPositionsError
 from energy.replay.replay import SMOOTHING_M, smoothed_height_m
 from routing.errors import ImportFailedError
 from routing.graph.road_graph import Terrain
-from routing.importers.elevation import read_tile
+from routing.importers.elevation import tiles_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -109,10 +109,11 @@ class ElevationFiles:
         """Height and width of the cell at places, float64 (k,) each [m], NaN where no file has a height of its own."""
         height_m, cell_m = np.full(lat.size, np.nan), np.full(lat.size, np.nan)
         for done, path in enumerate(self.paths, start=1):
-            tile = read_tile(path)
             missing = np.flatnonzero(np.isnan(height_m))
-            here = missing[tile.measured(lon[missing], lat[missing])]
-            height_m[here], cell_m[here] = tile.sample(lon[here], lat[here]), tile.cell_m
+            for tile, at in tiles_at(path, lon[missing], lat[missing])[1]:
+                within = missing[at]
+                here = within[tile.measured(lon[within], lat[within])]
+                height_m[here], cell_m[here] = tile.sample(lon[here], lat[here]), tile.cell_m
             progress(done / len(self.paths))
         return height_m, cell_m
 
