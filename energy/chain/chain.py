@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final, overload
 import numpy as np
 
 from energy.chain import kernels_chain
+from energy.chain.kernels_link import CARRIED_MPS
 from energy.conditions import STILL, Conditions
 from energy.errors import LinkError
 from energy.force.effects import LinkSetting, drive_of
@@ -56,6 +57,8 @@ class Chain:
     rule.
     altitude_m: float64 (n,) mean height, for the density of the air. heading: float64 (n, 2) east and north part of the
     way over its length, for wind. Both may be absent; conditions that need them then raise ConditionsError.
+    carried_s: float64 (n,) time for which a ferry carries the vehicle over the link, 0 where it drives [s]; None where
+    it drives everywhere. It comes to rest before, and takes nothing on board.
     """
 
     length_m: NDArray[np.float64]
@@ -66,6 +69,12 @@ class Chain:
     stop_class: NDArray[np.int8]
     altitude_m: NDArray[np.float64] | None = None
     heading: NDArray[np.float64] | None = None
+    carried_s: NDArray[np.float64] | None = None
+
+    @property
+    def carried(self) -> NDArray[np.bool_]:
+        """Whether the vehicle is carried over a link, bool (n,)."""
+        return np.zeros(self.length_m.size, np.bool_) if self.carried_s is None else self.carried_s > 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -210,7 +219,12 @@ RULE_CODE: Final = {
 
 def chain_links(chain: Chain, driven_mps: NDArray[np.float64], roads: NDArray[np.float64]) -> kernels_chain.ChainLinks:
     """A chain as kernels read it, driven at these speeds over these roads."""
-    return kernels_chain.ChainLinks(roads, chain.length_m, driven_mps, chain.stop_probability_frac, chain.stop_class)
+    carried_s = np.empty(0) if chain.carried_s is None else chain.carried_s
+    if chain.carried_s is not None:
+        driven_mps = np.where(chain.carried, CARRIED_MPS, driven_mps)
+    return kernels_chain.ChainLinks(
+        roads, chain.length_m, driven_mps, chain.stop_probability_frac, chain.stop_class, carried_s
+    )
 
 
 def filling_energy_j(soc_frac: float | None, capacity_wh: float) -> float:
@@ -255,6 +269,10 @@ def _check_chain(chain: Chain) -> None:
         if not bool(good.all()):
             position = int(np.argmin(good))
             raise LinkError(name, position, values[position].item(), allowed)
-    for name, extra, shape in (("altitude_m", chain.altitude_m, (n,)), ("heading", chain.heading, (n, 2))):
+    for name, extra, shape in (
+        ("altitude_m", chain.altitude_m, (n,)),
+        ("heading", chain.heading, (n, 2)),
+        ("carried_s", chain.carried_s, (n,)),
+    ):
         if extra is not None and (extra.shape != shape or not bool(np.isfinite(extra).all())):
             raise LinkError(name, 0, f"shape {extra.shape}", f"finite numbers of shape {shape}")

@@ -29,7 +29,8 @@ class ChainLinks(NamedTuple):
     """Links of a chain as kernels read them.
 
     roads: (n, 8), columns of energy.force.kernels_physics. length_m, driven_mps (speed driven where the limit is),
-    stop_probability: float64 (n,). stop_class: int8 (n,).
+    stop_probability: float64 (n,). stop_class: int8 (n,). carried_s: float64 (n,), or (0,) where all links are driven;
+    where the vehicle is carried, driven_mps is below 0.
     """
 
     roads: NDArray[np.float64]
@@ -37,6 +38,7 @@ class ChainLinks(NamedTuple):
     driven_mps: NDArray[np.float64]
     stop_probability: NDArray[np.float64]
     stop_class: NDArray[np.int8]
+    carried_s: NDArray[np.float64]
 
 
 class ChainDrive(NamedTuple):
@@ -101,7 +103,8 @@ def stop_at(
 def drive_chain(p: LinkPhysics, links: ChainLinks, drive: ChainDrive, driven: DrivenChain) -> float:
     """Drive a chain of links and fill what each takes; the time of all of them [s].
 
-    Parts are booked where driven has room for them. They change nothing else.
+    Parts are booked where driven has room for them. They change nothing else. The clock of climate and tyres stands
+    still while the vehicle is carried.
     """
     length, v_max, roads, parts = links.length_m, links.driven_mps, links.roads, driven.parts_j
     energy, time, v_end = driven.energy_j, driven.duration_s, driven.speed_end_mps
@@ -111,6 +114,7 @@ def drive_chain(p: LinkPhysics, links: ChainLinks, drive: ChainDrive, driven: Dr
     p_entry = 0.0
     used = 0.0
     clock = 0.0
+    carried = 0.0
     n = length.size
     booked = parts.shape[0] > 0
     for k in range(n):
@@ -136,7 +140,10 @@ def drive_chain(p: LinkPhysics, links: ChainLinks, drive: ChainDrive, driven: Dr
         p_entry = p_stop
         used = max(used + energy[k], drive.full_j)
         clock += time[k]
-    return clock
+        if v_max[k] < 0.0:
+            time[k] = links.carried_s[k]
+            carried += time[k]
+    return clock + carried
 
 
 @njit(nogil=True, cache=True)

@@ -20,6 +20,7 @@ from energy.force.kernels_phase import cruise_energy, ramp_energy
 from energy.force.kernels_physics import LinkPhysics, Road
 from energy.force.kernels_terms import cruise_terms, ramp_terms
 
+CARRIED_MPS = -2.0  # as the limit of a link over which the vehicle is carried; -1 is no limit yet in many a loop
 TOUCH_MPS = 1e-9  # a speed this near to an interval boundary touches only the interval on its own side
 
 
@@ -161,8 +162,12 @@ def link_energy(
     The vehicle enters with v_start, or with probability p_start from rest; at the end it stops with probability
     p_stop for stop_time, else goes on at min(v_max, v_next) where it can. Certain stops are p_stop = 1. Where the
     entries end at different go-speeds the root mean square, which keeps the kinetic energy, is carried on.
+    A limit below 0 is that of a link over which the vehicle is carried: it comes to rest before, takes nothing there,
+    and no time that climate and tyres would feel.
     """
-    target = v_next if v_next < v_max else v_max
+    if v_max < 0.0:
+        return 0.0, 0.0, 0.0
+    target = max(v_next if v_next < v_max else v_max, 0.0)
     if p.table:
         return table_energy(p, r, length, v_start, p_start, v_max, target, p_stop, stop_time)
     time_s = p_stop * stop_time
@@ -237,7 +242,9 @@ class LinkPassage(NamedTuple):
 def add_link_parts(p: LinkPhysics, r: Road, passage: LinkPassage, parts: NDArray[np.float64]) -> None:
     """Parts of link_energy, added to parts (15,); they add up to its energy."""
     length, v_start, p_start, v_max, v_next, p_stop, stop_time = passage
-    target = v_next if v_next < v_max else v_max
+    if v_max < 0.0:
+        return
+    target = max(v_next if v_next < v_max else v_max, 0.0)
     wait = p_stop * stop_time
     parts[AUXILIARY] += p.aux_idle_w * wait
     if p.table:

@@ -170,7 +170,7 @@ def drive_steps(
         v_end[k] = v_max[k]  # the limit beyond the last link is unknown (9)
         if k + 1 < n and v_max[k + 1] < v_max[k]:
             v_end[k] = v_max[k + 1]
-        if stopped[k] > 0.0:
+        if stopped[k] > 0.0 or v_end[k] < 0.0:
             v_end[k] = 0.0
     braking = braking_of(p)
     factor = braking_factor(braking, length, v_end, v_start)
@@ -179,12 +179,19 @@ def drive_steps(
     v = v_start
     hard_m = braking_distance_m(braking, v)  # D(v) along the harder curve that only the start can force
     hard = v > v_max[0] or hard_m > reach[0] + length[0]
-    way = clock = used = 0.0
+    way = clock = used = carried = 0.0
     rest = step_s
     count = 0
     rows = record(track, 0, way, clock, v)
     for k in range(n):
         energy[k] = 0.0
+        if v_max[k] < 0.0:  # on board the vehicle stands, and the clock of climate and tyres with it
+            driven.duration_s[k], driven.standstill_s[k] = links.carried_s[k], 0.0
+            way += length[k]
+            carried += links.carried_s[k]
+            rest = step_s
+            rows = record(track, rows, way, clock + carried, v)
+            continue
         begin_s = clock
         remaining = length[k]
         while remaining > 0.0:
@@ -230,7 +237,7 @@ def drive_steps(
             rest -= dt
             if rest <= SLACK * step_s:
                 rest = step_s
-            rows = record(track, rows, way, clock, v)
+            rows = record(track, rows, way, clock + carried, v)
         v_end[k] = v
         driven.standstill_s[k] = 0.0
         if stopped[k] > 0.0:
@@ -246,7 +253,7 @@ def drive_steps(
             clock += wait
             rest = step_s
             if wait > 0.0:
-                rows = record(track, rows, way, clock, v)
+                rows = record(track, rows, way, clock + carried, v)
         driven.duration_s[k] = clock - begin_s
     return count
 

@@ -62,6 +62,8 @@ def chain_profile(
     driven_mps = drive.driven_mps(chain.speed_limit_mps)
     setting = LinkSetting(chain.grade_frac, driven_mps, chain.altitude_m, chain.heading)
     roads = drive.roads(setting, chain.stop_time_s)
+    carried = chain.carried
+    driven_mps = np.where(carried, 0.0, driven_mps)
     rule = StopRule.COUNTED if stop_rule is StopRule.EXPECTED else stop_rule
     requests, stops = np.zeros(8), np.zeros(8)
     pen = _Pen(start_speed_mps)
@@ -72,6 +74,10 @@ def chain_profile(
             RULE_CODE[rule], chain.stop_probability_frac[k], chain.stop_class[k], requests, stops
         )
         last = k + 1 == n
+        if chain.carried_s is not None and carried[k]:
+            pen.carry(float(chain.length_m[k]), float(chain.carried_s[k]))
+            v = 0.0
+            continue
         stopping = p_stop > 0.0 or (last and arrive_stopped)
         limit = float(driven_mps[k])
         target = limit if last else min(limit, float(driven_mps[k + 1]))
@@ -133,6 +139,11 @@ class _Pen:
     def wait(self, dt: float) -> None:
         if dt > 0.0:
             self._point(0.0, dt, self.speed[-1])
+
+    def carry(self, ds: float, dt: float) -> None:
+        """On board of a ferry: the vehicle stands."""
+        self.jump(0.0)
+        self._point(ds, dt, 0.0)
 
     def _point(self, ds: float, dt: float, v: float) -> None:
         self.distance_m.append(self.distance_m[-1] + ds)

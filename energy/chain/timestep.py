@@ -83,7 +83,7 @@ def simulate_timestep(
     setting = LinkSetting(chain.grade_frac, driven_mps, chain.altitude_m, chain.heading)
     roads = drive.roads(setting, chain.stop_time_s)
     step_limit = PROFILE_STEP_LIMIT if profile else STEP_LIMIT
-    slowest_s = chain.length_m / driven_mps
+    slowest_s = np.where(chain.carried, 0.0, chain.length_m / driven_mps)
     too_long = LinkError(
         "speed_limit_mps",
         int(np.argmax(slowest_s)),
@@ -105,7 +105,7 @@ def simulate_timestep(
     if steps == STEP_LIMIT_REACHED:
         raise too_long
     if profile:
-        rows = 1 + steps + int(np.count_nonzero(driven.standstill_s))
+        rows = 1 + steps + int(np.count_nonzero(driven.standstill_s)) + int(np.count_nonzero(chain.carried))
         _, driven, track = run(rows)
     energy, time, standstill, v_end, stopped, terms = driven
     parts = drive.parts(setting, terms)
