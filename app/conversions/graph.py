@@ -48,11 +48,14 @@ def graph_summary(graph: RoadGraph, default_name: str) -> GraphSummary:
 def graph_detail(graph: RoadGraph, default_name: str) -> GraphDetail:
     """A graph with its extent by road class."""
     classes = []
-    for kind in FunctionalClass:
-        chosen = graph.functional_class == kind
+    ferry = graph.is_ferry()
+    chosen_by_name = {kind.name.lower(): (graph.functional_class == kind) & ~ferry for kind in FunctionalClass}
+    if graph.ferries is not None:
+        chosen_by_name["ferry"] = ferry
+    for name, chosen in chosen_by_name.items():
         classes.append(
             RoadClassLength(
-                functional_class=kind.name.lower(),
+                functional_class=name,
                 link_count=int(np.count_nonzero(chosen)),
                 length_km=float(graph.length_m[chosen].sum()) / 1000.0,
             )

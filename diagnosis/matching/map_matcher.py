@@ -88,7 +88,9 @@ class MapMatcher:
             for of in (np.minimum, np.maximum)
             for values in (graph.geometry_lon_e7, graph.geometry_lat_e7)
         )
-        self._tree = shapely.STRtree(list(shapely.box(west, south, east, north)))
+        boxes = shapely.box(west, south, east, north)
+        boxes[graph.is_ferry()] = shapely.Point()  # nobody drives there
+        self._tree = shapely.STRtree(list(boxes))
         self._tree.query(shapely.Point(0.0, 0.0))  # it is built at the first question
         self._frontiers: list[Frontier] = []
         self._lock = threading.Lock()

@@ -17,6 +17,7 @@ import numpy as np
 from energy.stops import Cross, FunctionalClass
 from routing.errors import GraphFormatError
 from routing.graph.conditional_limits import ConditionalLimits, conditional_limits_from
+from routing.graph.ferries import Ferries, ferries_from
 from routing.graph.road_graph import (
     ARRAY_NAMES,
     FORMAT_VERSION,
@@ -24,6 +25,7 @@ from routing.graph.road_graph import (
     RoadGraph,
     Terrain,
     cut_off_parts,
+    left_out_ferries,
     meta_fields,
 )
 
@@ -58,6 +60,7 @@ ARRAY_DTYPES: Final[Mapping[str, type[np.generic]]] = {
 
 CONDITIONAL_FILE: Final = "conditional_limits.json"
 CUT_NODE: Final = "cut_node"  # an array that not every graph has
+FERRIES_FILE: Final = "ferries.json"
 
 # what numpy's reader lets out when a header is damaged: it is a Python literal, evaluated
 _UNREADABLE: Final = (
@@ -94,6 +97,8 @@ def save_graph(graph: RoadGraph, folder: Path) -> None:
             (new / CONDITIONAL_FILE).write_text(json.dumps(graph.conditional.columns()), encoding="utf-8")
         if graph.cut_node is not None:
             np.save(new / f"{CUT_NODE}.npy", graph.cut_node, allow_pickle=False)
+        if graph.ferries is not None:
+            (new / FERRIES_FILE).write_text(json.dumps(graph.ferries.columns()), encoding="utf-8")
         (new / "meta.json").write_text(_meta_json(graph), encoding="utf-8")
         new.chmod(0o755)
         if place.exists():
@@ -155,6 +160,7 @@ def load_meta(folder: Path) -> GraphMeta:
             bbox=(west, south, east, north),
             dropped={str(k): int(v) for k, v in raw["dropped"].items()},
             cut_off=cut_off_parts(raw),
+            ferries_left_out=left_out_ferries(raw),
         )
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
         raise GraphFormatError(
@@ -179,6 +185,7 @@ def load_graph(folder: Path) -> RoadGraph:
         names=names,
         conditional=_load_conditional(folder, arrays["tail"].size),
         cut_node=_load_cut_node(folder, arrays["node_lat_deg"].size),
+        ferries=_load_ferries(folder, arrays),
         **arrays,
     )
 
@@ -197,6 +204,20 @@ def _load_cut_node(folder: Path, node_count: int) -> NDArray[np.int32] | None:
         k = int(falls.argmax())
         raise GraphFormatError(path, file, f"{array[k + 1]} after {array[k]}", allowed)
     return array
+
+
+def _load_ferries(folder: Path, arrays: Mapping[str, NDArray[Any]]) -> Ferries | None:
+    """Ferries, None where the graph has none."""
+    path = folder / FERRIES_FILE
+    if not path.exists():
+        return None
+    height_m = arrays["node_height_m"]
+    try:
+        columns = json.loads(path.read_text(encoding="utf-8"))
+        return ferries_from(columns, height_m[arrays["head"]] - height_m[arrays["tail"]])
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, OSError, RecursionError) as error:
+        allowed = "links of the graph with both ends at one height, as `joulepath import` writes them"
+        raise GraphFormatError(str(folder), FERRIES_FILE, f"damaged ({error})", allowed) from error
 
 
 def _load_conditional(folder: Path, link_count: int) -> ConditionalLimits | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import tempfile
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -16,7 +17,16 @@ from energy.stops import FunctionalClass
 from routing.errors import GraphFormatError
 from routing.graph.conditional_limits import conditional_limits_from
 from routing.graph.earth import E7
-from routing.graph.road_graph import FORMAT_VERSION, GraphMeta, RoadGraph, Terrain, cut_off_parts, meta_fields
+from routing.graph.ferries import Ferries, ferries_from
+from routing.graph.road_graph import (
+    FORMAT_VERSION,
+    GraphMeta,
+    RoadGraph,
+    Terrain,
+    cut_off_parts,
+    left_out_ferries,
+    meta_fields,
+)
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -25,6 +35,7 @@ if TYPE_CHECKING:
 
 _CONDITIONAL_KEY: Final = "joulepath_conditional_limits"
 _CUT_KEY: Final = "joulepath_cut_node"
+_FERRIES_KEY: Final = "joulepath_ferries"
 _VERSION_KEY: Final = "joulepath_format_version"
 _HIGHWAY: Final = {c: c.name.lower() for c in FunctionalClass}
 
@@ -35,7 +46,8 @@ def to_networkx(graph: RoadGraph) -> NetworkxGraph:
     Graph: crs, simplified; the version, meta and names as JSON. Nodes, by node_id (by index where ids are not unique):
     x, y [deg], elevation [m], street_count. Edges: osmid, highway, name, maxspeed (text, km/h), length [m],
     speed_kph, grade (rise over length), oneway, reversed, geometry (LineString), and with the RoadGraph's names
-    functional_class, cross, urban, structure, speed_limit_mps, idx, reverse_idx, successors (indices, as text).
+    functional_class, cross, urban, structure, speed_limit_mps, idx, reverse_idx, successors (indices, as text). Ferries
+    have no highway but route and duration_s [s].
     """
     meta = graph.meta
     result: NetworkxGraph = nx.MultiDiGraph(
@@ -50,6 +62,10 @@ def to_networkx(graph: RoadGraph) -> NetworkxGraph:
         result.graph[_CONDITIONAL_KEY] = json.dumps(graph.conditional.columns())
     if graph.cut_node is not None:
         result.graph[_CUT_KEY] = json.dumps(graph.cut_node.tolist())
+    carried_s: dict[int, float] = {}
+    if graph.ferries is not None:
+        result.graph[_FERRIES_KEY] = json.dumps(graph.ferries.columns())
+        carried_s = dict(zip(graph.ferries.link.tolist(), graph.ferries.duration_s.tolist(), strict=True))
     unique = np.unique(graph.node_id).size == graph.node_count
     key = graph.node_id.tolist() if unique else list(range(graph.node_count))
     streets = _street_counts(graph)
@@ -101,6 +117,10 @@ def to_networkx(graph: RoadGraph) -> NetworkxGraph:
             data["name"] = name
         if data["structure"]:
             data["bridge"] = "yes"
+        if idx in carried_s:
+            data.pop("highway")
+            data.pop("bridge", None)
+            data["route"], data["duration_s"] = "ferry", carried_s[idx]
         result.add_edge(*ends, key=parallel, **data)
     return result
 
@@ -166,9 +186,10 @@ def _rebuilt(graph: NetworkxGraph) -> RoadGraph:
         bbox=(west, south, east, north),
         dropped={str(k): int(v) for k, v in raw["dropped"].items()},
         cut_off=cut_off_parts(raw),
+        ferries_left_out=left_out_ferries(raw),
     )
     node_data = [row[2] for row in nodes]
-    return RoadGraph(
+    rebuilt = RoadGraph(
         meta=meta,
         names=tuple(json.loads(graph.graph["joulepath_names"])),
         node_lat_deg=np.array([float(d["y"]) for d in node_data]),
@@ -194,6 +215,12 @@ def _rebuilt(graph: NetworkxGraph) -> RoadGraph:
         conditional=conditional_limits_from(json.loads(conditional), len(edges)) if conditional else None,
         cut_node=cut_node,
     )
+    return replace(rebuilt, ferries=_ferries(graph, rebuilt))
+
+
+def _ferries(graph: NetworkxGraph, rebuilt: RoadGraph) -> Ferries | None:
+    columns = graph.graph.get(_FERRIES_KEY)
+    return ferries_from(json.loads(columns), rebuilt.climb_m()) if columns else None
 
 
 def _line(geometry: Any) -> NDArray[np.float64]:

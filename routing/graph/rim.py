@@ -151,7 +151,8 @@ class _View:
         middle_deg = 0.5 * float(graph.node_lat_deg.min() + graph.node_lat_deg.max())
         scale = METRE_PER_DEGREE * np.array((np.cos(np.radians(middle_deg)), 1.0))
         self._node_m = np.column_stack((graph.node_lon_deg, graph.node_lat_deg)) * scale
-        point_m = np.column_stack((graph.geometry_lon_e7, graph.geometry_lat_e7)) * (scale / E7)
+        on_road = ~np.repeat(graph.is_ferry(), np.diff(graph.geometry_first))
+        point_m = np.column_stack((graph.geometry_lon_e7, graph.geometry_lat_e7))[on_road] * (scale / E7)
         west_south = point_m.min(axis=0)
         self.cell_m = max(float((point_m.max(axis=0) - west_south).max()) / CELLS, 1.0)
         column, row = ((point_m - west_south) // self.cell_m).astype(np.int64).T + 1

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
     from energy.conditions import Conditions
     from routing.graph.conditional_limits import ConditionalLimits
+    from routing.graph.ferries import Ferries
 
     SomeLinks = NDArray[np.integer] | slice  # indices of links, or a run of them
 
@@ -51,6 +52,16 @@ class CutOffPart:
     name: str
 
 
+@dataclass(frozen=True, slots=True)
+class LeftOutFerry:
+    """A ferry that takes cars and that the import was not asked for: its length, where it begins, its name or ""."""
+
+    length_m: float
+    lat_deg: float
+    lon_deg: float
+    name: str
+
+
 PARTS_NAMED: Final = 10  # of the parts that were cut off the longest are kept by name
 
 
@@ -62,6 +73,7 @@ class GraphMeta:
     elevation_method: how heights were made, in words; smoothing_m: smoothing length along the road [m], 0 where none.
     dropped: what the import left out, by reason.
     cut_off: the longest parts of the map that are not connected to the graph, longest first, at most PARTS_NAMED.
+    ferries_left_out: likewise.
     """
 
     name: str
@@ -74,10 +86,12 @@ class GraphMeta:
     bbox: tuple[float, float, float, float]
     dropped: Mapping[str, int] = field(default_factory=dict)
     cut_off: tuple[CutOffPart, ...] = ()
+    ferries_left_out: tuple[LeftOutFerry, ...] = ()
 
 
 def meta_fields(meta: GraphMeta) -> dict[str, object]:
     """The fields of a GraphMeta as JSON takes them, for meta.json and for exports."""
+    left_out = [asdict(ferry) for ferry in meta.ferries_left_out]
     return {
         "name": meta.name,
         "source": meta.source,
@@ -89,7 +103,16 @@ def meta_fields(meta: GraphMeta) -> dict[str, object]:
         "bbox": list(meta.bbox),
         "dropped": dict(meta.dropped),
         "cut_off": [asdict(part) for part in meta.cut_off],
+        **({"ferries_left_out": left_out} if left_out else {}),
     }
+
+
+def left_out_ferries(raw: Mapping[str, Any]) -> tuple[LeftOutFerry, ...]:
+    """The ferries of meta.json that were left out; raises KeyError, TypeError, ValueError."""
+    return tuple(
+        LeftOutFerry(float(ferry["length_m"]), float(ferry["lat_deg"]), float(ferry["lon_deg"]), str(ferry["name"]))
+        for ferry in raw.get("ferries_left_out", ())
+    )
 
 
 def cut_off_parts(raw: Mapping[str, Any]) -> tuple[CutOffPart, ...]:
@@ -122,7 +145,8 @@ class RoadGraph:
     U-turns (permitted at dead ends only) are already taken out.
     conditional: limits under a condition, None where there are none.
     cut_node: int32 (k,) ascending, nodes at which the map's extract cuts a road; None where the import knew of none and
-    of no rim without any.
+    of no rim without any. ferries: links over which a ferry carries the vehicle, None where there are none; their
+    speed_limit_mps is the ferry's speed.
     """
 
     meta: GraphMeta
@@ -149,6 +173,7 @@ class RoadGraph:
     successor: NDArray[np.int32]
     conditional: ConditionalLimits | None = None
     cut_node: NDArray[np.int32] | None = None
+    ferries: Ferries | None = None
 
     def __post_init__(self) -> None:
         for name in ARRAY_NAMES:
@@ -165,6 +190,13 @@ class RoadGraph:
     def link_count(self) -> int:
         """Number of directed links."""
         return int(self.tail.size)
+
+    def is_ferry(self) -> NDArray[np.bool_]:
+        """Whether a ferry carries the vehicle over a link, bool (M,)."""
+        ferry = np.zeros(self.link_count, np.bool_)
+        if self.ferries is not None:
+            ferry[self.ferries.link] = True
+        return ferry
 
     def limit_mps(self, conditions: Conditions) -> NDArray[np.float64]:
         """Speed limits on the road as it lies and at the time of departure, float64 (M,) > 0 [m/s].
@@ -209,7 +241,7 @@ class RoadGraph:
 
 
 ARRAY_NAMES: Final = tuple(
-    f.name for f in fields(RoadGraph) if f.name not in ("meta", "names", "conditional", "cut_node")
+    f.name for f in fields(RoadGraph) if f.name not in ("meta", "names", "conditional", "cut_node", "ferries")
 )
 
 
@@ -218,7 +250,7 @@ class LooseLinks:
     """Links in any order, as an importer makes them; shapes and units as in RoadGraph.
 
     forbidden_turns: int64 (k, 2), positions in these arrays: the first link may not be followed by the second.
-    conditional: limits under a condition, of positions in these arrays, or None.
+    conditional: limits under a condition, of positions in these arrays, or None. ferries: of positions, or None.
     """
 
     tail: NDArray[np.int32]
@@ -236,6 +268,14 @@ class LooseLinks:
     geometry_lat_e7: NDArray[np.int32]
     forbidden_turns: NDArray[np.int64]
     conditional: ConditionalLimits | None = None
+    ferries: Ferries | None = None
+
+    def is_ferry(self) -> NDArray[np.bool_]:
+        """Whether a ferry carries the vehicle over a link, bool (M,)."""
+        ferry = np.zeros(self.tail.size, np.bool_)
+        if self.ferries is not None:
+            ferry[self.ferries.link] = True
+        return ferry
 
 
 @dataclass(frozen=True, slots=True)
@@ -252,7 +292,7 @@ def assemble_graph(meta: GraphMeta, names: tuple[str, ...], nodes: LooseNodes, l
     """The strongly connected part of loose links with most road as a RoadGraph, in O((M + S) log M).
 
     Connected means link to link, over permitted transitions, so that every link reaches every other one. A road
-    counts once, whether it is driven in one or both directions.
+    counts once, whether it is driven in one or both directions, and a ferry is no road.
     meta.dropped gains `not_connected`, the number of links left out here, and `not_connected_m`, the length of road
     that is lost with them; meta.cut_off names the longest parts of it.
     Raises ImportFailedError when nothing is left.
@@ -260,6 +300,7 @@ def assemble_graph(meta: GraphMeta, names: tuple[str, ...], nodes: LooseNodes, l
     kept = np.arange(links.tail.size)
     twin = _reverse_of(links, kept)
     road_m = np.where(twin >= 0, 0.5, 1.0) * links.length_m  # a road counts once, in one direction or both
+    road_m[links.is_ferry()] = 0.0
     forbidden = _pair_keys(links.forbidden_turns, links.tail.size)
     while True:
         reverse = twin if kept.size == twin.size else _reverse_of(links, kept)
@@ -318,6 +359,7 @@ def assemble_graph(meta: GraphMeta, names: tuple[str, ...], nodes: LooseNodes, l
         successor_first=new_first,
         successor=rank[successor[gather]].astype(np.int32),
         conditional=None if links.conditional is None else links.conditional.of_links(kept, rank),
+        ferries=None if links.ferries is None else links.ferries.of_links(kept, rank),
     )
 
 
@@ -415,7 +457,11 @@ def _transitions(
         & (lat[middle[origin]] == lat[other_middle[target]])
         & (np.abs(length[origin] - length[target]) < 1e-3)
     )
-    elsewhere = np.bincount(origin[allowed & ~u_turn], minlength=kept.size)
+    onward = allowed & ~u_turn
+    if links.ferries is not None:  # nobody has to board where a road ends at a ferry
+        ferry = links.is_ferry()[kept]
+        onward &= ~ferry[target] | ferry[origin]
+    elsewhere = np.bincount(origin[onward], minlength=kept.size)
     allowed &= ~u_turn | (elsewhere[origin] == 0)
     counts = np.bincount(origin[allowed], minlength=kept.size)
     return np.concatenate(([0], np.cumsum(counts))), target[allowed]

@@ -8,9 +8,11 @@ import numpy as np
 
 from routing.graph.conditional_limits import DAY_MIN, EVERY_DAY, ConditionalLimits
 from routing.graph.earth import E7
+from routing.graph.ferries import Ferries
 from routing.graph.road_graph import LooseLinks, LooseNodes
 from routing.importers.crossings import cross_at_heads
 from routing.importers.curves import bend_speeds_mps
+from routing.importers.ferries import levelled
 from routing.importers.roads import HALF_TURN_E7
 from routing.importers.speeds import default_limits_mps
 from routing.importers.tags import Dropped
@@ -62,14 +64,23 @@ def loose_graph(
         roads.country, ways.functional_class[way], ways.ramp[way], ways.living_street[way], urban[piece]
     )
     default = np.where(urban[piece], default, np.minimum(default, bend_speeds_mps(roads)[way]))
+    limit_mps = np.where(np.isnan(tagged), default, tagged)
+    cross = cross_at_heads(roads, chains, pieces, stops, piece, reversed_)
+    node_height_m = np.zeros(node_point.size) if height_m is None else height_m[node_point]
+    ferries = None
+    if ways.ferry_mps is not None and bool((ferry := ~np.isnan(ways.ferry_mps[way])).any()):
+        limit_mps = np.where(ferry, ways.ferry_mps[way], limit_mps)
+        cross = np.where(ferry, 0, cross).astype(np.int8)
+        node_height_m = levelled(node_height_m, tail, head, ferry)
+        ferries = Ferries(np.flatnonzero(ferry), pieces.length_m[piece[ferry]] / limit_mps[ferry])
     first, lon, lat = _geometry(chains, pieces, piece, reversed_)
     links = LooseLinks(
         tail=tail,
         head=head,
         length_m=pieces.length_m[piece],
-        speed_limit_mps=np.where(np.isnan(tagged), default, tagged),
+        speed_limit_mps=limit_mps,
         functional_class=ways.functional_class[way],
-        cross=cross_at_heads(roads, chains, pieces, stops, piece, reversed_),
+        cross=cross,
         urban=urban[piece],
         structure=ways.structure[way],
         way_id=ways.id[way],
@@ -79,11 +90,12 @@ def loose_graph(
         geometry_lat_e7=lat,
         forbidden_turns=_forbidden_turns(roads, tail, head, ways.id[way], pieces.length_m[piece], node_id, dropped),
         conditional=_conditional(roads, way, reversed_),
+        ferries=ferries,
     )
     nodes = LooseNodes(
         lat_deg=chains.lat_e7[node_point] / E7,
         lon_deg=chains.lon_e7[node_point] / E7,
-        height_m=np.zeros(node_point.size) if height_m is None else height_m[node_point],
+        height_m=node_height_m,
         id=node_id,
     )
     return nodes, links

@@ -10,9 +10,12 @@ import numpy as np
 import osmium
 from shapely import Polygon
 
+from energy.stops import FunctionalClass
 from routing.errors import ImportFailedError
 from routing.graph.cut_roads import Extent
 from routing.graph.earth import E7
+from routing.graph.road_graph import PARTS_NAMED, LeftOutFerry
+from routing.importers.ferries import ferry_speed, is_ferry, line_length_m, takes_cars
 from routing.importers.osm_files import check_strings, deleted_objects, header_boxes, open_osm, region_boundary
 from routing.importers.roads import Restriction, Roads, WayBan, Ways
 from routing.importers.speeds import country_code, limits_from_tags, most_named
@@ -49,13 +52,13 @@ _KEYS: Final = (
 _PROGRESS_STEP: Final = 20_000
 
 
-def read_osm(path: Path, progress: Callable[[float], None] | None = None) -> Roads:
+def read_osm(path: Path, progress: Callable[[float], None] | None = None, *, ferries: bool = False) -> Roads:
     """The drivable roads of an OSM file with their controls, turn restrictions and built-up areas, in O(file).
 
     Nodes, ways and relations may come in any order and with negative ids; what is marked as deleted is passed over. Of
     a way that is there twice the later one holds. Raises ImportFailedError naming the file when it is missing, empty,
     damaged, holds several versions of objects or no drivable way. Ways may name points that the file lacks, as in
-    extracts: they are cut there.
+    extracts: they are cut there. ferries: bring in those that take cars; otherwise they are left out and counted.
     """
     if not path.is_file():
         raise ImportFailedError("map", path, "no such file")
@@ -64,7 +67,7 @@ def read_osm(path: Path, progress: Callable[[float], None] | None = None) -> Roa
         raise ImportFailedError("map", path, "the file is empty (0 bytes)")
     file = open_osm(path)
     check_strings(path)
-    reader = _Reader(deleted_objects(path))
+    reader = _Reader(deleted_objects(path), ferries=ferries)
     try:
         processor = osmium.FileProcessor(file)
         if processor.header.has_multiple_object_versions:
@@ -83,6 +86,7 @@ def read_osm(path: Path, progress: Callable[[float], None] | None = None) -> Roa
                 reader.add_relation(entity)
             if progress and count % _PROGRESS_STEP == 0:  # the file's length in objects is unknown: approach 1
                 progress(1.0 - 1.0 / (1.0 + count / (10.0 * _PROGRESS_STEP)))
+        reader.ask_for_ferries()
         if reader.missing:  # nodes behind their ways, or with negative ids, which the index of locations can't hold
             nodes = osmium.FileProcessor(file, osmium.osm.NODE)
             if min(reader.missing) >= 0:
@@ -92,7 +96,7 @@ def read_osm(path: Path, progress: Callable[[float], None] | None = None) -> Roa
     except (RuntimeError, ValueError, osmium.InvalidLocationError) as error:
         raise ImportFailedError("map", path, f"not a readable OSM file ({error})") from error
     reader.cut_ways()
-    if not reader.way_id:
+    if not set(reader.way_id) - set(reader.ferries):
         raise ImportFailedError("map", path, "no way in it may be driven by car, needed: at least one drivable highway")
     lacking = reader.lacking()
     boxes = header_boxes(path, processor.header)
@@ -103,8 +107,12 @@ def read_osm(path: Path, progress: Callable[[float], None] | None = None) -> Roa
 class _Reader:
     """Collects objects in any order; ways become parts between barriers when all nodes are known."""
 
-    def __init__(self, deleted: frozenset[tuple[str, int]]) -> None:
+    def __init__(self, deleted: frozenset[tuple[str, int]], *, ferries: bool) -> None:
         self.deleted = deleted
+        self.takes_ferries = ferries
+        self.ferries: dict[int, str | None] = {}  # durations of those that are brought in
+        self.left_out: dict[int, tuple[tuple[int, ...], str]] = {}
+        self.ferry_lines: list[tuple[tuple[int, ...], str]] = []  # ways of relations, and their durations
         self.location: dict[int, tuple[int, int]] = {}
         self.missing: set[int] = set()
         self.drawn: dict[int, tuple[tuple[int, ...], tuple[Any, ...], Conditional]] = {}
@@ -130,6 +138,7 @@ class _Reader:
         self.beside_missing: set[int] = set()
         self.conditional: dict[int, Conditional] = {}
         self.lowest_id = 0
+        self.speed_mps: dict[int, float] = {}
 
     def is_deleted(self, entity: Any) -> bool:
         """Whether an object is marked as deleted, by `visible` or as editors do."""
@@ -168,8 +177,8 @@ class _Reader:
                 self.countries[code] += 1
 
     def add_way(self, way: Any) -> None:
-        if way.tags.get("route") == "ferry":  # whatever road it is drawn as besides
-            self.dropped[Dropped.FERRY] += 1
+        if "route" in way.tags and is_ferry({"route": way.tags["route"]}):
+            self._add_ferry(way)
             return
         highway = way.tags.get("highway")
         if highway is None:
@@ -211,9 +220,71 @@ class _Reader:
         )
         self.drawn[way.id] = (self._refs(way), row, limits.conditional)
 
+    def _add_ferry(self, way: Any) -> None:
+        tags = {tag.k: tag.v for tag in way.tags}
+        if not takes_cars(tags) or not any(drivable(tags)):
+            self.dropped[Dropped.ACCESS] += 1
+            return
+        if oneway(tags) is Oneway.CHANGING:
+            self.dropped[Dropped.REVERSIBLE] += 1
+            return
+        label = tags.get("name") or tags.get("ref") or ""
+        if not self.takes_ferries:
+            refs = []
+            for node in way.nodes:  # those that are not known yet are asked for only if nodes of roads are, too
+                refs.append(node.ref)
+                if node.location.valid():
+                    self.location.setdefault(node.ref, (node.location.x, node.location.y))
+            self.left_out[way.id] = (tuple(refs), label)
+            return
+        self.ferries[way.id] = tags.get("duration")
+        name_idx = self.name_idx.setdefault(label, len(self.name_idx))
+        row = (int(FunctionalClass.SERVICE), False, False, False, True, *drivable(tags), np.nan, np.nan, 0, name_idx)
+        self.drawn[way.id] = (self._refs(way), row, ((), ()))
+
+    def ask_for_ferries(self) -> None:
+        """Have the places of ferries that are left out looked for where the file is read again anyhow."""
+        if self.missing:
+            self.missing |= {ref for refs, _ in self.left_out.values() for ref in refs if ref not in self.location}
+
+    def _places_e7(self, refs: tuple[int, ...]) -> list[tuple[int, int]]:
+        return [self.location[ref] for ref in refs if ref in self.location]
+
+    def _ferry_speeds_mps(self) -> dict[int, float]:
+        """Speeds of the ferries that are brought in, by way."""
+        length_m = {way: line_length_m(self._places_e7(self.drawn[way][0])) for way in self.ferries}
+        speed_mps: dict[int, float] = {}
+        for ways, duration in self.ferry_lines:  # the whole line's duration, for ways that say none of their own
+            if all(way in self.ferries for way in ways):
+                line = ferry_speed(duration, sum(length_m[way] for way in ways))
+                if not line.assumed:
+                    speed_mps.update((way, line.mps) for way in ways if self.ferries[way] is None)
+        for way, tag in self.ferries.items():
+            if way not in speed_mps:
+                speed = ferry_speed(tag, length_m[way])
+                speed_mps[way] = speed.mps
+                self.dropped[Dropped.FERRY_ASSUMED] += speed.assumed
+                self.dropped[Dropped.FERRY_DURATION] += speed.not_used
+        return speed_mps
+
+    def ferries_left_out(self) -> tuple[LeftOutFerry, ...]:
+        """The longest ferries that were left out; all are counted."""
+        found = []
+        for refs, label in self.left_out.values():
+            places = self._places_e7(refs)
+            lon_e7, lat_e7 = places[0] if places else (0, 0)
+            found.append(
+                LeftOutFerry(round(line_length_m(places), 1), round(lat_e7 / E7, 5), round(lon_e7 / E7, 5), label)
+            )
+        self.dropped[Dropped.FERRY] += len(found)
+        self.dropped[Dropped.FERRY_M] += round(sum(ferry.length_m for ferry in found))
+        found = [ferry for ferry in found if ferry.length_m > 0.0]
+        return tuple(sorted(found, key=lambda ferry: -ferry.length_m)[:PARTS_NAMED])
+
     def cut_ways(self) -> None:
         """Make points and parts of all ways, and areas, once every object is known."""
         self.lowest_id = min(0, min(self.location, default=0))
+        self.speed_mps = self._ferry_speeds_mps()
         for way_id, (refs, row, conditional) in self.drawn.items():
             for part in self._parts(refs):
                 if any(conditional):
@@ -280,6 +351,9 @@ class _Reader:
         if tags.get("boundary") == "administrative" and tags.get("admin_level") == "2" and "ISO3166-1" in tags:
             self.country_areas.add(country_code(tags["ISO3166-1"]) or tags["ISO3166-1"].upper())
         kind = tags.get("type", "").strip().lower()
+        if kind == "route" and is_ferry(tags) and "duration" in tags:
+            self.ferry_lines.append((tuple(m.ref for m in relation.members if m.type == "w"), tags["duration"]))
+            return
         if kind != "restriction" and not kind.startswith("restriction:"):
             return
         rule = turn_rule(tags)
@@ -314,6 +388,8 @@ class _Reader:
 
     def roads(self, source: str) -> Roads:
         columns = list(zip(*self.way_row, strict=True))
+        left_out = self.ferries_left_out()
+        ferry_mps = np.array([self.speed_mps.get(way, np.nan) for way in self.way_id]) if self.speed_mps else None
         controls: Mapping[int, Control] = {
             self.point_idx[point]: found for point, found in self.controls_by_id.items() if point in self.point_idx
         }
@@ -336,6 +412,7 @@ class _Reader:
                 backward_mps=np.array(columns[8], np.float64),
                 urban=np.array(columns[9], np.int8),
                 name_idx=np.array(columns[10], np.int32),
+                ferry_mps=ferry_mps,
             ),
             names=tuple(self.name_idx),
             controls=controls,
@@ -348,4 +425,5 @@ class _Reader:
             attribution="© OpenStreetMap contributors",
             dropped=dict(self.dropped),
             conditional=self.conditional,
+            ferries_left_out=left_out,
         )

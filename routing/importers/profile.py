@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 PASSES: Final = 4  # of the exponential kernel, so that the whole is close to a Gaussian
 _TINY_MASS_M: Final = 1e-6  # keeps a road that is a bridge from end to end solvable
 _SHORTEST_STEP_M: Final = 0.05
+_LEVEL_M: Final = 1e-6
 
 # Steepest grade by functional class. AASHTO's Green Book permits about 6 % on freeways and 8 % on rural arterials in
 # mountains; motorways and trunk roads get 1 to 2 points more. The rest is assumed: mountain roads seldom exceed 15 %,
@@ -62,7 +63,10 @@ def smooth_along_roads(
 
 
 def limit_grades(
-    chains: Chains, functional_class: NDArray[np.int8], height_m: NDArray[np.float64]
+    chains: Chains,
+    functional_class: NDArray[np.int8],
+    height_m: NDArray[np.float64],
+    level: NDArray[np.bool_] | None = None,
 ) -> NDArray[np.float64]:
     """Heights of points with no step steeper than its road class allows, float64 (P,) [m].
 
@@ -71,11 +75,14 @@ def limit_grades(
     doi:10.1090/S0002-9904-1934-05978-0). Their mean is permitted too, since permitted profiles form a convex set; two
     more envelopes bring it back towards h wherever the limits leave room. Equals h where h obeys the limits together
     with its surroundings. Four shortest-path runs, O(P log P).
-    functional_class: int8 (W,) by way.
+    functional_class: int8 (W,) by way. level: bool (W,) ways that are level, to a millionth of a metre a step.
     """
     here, there, step_m = _edges(chains)
-    allowed = np.array([STEEPEST_GRADE[c] for c in FunctionalClass])[functional_class[chains.way[chains.steps()]]]
+    way = chains.way[chains.steps()]
+    allowed = np.array([STEEPEST_GRADE[c] for c in FunctionalClass])[functional_class[way]]
     climb_m = allowed * step_m
+    if level is not None:
+        climb_m[level[way]] = _LEVEL_M  # a stored zero would be no edge
 
     def below(profile_m: NDArray[np.float64]) -> NDArray[np.float64]:
         return _highest_below(here, there, climb_m, profile_m)

@@ -17,6 +17,7 @@ from routing.importers.built_up import urban_pieces
 from routing.importers.chains import chains_from_roads, junction_positions, pieces_of
 from routing.importers.crossings import place_controls
 from routing.importers.elevation import sample_heights
+from routing.importers.ferries import without_spurs
 from routing.importers.graphml import roads_from_networkx
 from routing.importers.links import loose_graph
 from routing.importers.osm import read_osm
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from routing.importers.chains import Chains
+    from routing.importers.chains import Chains, Pieces
     from routing.importers.roads import Roads
 
 DEFAULT_SMOOTHING_M: Final = 300.0
@@ -47,12 +48,14 @@ def import_region(
     name: str,
     *,
     smoothing_m: float = DEFAULT_SMOOTHING_M,
+    ferries: bool = False,
     progress: Callable[[str, float], None] | None = None,
 ) -> RoadGraph:
     """The road graph of a map, with heights from elevation files; nothing is written.
 
     map_path: OpenStreetMap PBF or XML, or GraphML as OSMnx writes it. dem_paths: GeoTIFF, .hgt, .hgt.zip; none gives a
     graph without terrain, unless a GraphML brings its own heights. smoothing_m: 0..5000 [m], see smooth_along_roads.
+    ferries: bring in those that take cars, as links with a duration and no energy; OpenStreetMap files only.
     progress: called with a stage's name and the part of it that is done, 0..1.
     Raises ImportFailedError, and GraphFormatError for a GraphML that another version of joulepath wrote.
     """
@@ -69,6 +72,8 @@ def import_region(
 
     report = stage("read map")
     if map_path.suffix.lower() == ".graphml":
+        if ferries:
+            raise ImportFailedError("ferries", "on", f"{map_path.name} is GraphML, allowed: an OpenStreetMap file")
         if not map_path.is_file():
             raise ImportFailedError("map", map_path, "no such file")
         loaded = load_networkx(map_path)
@@ -82,7 +87,7 @@ def import_region(
             return replace(graph, meta=replace(graph.meta, name=name))
         roads = roads_from_networkx(loaded, map_path.name)
     else:
-        roads = read_osm(map_path, report)
+        roads = read_osm(map_path, report, ferries=ferries)
     report(1.0)
     return graph_from_roads(roads, dem_paths, name, smoothing_m=smoothing_m, stage=stage)
 
@@ -124,6 +129,10 @@ def graph_from_roads(
         is_cut[np.concatenate((pieces.tail[left_out], pieces.head[left_out]))] = True
         dropped[Dropped.HEIGHT] += pieces.length_m.size - covered.length_m.size
         pieces = covered
+    if roads.ways.ferry is not None:
+        leading = without_spurs(chains, pieces, roads.ways.ferry)
+        dropped[Dropped.FERRY_END] += _ferry_count(roads, chains, pieces) - _ferry_count(roads, chains, leading)
+        pieces = leading
     report(0.5)
     nodes, links = loose_graph(roads, chains, pieces, stops, urban_pieces(roads, chains, pieces), height_m, dropped)
     report(1.0)
@@ -139,6 +148,7 @@ def graph_from_roads(
         smoothing_m=smoothing_m if dem_paths else 0.0,
         bbox=(0.0, 0.0, 0.0, 0.0),  # assemble_graph finds it
         dropped={str(reason): count for reason, count in sorted(dropped.items()) if count},
+        ferries_left_out=roads.ferries_left_out,
     )
     graph = assemble_graph(meta, roads.names, nodes, links)
     if roads.extent is not None or is_cut.any():
@@ -160,13 +170,28 @@ def _heights(
     dropped: Counter[str],
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     report = stage("read elevation")
-    raw_m, outside = sample_heights(dem_paths, chains.lon_e7 / E7, chains.lat_e7 / E7, report, dropped)
+    lon_deg, lat_deg, ferry = chains.lon_e7 / E7, chains.lat_e7 / E7, roads.ways.ferry
+    if ferry is None:
+        raw_m, outside = sample_heights(dem_paths, lon_deg, lat_deg, report, dropped)
+    else:  # what ferries alone pass has no ground
+        on_road = np.zeros(chains.point_count, np.bool_)
+        on_road[chains.point[~ferry[chains.way]]] = True
+        ground_m, beyond = sample_heights(dem_paths, lon_deg[on_road], lat_deg[on_road], report, dropped)
+        raw_m, outside = np.full(on_road.size, float(ground_m.mean())), np.zeros(on_road.size, np.bool_)
+        raw_m[on_road], outside[on_road] = ground_m, beyond
     report = stage("smooth heights")
     smooth_m = smooth_along_roads(chains, roads.ways.structure, raw_m, smoothing_m)
     report(0.5)
-    height_m = limit_grades(chains, roads.ways.functional_class, smooth_m)
+    height_m = limit_grades(chains, roads.ways.functional_class, smooth_m, ferry)
     report(1.0)
     return height_m, outside
+
+
+def _ferry_count(roads: Roads, chains: Chains, pieces: Pieces) -> int:
+    """Number of ferries of which a piece is there."""
+    assert roads.ways.ferry is not None
+    way = chains.way[pieces.begin]
+    return int(np.unique(roads.ways.id[way[roads.ways.ferry[way]]]).size)
 
 
 def _interpolated(roads: Roads, chains: Chains) -> NDArray[np.float64]:

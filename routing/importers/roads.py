@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from shapely import Polygon
 
     from routing.graph.cut_roads import Extent
+    from routing.graph.road_graph import LeftOutFerry
     from routing.importers.conditional import ConditionalLimit
     from routing.importers.tags import Control
 
@@ -51,6 +52,7 @@ class Ways:
     forward_mps, backward_mps: tagged limit [m/s], NaN where none is.
     urban: int8, 1 and 0 as tagged, -1 where nothing is.
     stretch: float64, driven length over that of the drawn line; None unless the map states lengths of its own.
+    ferry_mps: float64, speed of ferries, NaN of roads; None where all are roads.
     """
 
     way_first: NDArray[np.int64]
@@ -68,6 +70,12 @@ class Ways:
     urban: NDArray[np.int8]
     name_idx: NDArray[np.int32]
     stretch: NDArray[np.float64] | None = None
+    ferry_mps: NDArray[np.float64] | None = None
+
+    @property
+    def ferry(self) -> NDArray[np.bool_] | None:
+        """Whether a way is a ferry, bool (W,); None where all are roads."""
+        return None if self.ferry_mps is None else ~np.isnan(self.ferry_mps)
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +86,7 @@ class Roads:
     heights (NaN between known ones), else None. controls: by position of the point. built_up: landuse areas.
     country: the code whose speed rules hold, or None. dropped: what was left out, by reason.
     conditional: limits under a condition along and against a way, by the way's row. extent: where the file says that it
-    ends, None where files of its kind don't.
+    ends, None where files of its kind don't. ferries_left_out: the longest ones.
     """
 
     point_id: NDArray[np.int64]
@@ -100,6 +108,7 @@ class Roads:
     )
     way_bans: tuple[WayBan, ...] = ()
     extent: Extent | None = None
+    ferries_left_out: tuple[LeftOutFerry, ...] = ()
 
 
 def eastward_e7(lon_a_e7: NDArray[np.int32], lon_b_e7: NDArray[np.int32]) -> NDArray[np.int64]:

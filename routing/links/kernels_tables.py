@@ -22,6 +22,8 @@ class LinkArrays(NamedTuple):
     row: (M, 8), what the search reads of a link for every label, in one cache line, columns as named above: the other
     floating-point arrays are its columns. CRUISE_J, CRUISE_S: of the commonest drive, at the limit throughout.
     REST_J, REST_S: of the drive from rest; REST_S is -1 where that does not reach the limit. Neither has climate in it.
+    Of a link over which the vehicle is carried, LIMIT is CARRIED_MPS and CRUISE_S the time on board. carries: there are
+    such links.
     roads: (M, 8), columns of energy.force.kernels_force. speed_limit_mps: the speed that is driven where it is free.
     """
 
@@ -37,6 +39,7 @@ class LinkArrays(NamedTuple):
     successor: NDArray[np.int32]
     top_class: NDArray[np.int8]
     settling_m: NDArray[np.float64]
+    carries: bool = False
 
 
 class BorrowedLinks(NamedTuple):
@@ -48,6 +51,7 @@ class BorrowedLinks(NamedTuple):
     successor: NDArray[np.int32]
     top_class: NDArray[np.int8]
     settling_m: NDArray[np.float64]
+    carries: bool
 
 
 @njit(nogil=True, cache=True, inline="always")
@@ -60,4 +64,5 @@ def borrowed_links(g: LinkArrays) -> BorrowedLinks:
         borrowed(g.successor),
         borrowed(g.top_class),
         borrowed(g.settling_m),
+        g.carries,
     )

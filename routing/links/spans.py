@@ -114,6 +114,9 @@ class ChainMaker:
     ) -> Chain:
         """Links of the graph one after the other, each driven over a length."""
         graph = self.graph
+        carried_s = None if graph.ferries is None else graph.ferries.carried_s(idx)
+        if carried_s is not None:
+            carried_s = carried_s * (length_m / graph.length_m[idx])
         probability, wait = link_stops(graph, settings, links=idx)
         stop_class = 4 * graph.urban[idx].astype(np.int8) + graph.cross[idx]
         return Chain(
@@ -125,4 +128,5 @@ class ChainMaker:
             stop_class=stop_class.astype(np.int8),
             altitude_m=graph.altitude_m(idx),
             heading=graph.heading(idx),
+            carried_s=carried_s,
         )

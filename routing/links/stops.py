@@ -24,13 +24,15 @@ def link_stops(
     rule: StopRule = StopRule.EXPECTED,
     links: SomeLinks = ALL_LINKS,
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Stop probability and stop time [s] at the end of links, float64 (k,); motorways have none (equation 28).
+    """Stop probability and stop time [s] at the end of links, float64 (k,); motorways and ferries have none (eq. 28).
 
     The rule `counted` depends on the way so far and has no probability of its own: that of `expected` is its target.
     """
     urban = graph.urban[links].astype(np.intp)
     motorway = graph.functional_class[links] == FunctionalClass.MOTORWAY
     cross = np.where(motorway, 0, graph.cross[links]).astype(np.intp)
+    if graph.ferries is not None:
+        cross[graph.is_ferry()[links]] = 0
     probability, wait = settings.probability_frac[urban, cross], settings.time_s[urban, cross]
     if rule is StopRule.NONE:
         return np.zeros_like(probability), np.zeros_like(wait)

@@ -18,7 +18,7 @@ from energy.compiled.kernels_borrow import borrowed
 from energy.force.kernels_force import idle_energy, road_load_n
 from energy.force.kernels_physics import LinkPhysics, Road, borrowed_physics, road_at
 from routing.links.kernels_stretch import LinkStretch, stretch_energy, stretch_to_end
-from routing.links.kernels_tables import LENGTH, LIMIT, STOP
+from routing.links.kernels_tables import CRUISE_S, LENGTH, LIMIT, STOP
 
 # columns of the table of entries: lowest speed in which a link is entered once a drive has gathered way, and the least
 # and greatest probability of having stopped before it
@@ -211,7 +211,7 @@ def fill_entries(
             gained = 2.0 * accel[i] * length
             for k in range(first[i], first[i + 1]):
                 j = successor[k]
-                target = min(limit, row[j, LIMIT])
+                target = max(min(limit, row[j, LIMIT]), 0.0)
                 going = min(target * target, low * low + gained)
                 end = (1.0 - stopped) * going + stopped * min(target * target, gained)
                 squared[j] = min(squared[j], end)
@@ -234,11 +234,13 @@ def least_towards_any(
     """Least energy above the potential [J] and least time [s] of a link, towards any successor, over all entries."""
     r = road_at(roads, link)
     limit = row[link, LIMIT]
+    if limit < 0.0:
+        return 0.0, row[link, CRUISE_S]
     entries = EntryRange(min(entry[link, SLOWEST], limit), entry[link, STOPPED_LEAST], entry[link, STOPPED_MOST])
     least_j, least_s = math.inf, math.inf
     known = -1.0
     for k in range(first[link], first[link + 1]):
-        target = min(limit, row[successor[k], LIMIT])
+        target = max(min(limit, row[successor[k], LIMIT]), 0.0)
         if target == known:
             continue
         known = target

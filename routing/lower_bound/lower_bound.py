@@ -11,6 +11,7 @@ import numpy as np
 
 from routing.dominance.bounds import least_load_n
 from routing.graph.earth import EARTH_RADIUS_M
+from routing.links import kernels_tables
 from routing.links.aligned import aligned
 from routing.lower_bound import kernels_least, kernels_lower_bound
 from routing.lower_bound.kernels_least import Reduction
@@ -92,8 +93,12 @@ class LowerBound:
         into[:, kernels_lower_bound.INTO_TAIL] = graph.tail[order]
         place_m = _places_m(graph)
         longer = max(kernels_lower_bound.most_straight(place_m, graph.tail, graph.head, graph.length_m), 1.0)
-        load_n = max(least_load_n(plain, arrays.roads, arrays.speed_limit_mps), 0.0)
+        load_n = max(least_load_n(plain, arrays.roads, np.maximum(arrays.speed_limit_mps, 0.0)), 0.0)
         fastest_mps = float(arrays.speed_limit_mps.max())
+        if arrays.carries:  # on board a metre takes nothing
+            load_n, carried = 0.0, arrays.speed_limit_mps < 0.0
+            carried_s = arrays.row[carried, kernels_tables.CRUISE_S]
+            fastest_mps = max(fastest_mps, float((arrays.length_m[carried] / carried_s).max()))
         a_metre = np.array((self._reduction.alpha * load_n, 1.0 / fastest_mps, 1.0))
         return LeastCosts(first, into, order, entry, plain, place_m, a_metre, (1.0 - NOISE_FRAC) / longer)
 
@@ -105,7 +110,8 @@ class LowerBound:
             if self._descent is None:
                 height_j = self._reduction.alpha * self._physics.weight_n * graph.node_height_m
                 level_j = height_j.copy()
-                kernels_lower_bound.lower_levels(h, self._physics.cabin_w, level_j)
+                heat_w = 0.0 if self._arrays.carries else self._physics.cabin_w  # none on board
+                kernels_lower_bound.lower_levels(h, heat_w, level_j)
                 slowest_mps = costs.entry[:, kernels_least.SLOWEST]
                 self._descent = np.column_stack(((height_j - level_j)[graph.tail], slowest_mps))
             return self._descent

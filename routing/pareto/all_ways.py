@@ -12,7 +12,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from energy.force.kernels_physics import cabin_energy_j
-from routing.links.kernels_tables import LIMIT, STOP
+from routing.links.kernels_tables import CRUISE_S, LIMIT, STOP
 from routing.pareto import kernels_labels as kernels
 from routing.pareto import kernels_states
 from routing.search.found import FoundPath
@@ -69,9 +69,13 @@ class Uncovered:
     shared: int
 
 
-def is_applicable(physics: LinkPhysics) -> bool:
-    """Whether links take the same from a state at any time, and nothing takes less than its gain in potential."""
-    return not physics.printed and physics.tyre_time_s == 0.0
+def is_applicable(physics: LinkPhysics, *, carries: bool = False) -> bool:
+    """Whether links take the same from a state at any time, and nothing takes less than its gain in potential.
+
+    carries: the graph has ferries, on which climate takes nothing: then there must be none, since it counts by time.
+    """
+    climate = physics.cabin_w != 0.0 or physics.cabin_start_w != 0.0
+    return not physics.printed and physics.tyre_time_s == 0.0 and not (carries and climate)
 
 
 def uncovered_ways(
@@ -130,6 +134,7 @@ def _positions(places: Sequence[LinkPosition]) -> NDArray[np.float64]:
 def _within(g: LinkArrays, ends: Ends, most_s: float) -> NDArray[np.bool_]:
     """Links that some way enters which takes no more than most_s, at the limit all along, bool (M,)."""
     link_s = g.length_m / g.row[:, LIMIT] + g.row[:, STOP] * g.stop_time_s
+    link_s = np.where(g.row[:, LIMIT] < 0.0, g.row[:, CRUISE_S], link_s)
     links = link_s.size
     ways = csr_array(
         (np.repeat(link_s, np.diff(g.successor_first)), g.successor, g.successor_first), shape=(links, links)

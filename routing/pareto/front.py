@@ -100,7 +100,11 @@ class ParetoSearch:
             return ParetoFront((eco,), claim, tuple(self._stats), self._crowded, self._unpaid_j)
         reference_j = self._reference_j(eco)
         unproven = self._unproven()
-        compares = unproven is None and len(self._places) == 2 and is_applicable(self._space.physics)
+        compares = (
+            unproven is None
+            and len(self._places) == 2
+            and is_applicable(self._space.physics, carries=self._space.arrays.carries)
+        )
         self._sweep(reference_j, SWEEPS if compares else SWEEPS_ALONE)
         proof = ParetoProof.WEIGHTINGS
         gap = self._gap(reference_j)
@@ -199,7 +203,8 @@ class ParetoSearch:
                     raise NoPathError("no permitted way leads from start to goal")
                 stretches = self._search.spans(path)
                 spans += (*stretches[:-1], replace(stretches[-1], rest=k + 2 < len(self._places)))
-                cost, clock_s = cost + path.cost, clock_s + path.time_s
+                cost += path.cost
+                clock_s += path.time_s - self._space.carried_s(path.links)
                 crowded |= counts.crowded > 0
                 self._count(counts, method_name(counts, pareto=False))
                 here = there

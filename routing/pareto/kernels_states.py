@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from energy.compiled.kernels_borrow import borrowed
 from energy.force.kernels_physics import ROAD_GRADE, LinkPhysics, Road, borrowed_physics, road_at
 from routing.links.kernels_stretch import LinkStretch, stretch_energy, stretch_to_end, stretch_to_rest
-from routing.links.kernels_tables import HEIGHT, LIMIT, STOP, BorrowedLinks, LinkArrays, borrowed_links
+from routing.links.kernels_tables import CRUISE_S, HEIGHT, LIMIT, STOP, BorrowedLinks, LinkArrays, borrowed_links
 
 GOAL = 0  # the state of having arrived
 LEVEL_MPS = 1.0  # least speeds of shared states are multiples of it
@@ -232,7 +232,16 @@ def expand(
             successor = links.successor[k]
             if not allowed[successor]:
                 continue
-            target = min(links.row[link, LIMIT], links.row[successor, LIMIT])
+            target = max(min(links.row[link, LIMIT], links.row[successor, LIMIT]), 0.0)
+            if links.row[link, LIMIT] < 0.0:  # on board
+                after_j = alpha * p.weight_n * links.row[successor, HEIGHT]
+                add_arc(
+                    sg,
+                    state_at(sg, latest, successor, 0.0, p_stop, rules.most, after_j),
+                    0.0,
+                    links.row[link, CRUISE_S],
+                )
+                continue
             if target != known:
                 known = target
                 stretch = stretch_to_end(links.row, links.roads, link, offset, target)

@@ -54,6 +54,9 @@ def filled_areas(
     home = np.array((origin.lon_deg, origin.lat_deg))
     tolerance_m = SIMPLER * filling.gap_m
     filled = []
+    ashore = np.zeros(graph.node_count, np.bool_)
+    ashore[graph.tail[~graph.is_ferry()]] = True
+    ashore[graph.head[~graph.is_ferry()]] = True
     for (energies, budget_j), drawn in zip(cases, areas, strict=True):
         flat = shapely.transform(drawn.area, lambda lonlat: (lonlat - home) * scale)
         wide = shapely.buffer(shapely.simplify(flat, tolerance_m), 0.5 * filling.gap_m + tolerance_m)
@@ -64,6 +67,7 @@ def filled_areas(
         shapely.prepare(shape)
         covered = shapely.contains_xy(shape, graph.node_lon_deg, graph.node_lat_deg)
         reached = energies.node_energy_j <= budget_j
+        covered, reached = covered & ashore, reached & ashore
         filled.append(
             replace(
                 drawn,

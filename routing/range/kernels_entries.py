@@ -70,7 +70,9 @@ class EntryList(NamedTuple):
 def end_speed(g: LinkArrays, p: LinkPhysics, link: int, v: float, stopped: float, successor: int) -> float:
     """Go-speed at a link's end towards a successor, as link_energy has it."""
     v_max = g.speed_limit_mps[link]
-    target: float = min(v_max, g.speed_limit_mps[successor])
+    target: float = max(min(v_max, g.speed_limit_mps[successor]), 0.0)
+    if v_max < 0.0:
+        return 0.0
     if p.table or (v == v_max and stopped == 0.0):
         return target
     length = g.length_m[link]
@@ -110,7 +112,7 @@ def gather_entries(g: LinkArrays, p: LinkPhysics, c: EntryList) -> int:
     for i in range(g.length_m.size):
         for k in range(g.successor_first[i], g.successor_first[i + 1]):
             j = g.successor[k]
-            v = min(g.speed_limit_mps[i], g.speed_limit_mps[j])
+            v = max(min(g.speed_limit_mps[i], g.speed_limit_mps[j]), 0.0)
             made = gather_entry(c, made, j, v, g.stop_probability_frac[i], 0.0)
     entry = 0
     while entry < made:

@@ -255,7 +255,8 @@ class RangeSearch:
         """Relative standard deviation of what driving dissipates, on a sample of the graph's links."""
         graph = self.graph
         rng = np.random.default_rng(SEED)
-        idx = rng.choice(graph.link_count, SAMPLE_LINKS, p=graph.length_m / graph.length_m.sum())
+        road_m = np.where(graph.is_ferry(), 0.0, graph.length_m)
+        idx = rng.choice(graph.link_count, SAMPLE_LINKS, p=road_m / road_m.sum())
         chain = self._chains.of_links(idx, graph.length_m[idx], query.stop_settings, query.conditions)
         return dissipation_sd_frac(
             query.vehicle, chain, DriveSettings(query.conditions, query.link_model, query.stop_rule)

@@ -131,7 +131,7 @@ class WayBack:
         for rules, labels in found.searched:
             arrays = self._arrays(rules, labels)
             kernels_departure.first_places(arrays, head_left, charges.soc_j, charges.reserve_j, found.left_j, begin)
-        reached = np.isfinite(begin)
+        reached = np.isfinite(begin) & (self._space.arrays.speed_limit_mps >= 0.0)  # nobody departs on board
         return (
             RoadEnergies(
                 node_energy_j=charges.soc_j - node_left,
@@ -169,6 +169,7 @@ class WayBack:
                 charges.reserve_j,
                 turn_m,
             )
+        turn_m[self._space.arrays.speed_limit_mps < 0.0] = -1.0
         return (
             RoadEnergies(
                 node_energy_j=node_energy,

@@ -12,6 +12,7 @@ from energy.battery import soc_along
 from energy.chain import kernels_chain
 from energy.chain.chain import RULE_CODE, StopRule, filling_energy_j
 from energy.units import JOULE_PER_WH
+from routing.links.kernels_tables import CRUISE_S
 from routing.queries import MatrixQuery, RouteQuery
 from routing.route.best_path import Leg
 from routing.route.limits import charge_limits, is_best_within
@@ -274,6 +275,7 @@ class PathDrives:
             arrays.speed_limit_mps[idx],
             arrays.stop_probability_frac[idx],
             self._stop_class[idx],
+            arrays.row[idx, CRUISE_S] if arrays.carries else np.empty(0),
         )
         full_j = filling_energy_j(query.soc_frac if charged else None, query.vehicle.usable_capacity_wh)
         driven = kernels_chain.undriven(idx.size, with_parts=False)

@@ -114,7 +114,8 @@ class WayFinder:
         for k, there in enumerate(places[1:]):
             if not same_place(here, there) and (kept or to_the_end):
                 name = _leg_name(k, len(places))
-                leg = Leg(here, there, soc[-1], needed[k + 1], spans, clock[-1], name, len(places) - 1)
+                driving_s = clock[-1] - self._carried_s(spans)
+                leg = Leg(here, there, soc[-1], needed[k + 1], spans, driving_s, name, len(places) - 1)
                 best = self._search.best_path(self._query, weights, leg)
                 stretches = _ending_at(self._search.spans(best.path), rest=k + 2 < len(places))
                 if spare is not None and not self._leaves((*spans, *stretches), needed[k + 1]):
@@ -131,6 +132,10 @@ class WayFinder:
                 clock.append(clock[-1])
             first.append(len(spans))
         return Way(spans, tuple(first), tuple(found), tuple(soc), tuple(clock), kept)
+
+    def _carried_s(self, spans: tuple[LinkSpan, ...]) -> float:
+        """Time on board of ferries, which the clock of climate and tyres does not count [s]."""
+        return self._search.space_of(self._query, self._query.vehicle).carried_s([span.link_idx for span in spans])
 
     def _driven(self, spans: tuple[LinkSpan, ...]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Charge at the end of each stretch and the time that it takes [s], float64 (n,)."""
@@ -156,7 +161,7 @@ class WayFinder:
         """Most that a better way could take less because cabin and tyres warm up (docs/search.md, lemma 9)."""
         space = self._search.space_of(self._query, self._query.vehicle)
         bound_j = sum(
-            space.still_owed_j(way.clock_s[k])
+            space.still_owed_j(way.clock_s[k] - self._carried_s(way.spans[: way.first[k]]))
             for k in range(1, len(way.first) - 1)
             if way.first[k + 1] > way.first[k] > 0
         )

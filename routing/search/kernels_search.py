@@ -22,7 +22,7 @@ from routing.dominance.kernels_rules import SearchRules, SlackRules, borrowed_se
 from routing.dominance.kernels_slack import Entry
 from routing.kernels_heap import heap_drop, heap_push
 from routing.links.kernels_drives import DriveTable, borrowed_drives
-from routing.links.kernels_tables import LIMIT, LinkArrays, borrowed_links
+from routing.links.kernels_tables import CRUISE_S, LIMIT, LinkArrays, borrowed_links
 from routing.lower_bound.kernels_least import SLOWEST
 from routing.lower_bound.kernels_lower_bound import (
     FARTHEST,
@@ -282,6 +282,9 @@ def run(
         ds = s.length_m - s.offset_m
         latest = LinkDrive(0.0, 0.0, 0.0, -1.0)  # turns with the same target speed share a drive
         heat_s, heat_j = -1.0, 0.0
+        carried_cost = 0.0  # of the time on board, which the clock of climate and tyres does not count
+        if links.carries and links.row[s.link, LIMIT] < 0.0:
+            carried_cost = r.time_weight * links.row[s.link, CRUISE_S]
         for turn in range(s.turns):
             to = Entered(-1, 0, 0.0)
             if s.state > 0:
@@ -306,7 +309,7 @@ def run(
             if used > r.most_energy_j:
                 continue
             used_cost = r.energy_weight * (used - s.energy_j)
-            cost = s.cost + used_cost + r.time_weight * drive.time_s + r.distance_weight * ds
+            cost = s.cost + used_cost + r.time_weight * drive.time_s + r.distance_weight * ds + carried_cost
             if bag[to.link, BAG_EPOCH] != epoch:
                 bag[to.link, BAG_EPOCH] = epoch
                 bag[to.link, BAG_LABEL] = -1.0

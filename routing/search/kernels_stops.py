@@ -10,8 +10,9 @@ from energy.chain.kernels_link import link_energy
 from energy.compiled.kernels_borrow import borrowed
 from energy.force.kernels_physics import LinkPhysics, accepted_j, borrowed_physics, cabin_energy_j, road_in_time
 from routing.dominance.kernels_rules import SearchRules
-from routing.links.kernels_tables import LENGTH, LIMIT, LinkArrays
+from routing.links.kernels_tables import CRUISE_S, LENGTH, LIMIT, LinkArrays
 from routing.search.kernels_workspace import (
+    COST,
     DEAD,
     DISTANCE,
     ENERGY,
@@ -57,7 +58,12 @@ def stops_by(
         length, v_max = row[link, LENGTH], row[link, LIMIT]
         road = road_in_time(p, roads, link, time0, (length - offset) / v_max)
         drive_j, t, _ = link_energy(p, road, length - offset, v, stopped, v_max, v_max, 1.0, 0.0)
-        used = time0 + t if by_time else distance0 + length - offset
+        carried = 0.0  # time on board so far, of which costs know and the clock of labels does not
+        if g.carries and by_time:
+            carried = max(number[label, COST] / r.time_weight - time0, 0.0)
+            if v_max < 0.0:
+                carried += row[link, CRUISE_S]
+        used = time0 + t + carried if by_time else distance0 + length - offset
         if used <= most:
             link_reach_m[link] = length
             node = head[link]
@@ -74,7 +80,7 @@ def stops_by(
             if by_time:
                 road = road_in_time(p, roads, link, time0, (middle - offset) / v_max)
                 _, t, _ = link_energy(p, road, middle - offset, v, stopped, v_max, v_max, 1.0, 0.0)
-            if (time0 + t if by_time else distance0 + middle - offset) <= most:
+            if (time0 + t + carried if by_time else distance0 + middle - offset) <= most:
                 low = middle
             else:
                 high = middle

@@ -98,6 +98,8 @@ class EnergySearch:
     def __post_init__(self) -> None:
         for key in self.graph.edges(keys=True):
             self._driven_mps[key], self._roads[key] = self._road(key)
+            if "duration_s" in self.graph.edges[key]:
+                self._driven_mps[key] = 0.0  # nobody boards a ferry but at rest
         if self.physics.tyre_time_s > 0.0:
             driven, roads = np.array(list(self._driven_mps.values())), np.vstack(list(self._roads.values()))
             slack = slack_rules(self.physics, roads, driven)
@@ -140,6 +142,8 @@ class EnergySearch:
         climate, tyres and acceptance depend.
         """
         edge = self.graph.edges[state.edge]
+        if "duration_s" in edge:  # on board
+            return 0.0, 0.0, edge["length"], 0.0, 0.0
         limit = self._driven_mps[state.edge]
         ds = (edge["length"] if to_m is None else to_m) - state.offset_m
         road = road_in_time(self.physics, self._roads[state.edge], 0, clock_s, ds / limit)
@@ -244,6 +248,9 @@ class EnergySearch:
             + self.weights.time * time / SECOND_PER_HOUR
             + self.weights.distance * distance / METRE_PER_KM
         )
+        if label.state is not None:
+            carried_s = self.graph.edges[label.state.edge].get("duration_s", 0.0)
+            cost += self.weights.time * carried_s / SECOND_PER_HOUR
         return TwinLabel(state, cost, used, label.time_s + time, label.distance_m + distance, label)
 
     def _dominates(self, a: TwinLabel, b: TwinLabel) -> bool:

@@ -198,14 +198,14 @@ def find_path(
         def search(by: SearchRules) -> tuple[FoundPath | None, SearchCounts]:
             ws, epoch, goal, counts = _run(space, pool, by, starts, goals, lent, bound, options.begin_s)
             try:
-                return (None if goal < 0 else _unpack(ws, goal, goals, options.begin_s)), counts
+                return (None if goal < 0 else _unpack(space, ws, goal, goals, options.begin_s)), counts
             finally:
                 pool.give_back(ws, epoch)
 
         return _proven(space, rules, search)
 
 
-def _unpack(ws: Workspace, goal: int, goals: Sequence[LinkPosition], begin_s: float) -> FoundPath:
+def _unpack(space: SearchSpace, ws: Workspace, goal: int, goals: Sequence[LinkPosition], begin_s: float) -> FoundPath:
     label = int(ws.pointer[goal, kernels_workspace.PARENT])
     links: list[int] = []
     first = label
@@ -221,7 +221,7 @@ def _unpack(ws: Workspace, goal: int, goals: Sequence[LinkPosition], begin_s: fl
         goal=next(g for g in goals if g.link_idx == links[-1]),
         cost=float(number[kernels_workspace.COST]),
         energy_j=float(number[kernels_workspace.ENERGY]),
-        time_s=float(number[kernels_workspace.TIME]) - begin_s,
+        time_s=float(number[kernels_workspace.TIME]) - begin_s + space.carried_s(links),
         distance_m=float(number[kernels_workspace.DISTANCE]),
     )
 
@@ -252,6 +252,7 @@ def reach(
             return (node_energy, link_reach), counts
 
         (node_energy, link_reach), counts = _proven(space, rules, search)
+    link_reach[space.arrays.speed_limit_mps < 0.0] = -1.0  # nobody stops on board
     return Reach(node_energy, link_reach, limits.most_energy_j, counts)
 
 
@@ -282,6 +283,7 @@ def reach_by(
                 stops_by(space.arrays, space.physics, by, ws, head, by_time, most, least, energy_j, link_reach)
             finally:
                 pool.give_back(ws, epoch)
+            link_reach[space.arrays.speed_limit_mps < 0.0] = -1.0
             return ReachBy(least, energy_j, link_reach, most, counts), counts
 
         return _proven(space, rules, search)[0]
@@ -342,7 +344,7 @@ def _run_to_all(
     _check_settled(status, space, ws, pool, rules, epoch)
     counts = _counts(space, ws, rules, began)
     try:
-        return [None if goal < 0 else _unpack(ws, goal, targets[k], 0.0) for k, goal in enumerate(found)], counts
+        return [None if goal < 0 else _unpack(space, ws, goal, targets[k], 0.0) for k, goal in enumerate(found)], counts
     finally:
         pool.give_back(ws, epoch)
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.chain.chain import LinkModel, StopRule
-from energy.chain.kernels_link import TOUCH_MPS, mean_over_intervals
+from energy.chain.kernels_link import CARRIED_MPS, TOUCH_MPS, mean_over_intervals
 from energy.conditions import STILL, Conditions
 from energy.force import kernels_physics
 from energy.force.effects import LinkSetting, drive_of
@@ -25,6 +25,8 @@ from routing.links.stops import link_stops
 from routing.lower_bound.lower_bound import LowerBound
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from energy.force.effects import Drive
@@ -53,6 +55,13 @@ class SearchSpace:
     def conserving(self) -> bool:
         """Whether no link gives back more than height and speed hold, so that labels can be set (lemma 1)."""
         return not self.physics.printed and self.least_load_n >= -LOAD_NOISE_N
+
+    def carried_s(self, links: Sequence[int]) -> float:
+        """Time on board of ferries on a way of links [s]."""
+        if not self.arrays.carries:
+            return 0.0
+        row = self.arrays.row[list(links)]
+        return float(row[row[:, kernels_tables.LIMIT] < 0.0, kernels_tables.CRUISE_S].sum())
 
     def still_owed_j(self, clock_s: float) -> float:
         """Most that an earlier drive may yet pay more than a later one while cabin and tyres warm up (lemma 8) [J].
@@ -97,16 +106,20 @@ def search_space(
     setting = link_setting(graph, drive)
     driven = setting.driven_mps
     roads = drive.roads(setting, wait)
+    carried = graph.is_ferry()
     interval, run_up, settling = _run_up(physics, driven)
+    run_up[carried] = settling[carried] = 0.0  # all board at rest
     top = interval.copy()
     kernels_links.top_classes(graph.length_m, graph.successor_first, graph.successor, run_up, top)
     half_inertia = 0.5 * physics.inertia_kg
     row = np.zeros((graph.link_count, 8))
     row[:, kernels_tables.LENGTH] = graph.length_m
-    row[:, kernels_tables.LIMIT] = driven
+    row[:, kernels_tables.LIMIT] = np.where(carried, CARRIED_MPS, driven)
     row[:, kernels_tables.HEIGHT] = graph.node_height_m[graph.tail]
     row[:, kernels_tables.STOP] = probability
     kernels_links.fill_cruise(physics, row, roads)
+    if graph.ferries is not None:
+        row[graph.ferries.link, kernels_tables.CRUISE_S] = graph.ferries.duration_s
     arrays = LinkArrays(
         row=row,
         roads=roads,
@@ -120,6 +133,7 @@ def search_space(
         successor=graph.successor,
         top_class=top,
         settling_m=settling,
+        carries=graph.ferries is not None,
     )
     slack = slack_rules(physics, roads, driven)
     slack = slack._replace(bounds=slack_bounds(physics, slack, half_inertia, roads, driven))

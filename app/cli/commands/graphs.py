@@ -20,7 +20,7 @@ from energy.folders import user_graphs_folder
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from routing.graph.road_graph import CutOffPart
+    from routing.graph.road_graph import CutOffPart, RoadGraph
 
 graphs = typer.Typer(no_args_is_help=True, help="The road networks that requests can name.")
 making = typer.Typer()
@@ -47,6 +47,9 @@ def import_map(
     ] = None,
     name: NameOption = None,
     smoothing_m: Annotated[float | None, typer.Option(help="smoothing of heights along the road [m]")] = None,
+    ferries: Annotated[
+        bool, typer.Option("--ferries", help="bring in ferries that take cars: time on board, no energy")
+    ] = False,
 ) -> None:
     """Import a region: map and elevation files in, a graph folder out. Nothing is written when it fails."""
     from routing.graph.files import save_graph
@@ -56,11 +59,19 @@ def import_map(
     length_m = DEFAULT_SMOOTHING_M if smoothing_m is None else smoothing_m
     place = out or _own_folder(name or map_path.name.partition(".")[0])
     with stage_bars() as progress:
-        graph = import_region(map_path, tiles, name or place.name, smoothing_m=length_m, progress=reporter(progress))
+        graph = import_region(
+            map_path,
+            tiles,
+            name or place.name,
+            smoothing_m=length_m,
+            ferries=ferries,
+            progress=reporter(progress),
+        )
     save_graph(graph, place)
     _say_written(place, graph.node_count, graph.link_count, graph.meta.dropped)
     _say_cut_off(graph.meta.cut_off)
     _say_cut_roads(None if graph.cut_node is None else graph.cut_node.size)
+    _say_ferries(graph)
 
 
 @making.command()
@@ -152,6 +163,18 @@ def _say_written(out: Path, nodes: int, links: int, dropped: Mapping[str, int]) 
 def _say_cut_roads(places: int | None) -> None:
     where = "the file does not say" if places is None else f"at {places} place{'' if places == 1 else 's'}"
     Console(stderr=True).print(f"  roads cut by the extract: {where}", style="dim", highlight=False)
+
+
+def _say_ferries(graph: RoadGraph) -> None:
+    console = Console(stderr=True)
+    if graph.ferries is not None:
+        length_km = float(graph.length_m[graph.ferries.link].sum()) / 1000.0
+        said = f"  ferries: {graph.ferries.link.size} directed links, {length_km:.1f} km, no energy on board"
+        console.print(said, style="dim", highlight=False)
+    for ferry in graph.meta.ferries_left_out:
+        place = f"lat {ferry.lat_deg:.5f}, lon {ferry.lon_deg:.5f}" + (f" ({ferry.name})" if ferry.name else "")
+        said = f"  ferry left out: {ferry.length_m / 1000.0:.2f} km from {place}; --ferries brings it in"
+        console.print(said, style="dim", highlight=False, markup=False)
 
 
 def _say_cut_off(parts: Sequence[CutOffPart]) -> None:
