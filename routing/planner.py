@@ -27,6 +27,7 @@ from routing.route.checks import check_charge, check_pareto, check_weights
 from routing.route.matrix import MatrixSearch
 from routing.route.route import RouteAnswer, SearchStats
 from routing.route.via import WayFinder
+from routing.route.warnings import ferry_note, ferry_warnings
 from routing.search.found import Limits, PathOptions
 from routing.search.search import find_path
 from routing.weights import ECO
@@ -120,7 +121,7 @@ class Planner:
         for route in routes:
             if not route.feasible and route.weights != ECO and query.stop_rule is not StopRule.COUNTED:
                 warnings += (f"no route reaches the goal on this charge: {route.name!r} shows the least-energy way",)
-        warnings += self._beyond_map(points, routes) + _moved(points)
+        warnings += self._beyond_map(points, routes) + ferry_warnings(self.graph, routes) + _moved(points)
         return RouteAnswer(tuple(routes), points[0], points[-1], tuple(stats), warnings, tuple(points[1:-1]))
 
     def _beyond_map(self, points: Sequence[SnappedPoint], routes: Sequence[Route]) -> tuple[str, ...]:
@@ -135,7 +136,8 @@ class Planner:
         check_charge(query.soc_frac, query.reserve_soc_frac)
         check_weights("matrix", query.weights)
         sources, targets = self._snap_all("sources", query.sources), self._snap_all("targets", query.targets)
-        return MatrixSearch(self._search, query, sources, targets, self._search.warnings)
+        note = ferry_note(self.graph)
+        return MatrixSearch(self._search, query, sources, targets, lambda *found: self._search.warnings(*found) + note)
 
     def _snap_all(self, field: str, places: tuple[Point, ...]) -> list[SnappedPlace]:
         if not places:
@@ -165,7 +167,7 @@ class Planner:
                 f"the Pareto set is proven within {front.claim.epsilon_frac:.3g} only, not {settings.epsilon_frac:g}: "
                 f"{len(routes)} of {front.claim.found} routes found are answered",
             )
-        warnings += self._beyond_map(points, routes) + _moved(points)
+        warnings += self._beyond_map(points, routes) + ferry_warnings(self.graph, routes) + _moved(points)
         return RouteAnswer(routes, points[0], points[-1], front.stats, warnings, tuple(points[1:-1]), front.claim)
 
     def range(self, query: RangeQuery) -> RangeAnswer:
@@ -177,7 +179,8 @@ class Planner:
         self._ranges.check(query)
         origin, starts = self._roads.snap("origin", query.origin, self._snap_limit_m)
         answer = self._ranges.answer(query, origin, starts)
-        return replace(answer, warnings=answer.warnings + moved_warnings(("origin",), (origin,)))
+        notes = ferry_note(self.graph) + moved_warnings(("origin",), (origin,))
+        return replace(answer, warnings=answer.warnings + notes)
 
     def simulate(
         self,

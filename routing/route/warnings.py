@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
 
 from energy.chain.chain import LinkModel, StopRule
 from energy.units import JOULE_PER_KWH
@@ -10,8 +12,11 @@ from energy.vehicle.vehicle import Powertrain
 from routing.graph.road_graph import Terrain
 
 if TYPE_CHECKING:
-    from routing.graph.road_graph import GraphMeta
+    from collections.abc import Sequence
+
+    from routing.graph.road_graph import GraphMeta, RoadGraph
     from routing.queries import RangeQuery, RouteQuery
+    from routing.route.route import Route
     from routing.search.space import SearchSpace
 
 
@@ -44,3 +49,37 @@ def search_warnings(
             f"could take at most {unpaid_j / JOULE_PER_KWH:.2g} kWh less"
         )
     return tuple(warnings)
+
+
+def ferry_note(graph: RoadGraph) -> tuple[str, ...]:
+    """What an answer without routes is to be read with on a graph that has ferries."""
+    if graph.ferries is None:
+        return ()
+    return (f"graph {graph.meta.name!r} has ferries, and ways may go by them: {_ON_BOARD}",)
+
+
+def ferry_warnings(graph: RoadGraph, routes: Sequence[Route]) -> tuple[str, ...]:
+    """What is to be said of each route that goes by ferry: which, and for how long."""
+    if graph.ferries is None:
+        return ()
+    warnings = []
+    for route in routes:
+        rides: list[tuple[str, float]] = []
+        links = np.array(route.links.link_idx, np.int64)
+        carried_s = graph.ferries.carried_s(links) if links.size else None
+        if carried_s is None:
+            continue
+        before = False
+        for name, seconds in zip(route.links.road_name, carried_s.tolist(), strict=True):
+            if seconds > 0.0 and before and rides[-1][0] == name:
+                rides[-1] = (name, rides[-1][1] + seconds)
+            elif seconds > 0.0:
+                rides.append((name, seconds))
+            before = seconds > 0.0
+        said = ", ".join(f"{repr(name) if name else 'without a name'} ({s / 60.0:.0f} min)" for name, s in rides)
+        whole_min = sum(s for _, s in rides) / 60.0
+        warnings.append(f"route {route.name!r} goes by ferry for {whole_min:.0f} min: {said}; {_ON_BOARD}")
+    return tuple(warnings)
+
+
+_ON_BOARD: Final = "on board nothing is taken from the battery, and waiting and timetables do not count"
