@@ -25,9 +25,11 @@ from routing.importers.tags import (
     Dropped,
     Oneway,
     TurnRule,
+    admitted_class,
     barrier_of,
     control,
     drivable,
+    is_conditional,
     is_roundabout,
     is_structure,
     oneway,
@@ -184,7 +186,7 @@ class _Reader:
         if highway is None:
             self._add_area(way)
             return
-        found = road_class(highway)
+        found = road_class(highway) or admitted_class(highway, way.tags)
         if found is None:
             return
         tags = {tag.k: tag.v for tag in way.tags}
@@ -200,7 +202,7 @@ class _Reader:
             self.dropped[Dropped.SPEED] += limits.implausible
         if limits.country:
             self.countries[limits.country] += 1
-        if any(key.endswith(":conditional") and not key.startswith("maxspeed") for key in tags):
+        if is_conditional(tags):
             self.dropped[Dropped.CONDITIONAL] += 1
         if limits.unread:
             self.dropped[Dropped.LIMIT_CONDITION] += limits.unread

@@ -24,6 +24,7 @@ KNOT: Final = 1852.0 / 3600.0  # m/s, exact
 NO_LIMIT_KMH: Final = 130.0  # `none`: the German advisory speed (Autobahn-Richtgeschwindigkeits-V)
 WALK_KMH: Final = 7.0  # `walk`: German courts read walking speed as 4..7 km/h, up to 10; assumed 7
 LOWEST_KMH: Final = 3.0  # a lower tagged limit is a typing error (assumed)
+URBAN_MOTORWAY_KMH: Final = 80.0  # `CZ:urban_motorway`: the Czech limit, in Spain the same
 HIGHEST_KMH: Final = 160.0  # the highest limit on signs: Abu Dhabi
 NEAR_HIGHEST_KMH: Final = 200.0  # up to here a tagged limit is taken as HIGHEST_KMH, above as a typing error (assumed)
 
@@ -51,41 +52,72 @@ _MPH: Final = MPH / KMH
 # against the laws. Where a country leaves living streets at walking pace the value is WALK_KMH.
 COUNTRIES: Final[Mapping[str, CountryLimits]] = {
     "AD": CountryLimits(50, 90, 90, 90),
+    "AE": CountryLimits(60, 100, 100, 120, local=40),
+    "AL": CountryLimits(40, 80, 90, 110),
+    "AM": CountryLimits(60, 90, 90, 110),
     "AR": CountryLimits(60, 110, 120, 130, collector=40, local=40),
     "AT": CountryLimits(50, 100, 100, 130, WALK_KMH),
     "AU": CountryLimits(50, 100, 100, 110, 10),
+    "AZ": CountryLimits(60, 90, 90, 110),
+    "BA": CountryLimits(50, 80, 100, 130, WALK_KMH),
     "BE": CountryLimits(50, 90, 120, 120),
     "BG": CountryLimits(50, 90, 120, 140),
     "BR": CountryLimits(60, 100, 110, 110, collector=40, local=30),
+    "BY": CountryLimits(60, 90, 90, 110),
     "CA": CountryLimits(50, 80, 90, 100),
     "CH": CountryLimits(50, 80, 100, 120),
     "CL": CountryLimits(50, 100, 120, 120),
+    "CN": CountryLimits(50, 70, 70, 120),
+    "CO": CountryLimits(50, 90, 90, 120, local=30),
     "CZ": CountryLimits(50, 90, 110, 130),
     "DE": CountryLimits(50, 100, 100, NO_LIMIT_KMH, WALK_KMH),
     "DK": CountryLimits(50, 80, 80, 130, 15),
+    "EE": CountryLimits(50, 90, 90, 90),
     "ES": CountryLimits(50, 90, 90, 120, collector=30, local=30),
     "FI": CountryLimits(50, 80, 100, 120),
     "FR": CountryLimits(50, 80, 110, 130),
     "GB": CountryLimits(30 * _MPH, 60 * _MPH, 70 * _MPH, 70 * _MPH, 20 * _MPH),
+    "GE": CountryLimits(60, 90, 90, 110),
     "GR": CountryLimits(50, 90, 110, 130),
     "HR": CountryLimits(50, 90, 110, 130, 10),
     "HU": CountryLimits(50, 90, 110, 130),
     "IE": CountryLimits(50, 80, 100, 120),
+    "IL": CountryLimits(50, 80, 90, 110, 30),
+    "IM": CountryLimits(30 * _MPH, 60 * _MPH, 60 * _MPH, 60 * _MPH, 20 * _MPH),
+    "IN": CountryLimits(70, 70, 100, 120),
+    "IS": CountryLimits(50, 90, 90, 90, 10),
     "IT": CountryLimits(50, 90, 110, 130),
+    "JP": CountryLimits(60, 60, 60, 100),
+    "KR": CountryLimits(50, 60, 80, 100),
+    "KZ": CountryLimits(60, 110, 110, 140),
+    "LI": CountryLimits(50, 80, 80, 80),
+    "LT": CountryLimits(50, 90, 120, 130),
     "LU": CountryLimits(50, 90, 90, 130),
+    "LV": CountryLimits(50, 90, 110, 110),
+    "MD": CountryLimits(50, 90, 110, 110),
+    "MK": CountryLimits(50, 90, 110, 130),
+    "MT": CountryLimits(50, 80, 80, 80),
+    "MX": CountryLimits(50, 80, 80, 115, local=30),
     "NL": CountryLimits(50, 80, 100, 100, 15),
     "NO": CountryLimits(50, 80, 80, 110, WALK_KMH),
     "NZ": CountryLimits(50, 100, 100, 100, 10),
+    "PE": CountryLimits(40, 60, 100, 100),
     "PL": CountryLimits(50, 90, 100, 140),
     "PT": CountryLimits(50, 90, 100, 120),
     "RO": CountryLimits(50, 90, 100, 130),
+    "RS": CountryLimits(50, 80, 100, 120, 10),
     "RU": CountryLimits(60, 90, 90, 110),
     "SE": CountryLimits(50, 70, 70, 110, WALK_KMH),
     "SI": CountryLimits(50, 90, 110, 130, 10),
     "SK": CountryLimits(50, 90, 90, 130),
+    "TH": CountryLimits(80, 90, 100, 120),
+    "TN": CountryLimits(50, 90, 90, 110),
     "TR": CountryLimits(50, 90, 110, 120),
     "UA": CountryLimits(50, 90, 110, 130),
     "US": CountryLimits(25 * _MPH, 55 * _MPH, 55 * _MPH, 65 * _MPH, 15 * _MPH),
+    "UY": CountryLimits(45, 90, 90, 90),
+    "XK": CountryLimits(50, 80, 110, 130),
+    "ZA": CountryLimits(60, 100, 100, 120),
 }
 GENERAL: Final = CountryLimits(50, 90, 100, 120)  # the commonest value of each column above
 
@@ -132,7 +164,7 @@ REGIONS: Final[Mapping[str, CountryLimits]] = {
     "US-WI": _state(25, 55, 70),
 }
 _ALIASES: Final[Mapping[str, str]] = {"UK": "GB", "EL": "GR"}  # what tags say beside ISO 3166-1
-_MPH_COUNTRIES: Final = frozenset(("GB", "US", "IM", "JE", "GG"))
+_MPH_COUNTRIES: Final = frozenset(("GB", "US", "IM", "JE", "GG", "PR", "VI", "GU", "AS", "MP", "BS", "LR"))
 
 # What a road carries in practice where the law allows more: assumed, no sign and no source. [km/h]
 RURAL_CAPS_KMH: Final = {
@@ -144,12 +176,24 @@ SERVICE_KMH: Final = 20.0
 RAMP_KMH: Final = {FunctionalClass.TRUNK: 60.0}  # of motorways and trunk roads
 RAMP_OTHER_KMH: Final = 50.0
 
-_NUMBER = re.compile(r"^(\d+(?:[.,]\d+)?)\s*(km/?h|kmph|kph|mph|mi/h|knots?|)$", re.IGNORECASE)
-_APART = re.compile(r"[;|]|,(?!\d)|(?<!\d),")  # between digits a comma is a decimal comma
-_IMPLICIT = re.compile(r"^([a-z]{2})(?:[-:]([a-z0-9]{1,3}))?:(?:zone:?)?([a-z_]+|\d+)$", re.IGNORECASE)
+_NUMBER = re.compile(
+    r"^\+?(\d+(?:[.,]\d*)?)\s*(km ?[/\\]? ?h(?:r|our)?|kmph|kph|km|км/ч|км|mph|mp/h|mi/h|miles?|knots?|kn|kts?|)\.?$",
+    re.IGNORECASE,
+)
+# between digits a comma is a decimal comma
+_APART = re.compile(r"[;|]|,(?!\d)|(?<!\d),|(?<=\d)\s*/\s*(?=\d)")
+_IMPLICIT = re.compile(
+    r"^([a-z]{2})(?:[-:]([a-z0-9]{1,3}))?\s*:\s*(?:zone[: ]?)?([a-z_]+|\d+)(?:\s*(?:mph|km/h))?$", re.IGNORECASE
+)
+_ZONE = re.compile(r"^(?:zone[ :_]?(\d+)|(\d+)[ :_]zone)$")
 _PLACE = re.compile(r"^([a-z]{2})(?:[-:]([a-z0-9]{1,3}))?$", re.IGNORECASE)
-_UNIT_MPS: Final = {"mph": MPH, "mi/h": MPH, "knot": KNOT, "knots": KNOT}
+_UNIT_MPS: Final = {
+    **dict.fromkeys(("mph", "mp/h", "mi/h", "mile", "miles"), MPH),
+    **dict.fromkeys(("knot", "knots", "kn", "kt", "kts"), KNOT),
+}
+_WALKING: Final = frozenset(("walk", "walking_pace", "walking pace", "walking_speed", "walking speed"))
 _RULE_KEYS: Final = ("zone:maxspeed", "maxspeed:type", "source:maxspeed", "zone:traffic")
+_RULES_ONLY: Final = frozenset(f"{key}{end}" for key in _RULE_KEYS[1:] for end in ("", ":forward", ":backward"))
 _CLASSES: Final = ("motorcar", "motor_vehicle", "vehicle")  # the narrowest wins
 _DIRECTIONS: Final = ("", ":forward", ":backward")
 _PREFIXES: Final = (*(f"maxspeed:{name}" for name in _CLASSES), "maxspeed")
@@ -229,6 +273,8 @@ def limits_from_tags(tags: Mapping[str, str]) -> TaggedLimits:
         limit: float | None = None
         for key in keys:
             if key in tags:
+                if key in _RULES_ONLY and not _has_rule(tags[key]):
+                    continue
                 limit = limit_mps_from_value(tags[key], unlimited=unlimited)
                 if limit is not None:
                     break
@@ -238,14 +284,23 @@ def limits_from_tags(tags: Mapping[str, str]) -> TaggedLimits:
     urban: bool | None = None
     country: str | None = None
     for key in ("zone:traffic", "maxspeed:type", "source:maxspeed", "zone:maxspeed", "maxspeed"):
-        match = _IMPLICIT.match(tags.get(key, "").strip())
-        if match:
+        for match in _rules(tags[key]) if key in tags else ():
             country = country or _code(match[1], match[2])
             if urban is None:
                 named = {"urban": True, "rural": False, "motorway": False, "trunk": False}
                 urban = named.get(match[3].lower())
     both, unread = _conditional(tags, unlimited)
     return TaggedLimits(limits[0], limits[1], urban, country, len(passed_over), both, unread)
+
+
+def _rules(value: str) -> list[re.Match[str]]:
+    """Rules of countries among the parts of a value such as `RO:urban; survey`."""
+    return [match for part in value.split(";") if (match := _IMPLICIT.match(part.strip()))]
+
+
+def _has_rule(value: str) -> bool:
+    """Whether a value that says where a limit comes from names a rule: numbers in it may be dates."""
+    return bool(_rules(value)) or any(_ZONE.match(part.strip().lower()) for part in value.split(";"))
 
 
 def _conditional(
@@ -282,15 +337,18 @@ def limit_mps_from_value(value: str, *, unlimited: bool = True) -> float | None:
 
 
 def _limit_of_part_mps(value: str, unlimited: bool) -> float | None:
-    value = value.lower()
+    value = value.lower().strip(" \t\"'")
     if value in ("none", "unlimited"):
         return NO_LIMIT_KMH * KMH if unlimited else None
-    if value == "walk":
+    if value in _WALKING:
         return WALK_KMH * KMH
     number = _NUMBER.match(value)
     if number:
         limit = float(number[1].replace(",", ".")) * _UNIT_MPS.get(number[2], KMH)
         return min(limit, HIGHEST_KMH * KMH) if LOWEST_KMH * KMH <= limit <= NEAR_HIGHEST_KMH * KMH else None
+    zone = _ZONE.match(value)
+    if zone:
+        return _limit_of_part_mps(zone[1] or zone[2], unlimited)
     implicit = _IMPLICIT.match(value)
     return _rule_mps(_code(implicit[1], implicit[2]), implicit[3]) if implicit else None
 
@@ -309,6 +367,11 @@ def _rule_mps(code: str, rule: str) -> float | None:
         "nsl_restricted": limits.urban,
         "trunk": limits.expressway,
         "expressway": limits.expressway,
+        "motorroad": limits.expressway,
+        "extra_urban": limits.rural,
+        "urban_motorway": min(limits.motorway, URBAN_MOTORWAY_KMH),
+        "urban_trunk": min(limits.expressway, URBAN_MOTORWAY_KMH),
+        "urban_motorroad": min(limits.expressway, URBAN_MOTORWAY_KMH),
         "motorway": limits.motorway,
         "living_street": limits.living,
         "pedestrian_zone": WALK_KMH,

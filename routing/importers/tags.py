@@ -8,6 +8,7 @@ from enum import Enum, IntEnum, StrEnum
 from typing import TYPE_CHECKING, Final, Literal
 
 from energy.stops import FunctionalClass
+from routing.importers.conditional import concerns_cars
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -67,12 +68,33 @@ HIGHWAYS: Final[Mapping[str, RoadClass]] = {
     "living_street": RoadClass(FunctionalClass.RESIDENTIAL, living_street=True),
     "service": RoadClass(FunctionalClass.SERVICE),
 }
+# Ways made for others, and roads only where a tag of motor vehicles admits cars; `access=yes` does not.
+ADMITTING_HIGHWAYS: Final[Mapping[str, RoadClass]] = {
+    "pedestrian": RoadClass(FunctionalClass.SERVICE, living_street=True),
+    "track": RoadClass(FunctionalClass.SERVICE),
+    "cycleway": RoadClass(FunctionalClass.SERVICE),
+    "footway": RoadClass(FunctionalClass.SERVICE),
+    "path": RoadClass(FunctionalClass.SERVICE),
+    "bridleway": RoadClass(FunctionalClass.SERVICE),
+    "busway": RoadClass(FunctionalClass.SERVICE),
+}
 _ACCESS_KEYS: Final = ("motorcar", "motor_vehicle", "vehicle", "access")  # the narrowest wins
 _ACCESS_KEYS_ALONG: Final = {
-    direction: tuple(own for key in _ACCESS_KEYS for own in (f"{key}:{direction}", key))
+    direction: tuple(own for key in _ACCESS_KEYS for own in (f"{key}:{direction}", f"{key}:both_ways", key))
     for direction in ("forward", "backward")
 }
+_ENDS: Final = ("", ":forward", ":backward", ":both_ways")
+_ALL_ACCESS_KEYS: Final = frozenset(f"{key}{end}" for key in _ACCESS_KEYS for end in _ENDS)
+_ADMITTING_KEYS: Final = tuple(f"{key}{end}" for key in ("motorcar", "motor_vehicle") for end in _ENDS)
+_OPEN_TO_ALL: Final = frozenset(("yes", "permissive", "designated", "official", "public", "allowed"))
+_SOFT_TRACKS: Final = frozenset(("grade4", "grade5"))
 _CAR_CLASSES: Final = frozenset(("motorcar", "motor_vehicle", "vehicle"))
+_CONDITIONAL_KEYS: Final = frozenset(
+    (
+        *(f"{key}{end}:conditional" for key in _ACCESS_KEYS for end in _ENDS),
+        *(f"oneway{name}:conditional" for name in ("", ":motorcar", ":motor_vehicle", ":vehicle")),
+    )
+)
 _PERMITTED: Final = frozenset(
     (
         *("yes", "permissive", "designated", "destination", "customers", "public", "discouraged", "allowed", "toll"),
@@ -100,10 +122,33 @@ _DENIED: Final = frozenset(
         *("bicycle", "foot", "pedestrian", "pedestrians", "horse", "moped", "mofa", "motorcycle", "use_sidepath"),
         *("dismount", "police", "garbage", "authorized", "authorised", "members", "closed"),
         *("license", "licence", "agriculture", "forest", "hazmat", "caravan", "carsharing", "car_sharing"),
+        *(
+            "none",
+            "prohibited",
+            "forbidden",
+            "not",
+            "farm",
+            "farmer",
+            "farmers",
+            "government",
+            "students",
+            "construction",
+        ),
+        *("owner", "owners", "tenants", "school", "maintenance", "logging", "lorry", "truck", "trailer", "tractor"),
     )
 )
 _SERVICE_DROPPED: Final = frozenset(
-    ("driveway", "parking_aisle", "drive-through", "drive_through", "emergency_access", "parking", "bus", "busway")
+    (
+        "driveway",
+        "driveway2",
+        "parking_aisle",
+        "drive-through",
+        "drive_through",
+        "emergency_access",
+        "parking",
+        "bus",
+        "busway",
+    )
 )
 # After the wiki page Key:barrier. A gate opens; what only keeps out animals, great heights or widths lets a car by.
 _OPEN_BARRIERS: Final = frozenset(
@@ -111,7 +156,8 @@ _OPEN_BARRIERS: Final = frozenset(
         *("no", "entrance", "gate", "lift_gate", "swing_gate", "sliding_gate", "sliding_beam", "hampshire_gate"),
         *("bump_gate", "double_gate", "wire_gate", "garage_door", "ticket_gate", "cattle_grid", "toll_booth"),
         *("border_control", "kerb", "sally_port", "height_restrictor", "width_restrictor", "arch", "coupure"),
-        *("rising_bollard", "spikes", "speed_bump", "checkpoint", "drawbridge"),
+        *("rising_bollard", "rising_bollards", "spikes", "speed_bump", "speed_hump", "speed_table", "checkpoint"),
+        *("drawbridge", "cattlegrid", "cattle_stop", "cattle_guard", "lowered_kerb", "gap", "none", "removed", "open"),
     )
 )
 _SHUT_BARRIERS: Final = frozenset(
@@ -121,9 +167,28 @@ _SHUT_BARRIERS: Final = frozenset(
         *("handrail", "hedge", "hedge_bank", "horse_stile", "jersey_barrier", "kent_carriage_gap", "kissing_gate"),
         *("log", "motorcycle_barrier", "pipe", "planter", "pole", "retaining_wall", "rope", "stile", "sump_buster"),
         *("tank_trap", "tree", "trench", "turnstile", "tyres", "wall", "wedge", "wicket_gate", "yes"),
+        *(
+            "lych_gate",
+            "lychgate",
+            "bridle_gate",
+            "horse_gate",
+            "foot_gate",
+            "pedestrian_gate",
+            "hand_gate",
+            "garden_gate",
+        ),
+        *("cycle_gate", "bicycle_gate", "squeeze_gate", "half_gate", "squeeze", "squeeze_stile", "barrier_board"),
+        *("barricade", "concrete_block", "roadblock", "road_block", "stone", "stones", "rocks", "logs", "earth_bank"),
+        *("berm", "mound", "rubble", "railing", "railings", "post", "posts", "removable_bollard", "flower_pot"),
     )
 )
+_GATES: Final = ("gate", "gates")  # a kind that ends so is a gate for vehicles unless it is listed as shut
 _YES: Final = frozenset(("yes", "true", "1"))
+# Said of a way that is none at present, after the wiki's pages on life cycles, Key:construction and Key:ice_road.
+_NO_ROAD_KEYS: Final = (
+    *("ice_road", "winter_road", "impassable", "abandoned", "razed", "demolished", "removed", "proposed", "planned"),
+)
+_STATE_KEYS: Final = frozenset((*_NO_ROAD_KEYS, "smoothness", "status", "construction"))
 _NO: Final = frozenset(("no", "false", "0"))
 
 
@@ -148,6 +213,19 @@ def road_class(highway: str) -> RoadClass | None:
     return None
 
 
+def admitted_class(highway: str, tags: Mapping[str, str]) -> RoadClass | None:
+    """Class of a way made for others that its tags open to all cars (`track` and `motorcar=yes`), or None.
+
+    highway: the value of that tag among tags. `access` and `vehicle` alone make it no road, nor does `destination`; nor
+    is a track of grade 4 or 5 one, which is soft.
+    """
+    found = ADMITTING_HIGHWAYS.get(highway.strip().lower())
+    if found is None or not any(key in tags for key in _ADMITTING_KEYS):
+        return None
+    open_to_all = any(value in _OPEN_TO_ALL for key in _ADMITTING_KEYS for value in tag_values(tags, key))
+    return found if open_to_all and _value(tags, "tracktype") not in _SOFT_TRACKS else None
+
+
 def car_may_pass(tags: Mapping[str, str]) -> bool:
     """Whether a private car may use the object in either direction; see car_may_pass_along."""
     return car_may_pass_along(tags, "forward") or car_may_pass_along(tags, "backward")
@@ -157,9 +235,12 @@ def car_may_pass_along(tags: Mapping[str, str], direction: Literal["forward", "b
     """Whether a private car may use the object in one direction of its way.
 
     motorcar wins over motor_vehicle, that over vehicle, that over access; of the same class the key with the
-    direction (`access:backward`) wins. A list denies when none of its values admits. `destination`, `customers` and
-    `permissive` let a car pass; a value that is not known says nothing; conditional tags are not read.
+    direction (`access:backward`) wins, then that with `:both_ways`. A list denies when none of its values admits.
+    `destination`, `customers` and `permissive` let a car pass; a value that is not known says nothing; conditional
+    tags are not read.
     """
+    if _ALL_ACCESS_KEYS.isdisjoint(tags):
+        return True
     for key in _ACCESS_KEYS_ALONG[direction]:
         if key in tags:
             admitted = _admits(tags, key)
@@ -191,15 +272,15 @@ def barrier_of(tags: Mapping[str, str]) -> Barrier:
     kinds = tag_values(tags, "barrier")
     if not set(kinds) - {"no"}:
         return Barrier.OPEN
-    if any(_admits(tags, f"{key}{end}") is not None for key in _ACCESS_KEYS for end in ("", ":forward", ":backward")):
+    if any(_admits(tags, f"{key}{end}") is not None for key in _ACCESS_KEYS for end in _ENDS):
         return Barrier.OPEN if car_may_pass(tags) else Barrier.SHUT
     if _value(tags, "locked") in _YES:
         return Barrier.SHUT
     rising = _value(tags, "bollard") in ("rising", "retractable")
     kinds = [kind for kind in kinds if not (rising and kind == "bollard")]
-    if all(kind in _OPEN_BARRIERS for kind in kinds):
-        return Barrier.OPEN
-    return Barrier.SHUT if any(kind in _SHUT_BARRIERS for kind in kinds) else Barrier.UNKNOWN
+    if any(kind in _SHUT_BARRIERS for kind in kinds):
+        return Barrier.SHUT
+    return Barrier.OPEN if all(kind in _OPEN_BARRIERS or kind.endswith(_GATES) for kind in kinds) else Barrier.UNKNOWN
 
 
 def blocks_cars(tags: Mapping[str, str]) -> bool:
@@ -215,11 +296,25 @@ def reason_to_drop(tags: Mapping[str, str]) -> Dropped | None:
         return Dropped.SERVICE
     if _value(tags, "area") in _YES:
         return Dropped.AREA
-    if _value(tags, "smoothness") == "impassable":
-        return Dropped.CONDITION
-    if _value(tags, "ice_road") in _YES or _value(tags, "winter_road") in _YES:
-        return Dropped.CONDITION
-    return None
+    return Dropped.CONDITION if _is_no_road(tags) else None
+
+
+def _is_no_road(tags: Mapping[str, str]) -> bool:
+    """Whether a way can't be driven at present: not built yet, given up, or of ice."""
+    if _STATE_KEYS.isdisjoint(tags):
+        return False
+    return (
+        any(_value(tags, key) in _YES for key in _NO_ROAD_KEYS)
+        or any(_value(tags, key) == "impassable" for key in ("smoothness", "status"))
+        or any(work in _YES or work in HIGHWAYS for work in tag_values(tags, "construction"))
+    )
+
+
+def is_conditional(tags: Mapping[str, str]) -> bool:
+    """Whether access or oneway of cars depends on a condition that is not read here."""
+    if _CONDITIONAL_KEYS.isdisjoint(tags):
+        return False
+    return any(key in _CONDITIONAL_KEYS and concerns_cars(value) for key, value in tags.items())
 
 
 class Oneway(Enum):
@@ -228,20 +323,23 @@ class Oneway(Enum):
     BOTH = "both"
     FORWARD = "forward"
     BACKWARD = "backward"
-    CHANGING = "changing"  # with the time of day: in no direction can one rely on it
+    CHANGING = "changing"  # with the time of day: in no direction can a driver rely on it
 
 
 def oneway(tags: Mapping[str, str]) -> Oneway:
-    """Driving direction of a way from oneway tags, else from what motorways and roundabouts imply."""
+    """Driving direction of a way from oneway tags, else from what motorways and roundabouts imply.
+
+    An alternating way changes its direction every few minutes, at signals: it may be driven in both.
+    """
     for key in ("oneway:motorcar", "oneway:motor_vehicle", "oneway:vehicle", "oneway"):
         value = _value(tags, key)
         if value in _YES:
             return Oneway.FORWARD
         if value in ("-1", "reverse"):
             return Oneway.BACKWARD
-        if value in _NO:
+        if value in _NO or value == "alternating":
             return Oneway.BOTH
-        if value in ("reversible", "alternating"):
+        if value == "reversible":
             return Oneway.CHANGING
     if is_roundabout(tags) or _value(tags, "highway") == "motorway":
         return Oneway.FORWARD
@@ -361,8 +459,11 @@ def turn_rule(tags: Mapping[str, str]) -> TurnRule | Dropped | None:
         if values <= _BANS:
             return TurnRule(only=False)
         return TurnRule(only=True) if values <= _ORDERS else Dropped.RESTRICTION
-    if any(f"{key}:conditional" in tags for key in ("restriction", *(f"restriction:{name}" for name in _CAR_CLASSES))):
-        return Dropped.RESTRICTION_CONDITIONAL
+    conditional = [
+        tags.get(f"{key}:conditional") for key in ("restriction", *(f"restriction:{c}" for c in _CAR_CLASSES))
+    ]
+    if any(conditional):
+        return Dropped.RESTRICTION_CONDITIONAL if any(v and concerns_cars(v) for v in conditional) else None
     if any(key.startswith("restriction:") for key in tags):
         return None  # for lorries, buses, bicycles
     return Dropped.RESTRICTION

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from routing.importers.conditional import ConditionalLimit, Hours, conditional_limits
+from routing.importers.conditional import ConditionalLimit, Hours, concerns_cars, conditional_limits
 from routing.importers.speeds import limit_mps_from_value
 
 WORKDAYS = frozenset(range(5))
@@ -29,6 +29,20 @@ def read(value: str) -> tuple[list[ConditionalLimit], int]:
             "40 @ (Mo-Fr 08:00-09:30, 14:30-16:00)",
             ConditionalLimit(40 / 3.6, hours=(Hours(WORKDAYS, 480, 570), Hours(WORKDAYS, 870, 960))),
         ),
+        ("30 @ (Mo-Fr 07:00–17:00)", ConditionalLimit(30 / 3.6, hours=(Hours(WORKDAYS, 420, 1020),))),
+        ("30@(Monday-Friday 07:00-17:00 open)", ConditionalLimit(30 / 3.6, hours=(Hours(WORKDAYS, 420, 1020),))),
+        ("30 @ (Mo-Fr,PH,SH 07:00-17:00)", ConditionalLimit(30 / 3.6, hours=(Hours(WORKDAYS, 420, 1020),))),
+        ("30 @ (Mo-Fr 07:00-17:00; PH 00:00-24:00)", ConditionalLimit(30 / 3.6, hours=(Hours(WORKDAYS, 420, 1020),))),
+        ("30 @ (Mo-Su 07:00-17:00; Sa-Su off)", ConditionalLimit(30 / 3.6, hours=(Hours(WORKDAYS, 420, 1020),))),
+        ("80 @ 24/7", ConditionalLimit(80 / 3.6, hours=(Hours(EVERY_DAY, 0, 1440),))),
+        (
+            "30 @ (Mo-Su 07:00-17:00; Sa,Su 10:00-12:00)",  # the later rule replaces the earlier one on its days
+            ConditionalLimit(30 / 3.6, hours=(Hours(WORKDAYS, 420, 1020), Hours(frozenset((5, 6)), 600, 720))),
+        ),
+        (
+            "30 @ (Mo-Fr 07:00-17:00, Sa 08:00-12:00)",
+            ConditionalLimit(30 / 3.6, hours=(Hours(WORKDAYS, 420, 1020), Hours(frozenset((5,)), 480, 720))),
+        ),
         ("30 @ (Mo-Fr 07:00-17:00; PH off; SH off)", ConditionalLimit(30 / 3.6, hours=(Hours(WORKDAYS, 420, 1020),))),
         (
             "60 @ (wet AND 22:00-06:00)",
@@ -43,7 +57,8 @@ def test_condition_of_wet_and_hours_is_read(value: str, limit: ConditionalLimit)
 @pytest.mark.parametrize(
     "value",
     [
-        *("60 @ (weight>7.5)", "30 @ (PH)", "30 @ (SH Mo-Fr 07:00-17:00)", "80 @ winter", "50 @ (Nov-Apr)", "30 @ ()"),
+        *("60 @ (weight>2.5)", "30 @ (07:00-17:00 Mo-Fr)", "30 @ (Mo-Fr 07:00-17:00; Dec 25 off)", "30 @ (off)"),
+        *("30 @ (PH)", "30 @ (SH Mo-Fr 07:00-17:00)", "80 @ winter", "50 @ (Nov-Apr)", "30 @ ()"),
         *(
             "30",
             "fast @ wet",
@@ -62,3 +77,13 @@ def test_conditions_of_one_value_are_read_apart() -> None:
     limits, unread = read("120 @ (06:00-20:00); 80 @ wet; 60 @ snow")
     assert [limit.limit_mps * 3.6 for limit in limits] == pytest.approx([120, 80])
     assert unread == 1
+
+
+@pytest.mark.parametrize(
+    "condition",
+    ["weight>7.5", "weightrating >= 3.5 t", "hgv", "trailer", "axles>2", "length>12", "22:00-06:00 AND hgv"],
+)
+def test_what_holds_for_other_vehicles_is_no_limit_and_nothing_unknown(condition: str) -> None:
+    assert read(f"60 @ ({condition})") == ([], 0)
+    assert not concerns_cars(f"no @ ({condition})")
+    assert concerns_cars(f"no @ ({condition}); no @ (22:00-06:00)")

@@ -159,9 +159,40 @@ def test_import_drives_a_way_only_where_its_tags_let_a_car(
 
 
 @pytest.mark.parametrize(
+    ("tags", "found"),
+    [
+        ({"highway": "track", "motor_vehicle": "yes"}, True),
+        ({"highway": "pedestrian", "motorcar:forward": "yes", "motor_vehicle": "no"}, True),
+        ({"highway": "cycleway", "motor_vehicle": "destination"}, False),
+        ({"highway": "track", "vehicle": "yes"}, False),
+        ({"highway": "primary", "construction": "primary"}, False),
+    ],
+)
+def test_import_takes_a_way_of_others_only_where_it_is_open_to_cars(
+    draw_map: Any, tags: dict[str, str], found: bool
+) -> None:
+    graph = import_region(draw_map(SQUARE, {10: ([1, 5, 2, 3, 6, 4, 1], STREET), 11: ([5, 6], tags)}), [], "track")
+    assert (11 in graph.way_id.tolist()) is found
+
+
+def test_import_counts_conditions_that_can_hold_for_cars_alone(draw_map: Any) -> None:
+    lorries = {**MAIN, "hgv:conditional": "no @ (22:00-06:00)", "access:conditional": "no @ (weight>7.5)"}
+    hours = {**MAIN, "motor_vehicle:conditional": "no @ (Mo-Fr 07:00-09:00)"}
+    ways = {10: ([1, 5, 2, 3, 6, 4, 1], STREET), 11: ([5, 6], lorries)}
+    assert "conditional_tags_ignored" not in import_region(draw_map(SQUARE, ways), [], "lorries").meta.dropped
+    dropped = import_region(draw_map(SQUARE, {**ways, 11: ([5, 6], hours)}), [], "hours").meta.dropped
+    assert dropped["conditional_tags_ignored"] == 1
+
+
+@pytest.mark.parametrize(
     ("tags", "passes", "counted"),
     [
         ({"barrier": "sliding_gate"}, True, None),
+        ({"barrier": "security_gate"}, True, None),
+        ({"barrier": "cattle_guard"}, True, None),
+        ({"barrier": "gate;bollard"}, False, "way_points_blocked"),
+        ({"barrier": "horse_gate"}, False, "way_points_blocked"),
+        ({"barrier": "gate", "access": "no", "motorcar": "yes"}, True, None),
         ({"barrier": "gate", "access": "delivery"}, False, "way_points_blocked"),
         ({"barrier": "force_field"}, False, "way_points_blocked_by_unknown_barriers"),
     ],

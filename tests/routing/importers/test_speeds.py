@@ -41,7 +41,8 @@ from routing.importers.speeds import (
         ("GB:zone20", 32.18688),
         ("GB:nsl_single", 96.56064),
         ("BE-VLG:urban", 50.0),
-        ("XK:rural", 90.0),
+        ("XK:rural", 80.0),
+        ("ZZ:rural", 90.0),  # no country of the table: the general rule
         ("62,4", 62.4),
         ("30,5 mph", 49.084992),  # 30.5 * 1.609344
         ("50, 70", 50.0),
@@ -62,6 +63,34 @@ from routing.importers.speeds import (
         ("US-ZZ:rural", 88.51392),  # an unknown region: the country's 55 mph
         ("UK:nsl_dual", 112.65408),
         ("UK:30", 48.28032),
+        ("GB:20 mph", 32.18688),
+        ("zone30", 30.0),
+        ("zone:30", 30.0),
+        ("walking_pace", 7.0),
+        ('"50 km/h"', 50.0),
+        ("50kmh", 50.0),
+        ("30 km", 30.0),
+        ("30 km/hr", 30.0),
+        ("30 miles", 48.28032),
+        ("10 kn", 18.52),
+        ("+30", 30.0),
+        ("30.", 30.0),
+        ("50/70", 50.0),
+        ("80 / 100", 80.0),
+        ("50 км/ч", 50.0),
+        ("50\u00a0km/h", 50.0),
+        ("DE: urban", 50.0),
+        ("DE:urban; survey", 50.0),
+        ("RO:trunk", 100.0),
+        ("CZ:motorroad", 110.0),
+        ("CZ:urban_motorway", 80.0),
+        ("ZA:rural", 100.0),
+        ("EE:rural", 90.0),
+        ("LT:motorway", 130.0),
+        ("JP:urban", 60.0),
+        ("RU:living_street", 20.0),
+        ("BE:cyclestreet", 30.0),
+        ("AU:QLD:rural", 100.0),
     ],
 )
 def test_limit_of_a_value_is_its_speed(value: str, kmh: float) -> None:
@@ -124,7 +153,7 @@ def test_limits_under_a_condition_are_kept_by_direction_and_those_not_understood
     limits = limits_from_tags(
         {
             "maxspeed": "100",
-            "maxspeed:conditional": "80 @ wet; 30 @ (Mo-Fr 07:00-17:00); 60 @ (weight>7.5)",
+            "maxspeed:conditional": "80 @ wet; 30 @ (Mo-Fr 07:00-17:00); 60 @ snow; 60 @ (weight>7.5)",
             "maxspeed:backward:conditional": "70 @ wet",
             "maxspeed:hgv:conditional": "50 @ wet",
         }
@@ -133,6 +162,17 @@ def test_limits_under_a_condition_are_kept_by_direction_and_those_not_understood
     assert [limit.limit_mps * 3.6 for limit in limits.conditional[0]] == pytest.approx([80, 30])
     assert [limit.limit_mps * 3.6 for limit in limits.conditional[1]] == pytest.approx([70])
     assert limits.unread == 1
+
+
+@pytest.mark.parametrize("source", ["2019-05-12", "30", "survey 2012; 50", "sign", "mapillary;5"])
+def test_numbers_in_what_says_where_a_limit_is_from_are_no_limits(source: str) -> None:
+    limits = limits_from_tags({"highway": "secondary", "source:maxspeed": source})
+    assert (limits.forward_mps, limits.implausible) == (None, 0)
+
+
+def test_a_rule_among_other_sources_says_its_country_and_surroundings() -> None:
+    limits = limits_from_tags({"maxspeed": "50", "source:maxspeed": "survey; RO:urban"})
+    assert (limits.country, limits.urban) == ("RO", True)
 
 
 def test_limits_with_directions_differ() -> None:

@@ -58,8 +58,9 @@ def directions_by_oneway(tags: Tags) -> set[str] | None:
     meaning: dict[str, set[str] | None] = {
         **{value: {"forward"} for value in ("yes", "true", "1")},
         **{value: {"backward"} for value in ("-1", "reverse")},
-        **{value: {"forward", "backward"} for value in ("no", "false", "0")},
-        **dict.fromkeys(("reversible", "alternating")),
+        # Key:oneway: an alternating way is driven by turns in both directions, a reversible one at hours
+        **{value: {"forward", "backward"} for value in ("no", "false", "0", "alternating")},
+        "reversible": None,
     }
     for key in ("oneway:motorcar", "oneway:motor_vehicle", "oneway"):
         if tags.get(key, "").lower() in meaning:

@@ -13,11 +13,13 @@ from routing.importers.tags import (
     Facing,
     Oneway,
     TurnRule,
+    admitted_class,
     barrier_of,
     blocks_cars,
     car_may_pass,
     control,
     drivable,
+    is_conditional,
     is_structure,
     oneway,
     reason_to_drop,
@@ -77,6 +79,15 @@ def test_access_takes_the_narrowest_tag(tags: dict[str, str], passes: bool) -> N
         ({"oneway": "yes", "motor_vehicle:backward": "yes"}, True, False),
         ({"oneway": "yes", "oneway:motorcar": "no", "vehicle:backward": "no"}, True, False),
         ({"highway": "motorway", "access:forward": "no"}, False, False),
+        ({"access": "no", "motor_vehicle:forward": "yes"}, True, False),
+        ({"access:both_ways": "no"}, False, False),
+        ({"access": "no", "motorcar:both_ways": "yes"}, True, True),
+        ({"motor_vehicle:both_ways": "no", "motor_vehicle:forward": "yes"}, True, False),
+        ({"vehicle": "no", "motorcar": "destination"}, True, True),
+        ({"access": "government"}, False, False),
+        ({"motor_vehicle": "forbidden"}, False, False),
+        ({"motor_vehicle": "farm;forestry"}, False, False),
+        ({"access": "private;destination"}, True, True),
     ],
 )
 def test_access_of_a_direction_is_by_class_then_direction_within_the_oneway(
@@ -101,7 +112,14 @@ def test_access_of_a_direction_is_by_class_then_direction_within_the_oneway(
         ({"oneway": "reverse"}, Oneway.BACKWARD),
         ({"oneway": "no"}, Oneway.BOTH),
         ({"oneway": "reversible"}, Oneway.CHANGING),
-        ({"oneway": "alternating"}, Oneway.CHANGING),
+        ({"oneway": "alternating"}, Oneway.BOTH),  # by turns, at signals
+        ({"oneway": "-1", "oneway:motorcar": "no"}, Oneway.BOTH),
+        ({"oneway": "no", "oneway:motorcar": "-1"}, Oneway.BACKWARD),
+        ({"oneway": "yes", "oneway:bicycle": "no", "oneway:psv": "no"}, Oneway.FORWARD),
+        ({"junction": "roundabout", "oneway": "-1"}, Oneway.BACKWARD),
+        ({"junction": "roundabout", "oneway": "no"}, Oneway.BOTH),
+        ({"junction": "mini_roundabout"}, Oneway.BOTH),
+        ({"oneway:conditional": "yes @ (Mo-Fr 07:00-09:00)"}, Oneway.BOTH),
         ({"highway": "motorway"}, Oneway.FORWARD),
         ({"highway": "motorway", "oneway": "no"}, Oneway.BOTH),
         ({"highway": "motorway_link"}, Oneway.BOTH),
@@ -131,8 +149,73 @@ def test_road_class_of_ramps_living_streets_and_paths() -> None:
 
 
 @pytest.mark.parametrize(
+    ("tags", "is_road"),
+    [
+        ({"highway": "track", "motor_vehicle": "yes"}, True),
+        ({"highway": "track", "motorcar": "permissive", "tracktype": "grade2"}, True),
+        ({"highway": "cycleway", "motor_vehicle:forward": "yes"}, True),
+        ({"highway": "Footway", "motorcar": "Designated"}, True),
+        ({"highway": "track"}, False),
+        ({"highway": "track", "tracktype": "grade1"}, False),
+        ({"highway": "track", "motor_vehicle": "yes", "tracktype": "grade5"}, False),
+        ({"highway": "path", "access": "yes"}, False),
+        ({"highway": "path", "vehicle": "yes"}, False),
+        ({"highway": "cycleway", "motor_vehicle": "destination"}, False),
+        ({"highway": "pedestrian", "motor_vehicle": "delivery"}, False),
+        ({"highway": "steps", "motor_vehicle": "yes"}, False),
+        ({"highway": "proposed", "motor_vehicle": "yes"}, False),
+        ({"highway": "raceway", "motorcar": "yes"}, False),
+    ],
+)
+def test_a_way_made_for_others_is_a_road_only_where_it_is_open_to_all_cars(tags: dict[str, str], is_road: bool) -> None:
+    assert road_class(tags["highway"]) is None
+    found = admitted_class(tags["highway"], tags)
+    assert (found is not None) is is_road
+    if found is not None:
+        assert found.functional_class is FunctionalClass.SERVICE
+
+
+def test_a_street_of_pedestrians_that_admits_cars_is_driven_as_a_living_street() -> None:
+    found = admitted_class("pedestrian", {"highway": "pedestrian", "motor_vehicle": "yes"})
+    assert found is not None
+    assert found.living_street
+
+
+@pytest.mark.parametrize(
+    ("tags", "waits"),
+    [
+        ({"access:conditional": "no @ (22:00-06:00)"}, True),
+        ({"oneway:conditional": "yes @ (Mo-Fr 07:00-09:00)"}, True),
+        ({"motor_vehicle:backward:conditional": "no @ (Mo-Fr)"}, True),
+        ({"access:conditional": "no @ (weight>3.5); yes @ (06:00-20:00)"}, True),
+        ({"access:conditional": "no @ (weight>3.5)"}, False),
+        ({"hgv:conditional": "no @ (22:00-06:00)"}, False),
+        ({"oneway:bicycle:conditional": "no @ (20:00-06:00)"}, False),
+        (
+            {"maxheight:conditional": "3.5 @ (Mo-Fr)", "parking:right:restriction:conditional": "no_parking @ (Mo)"},
+            False,
+        ),
+    ],
+)
+def test_a_way_is_conditional_only_by_what_can_hold_for_cars(tags: dict[str, str], waits: bool) -> None:
+    assert is_conditional(tags) is waits
+
+
+@pytest.mark.parametrize(
     ("tags", "reason"),
     [
+        ({"highway": "residential", "construction": "yes"}, Dropped.CONDITION),
+        ({"highway": "primary", "construction": "primary"}, Dropped.CONDITION),
+        ({"highway": "residential", "construction": "minor"}, None),
+        ({"highway": "residential", "construction": "cycleway"}, None),
+        ({"highway": "residential", "construction": "widening"}, None),
+        ({"highway": "residential", "proposed": "yes"}, Dropped.CONDITION),
+        ({"highway": "residential", "abandoned": "yes"}, Dropped.CONDITION),
+        ({"highway": "residential", "abandoned": "no"}, None),
+        ({"highway": "residential", "demolished": "Yes"}, Dropped.CONDITION),
+        ({"highway": "residential", "status": "impassable"}, Dropped.CONDITION),
+        ({"highway": "residential", "ford": "yes"}, None),
+        ({"highway": "service", "service": "driveway2"}, Dropped.SERVICE),
         ({"highway": "service"}, None),
         ({"highway": "service", "service": "alley"}, None),
         ({"highway": "service", "service": "driveway"}, Dropped.SERVICE),
