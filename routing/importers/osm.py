@@ -63,7 +63,7 @@ def read_osm(path: Path, progress: Callable[[float], None] | None = None, *, fer
     extracts: they are cut there. ferries: bring in those that take cars; otherwise they are left out and counted.
     """
     if not path.is_file():
-        raise ImportFailedError("map", path, "no such file")
+        raise ImportFailedError("map", path, "is a folder, allowed: a file" if path.is_dir() else "no such file")
     size_bytes = path.stat().st_size
     if size_bytes == 0:
         raise ImportFailedError("map", path, "the file is empty (0 bytes)")
@@ -95,6 +95,9 @@ def read_osm(path: Path, progress: Callable[[float], None] | None = None, *, fer
                 nodes = nodes.with_filter(osmium.filter.IdFilter(reader.missing))
             for entity in nodes:
                 reader.locate(entity)
+        if reader.lost():  # ways may carry the places of their points, as `out geom` of Overpass has them
+            for entity in osmium.FileProcessor(file, osmium.osm.WAY):
+                reader.locate_along(entity)
     except (RuntimeError, ValueError, osmium.InvalidLocationError) as error:
         raise ImportFailedError("map", path, f"not a readable OSM file ({error})") from error
     reader.cut_ways()
@@ -104,6 +107,9 @@ def read_osm(path: Path, progress: Callable[[float], None] | None = None, *, fer
     boxes = header_boxes(path, processor.header)
     region = None if lacking else region_boundary(file, reader.lon_e7, reader.lat_e7)
     return replace(reader.roads(path.name), extent=Extent(boxes, region, lacking))
+    if not reader.way_id:
+        raise ImportFailedError("map", path, reader.why_none())
+    return reader.roads(path.name)
 
 
 class _Reader:
@@ -150,6 +156,27 @@ class _Reader:
         """Take the place of a node that ways name and that was not known with them."""
         if node.id in self.missing and node.location.valid() and not self.is_deleted(node):
             self.location[node.id] = (node.location.x, node.location.y)
+
+    def locate_along(self, way: Any) -> None:
+        """Take the places that a way carries of points that the file lacks."""
+        if way.id not in self.drawn or self.is_deleted(way):
+            return
+        for node in way.nodes:
+            if node.ref in self.missing and node.location.valid() and ("n", node.ref) not in self.deleted:
+                self.location.setdefault(node.ref, (node.location.x, node.location.y))
+
+    def why_none(self) -> str:
+        """Why there are no roads."""
+        if self.drawn and (self.dropped[Dropped.POINTS] or not self.location):
+            lost, roads = len(self.lost()) or "all", len(self.drawn)
+            return f"lacks {lost} points of its {roads} roads, needed: ways with their nodes (Overpass: (._;>;);)"
+        counts = ", ".join(f"{reason} {count}" for reason, count in sorted(self.dropped.items()) if count)
+        reason = "no way in it may be driven by car, needed: at least one drivable highway"
+        return f"{reason} (left out: {counts})" if counts else reason
+
+    def lost(self) -> set[int]:
+        """Points of ways whose place is not known."""
+        return self.missing - self.location.keys()
 
     def _refs(self, way: Any) -> tuple[int, ...]:
         """Ids of a way's points, whose places are kept."""

@@ -24,6 +24,18 @@ if TYPE_CHECKING:
 
 
 _FORMS: Final = {"gzip": "osm.gz", "bzip2": "osm.bz2", "pbf": "osm.pbf", "xml": "osm"}
+_ARCHIVES: Final = {  # first bytes of what has to be unpacked first
+    b"PK\x03\x04": "a zip archive",
+    b"\xfd7zXZ\x00": "packed with xz",
+    b"\x28\xb5\x2f\xfd": "packed with zstd",
+    b"7z\xbc\xaf\x27\x1c": "a 7z archive",
+    b"Rar!": "a rar archive",
+}
+_WIDE_MARKS: Final = (b"\xff\xfe", b"\xfe\xff", b"<\x00", b"\x00<")  # how a text in UTF-16 begins
+_BZIP2_STREAM: Final = re.compile(rb"BZh[1-9]1AY&SY")
+_BZIP2_CHUNK: Final = 5000  # bytes that libbz2 reads at once
+_MOST_UNPACKED_BYTES: Final = 512 << 20
+_END_BYTES: Final = 4096  # in which Overpass remarks that it did not finish
 _KINDS: Final = {"node": "n", "way": "w", "relation": "r"}
 _MARK: Final = re.compile(rb"\b(?:action\s*=\s*[\"']delete|visible\s*=\s*[\"']false)[\"']")
 _LONGEST_MARK: Final = 64  # bytes that two chunks share, so that a mark between them is seen
@@ -38,25 +50,70 @@ _MOST_BLOB_BYTES: Final = 32 * 1024 * 1024
 _VARINT, _FIXED_64, _BYTES, _FIXED_32 = 0, 1, 2, 5  # kinds of fields in PBF
 
 
-def open_osm(path: Path) -> osmium.io.File:
+def open_osm(path: Path) -> osmium.io.File | osmium.io.FileBuffer:
     """The file for osmium, XML, gzip, bzip2 and PBF told by their first bytes and not by the name.
 
-    Raises ImportFailedError for the JSON of Overpass and for zip archives.
+    Raises ImportFailedError for JSON, archives, files of changes or with the history of objects, and for what Overpass
+    did not finish.
     """
     form = _form(path)
     allowed = "allowed: .osm, .osm.gz, .osm.bz2 or .pbf"
     if form == "json":
-        raise ImportFailedError("map", path, f"is JSON, {allowed}; ask Overpass for [out:xml]")
-    if form == "zip":
-        raise ImportFailedError("map", path, f"is a zip archive, {allowed}; unpack it")
+        with path.open("rb") as file:
+            begin = file.read(_END_BYTES)
+        geojson = b"Feature" in begin
+        hint = "GeoJSON does not say where roads join" if geojson else "ask Overpass for [out:xml]"
+        raise ImportFailedError("map", path, f"is {'GeoJSON' if geojson else 'JSON'}, {allowed}; {hint}")
+    if form in _ARCHIVES.values():
+        raise ImportFailedError("map", path, f"is {form}, {allowed}; unpack it")
+    if ".osh" in path.suffixes:
+        reason = "holds the history of objects, allowed: one version of each (osmium time-filter makes it)"
+        raise ImportFailedError("map", path, reason)
+    if form in ("gzip", "bzip2", "xml"):
+        _refuse_no_map(path, form)
+    if form == "bzip2" and _ends_in_a_short_stream(path):  # osmium would stop before it
+        with bz2.open(path) as file:
+            try:
+                text = file.read(_MOST_UNPACKED_BYTES)
+            except (OSError, EOFError) as error:
+                raise ImportFailedError("map", path, f"not a readable OSM file ({error})") from error
+        return osmium.io.FileBuffer(text, "osm")
     return osmium.io.File(str(path), _FORMS[form]) if form in _FORMS else osmium.io.File(str(path))
+
+
+def _refuse_no_map(path: Path, form: str) -> None:
+    """Raise ImportFailedError where an XML file holds changes of a map, or a query that Overpass gave up."""
+    try:
+        with _unpacked(path, form) as file:
+            begin = file.read(_END_BYTES).replace(b"\0", b"")
+    except (OSError, EOFError, ValueError, zlib.error):
+        return  # a damaged file: reading its roads says so
+    if b"<osmChange" in begin:
+        reason = "holds changes of a map (osmChange), allowed: the map itself; osmium apply-changes makes it"
+        raise ImportFailedError("map", path, reason)
+    if form == "xml":
+        with path.open("rb") as file:
+            file.seek(max(0, path.stat().st_size - _END_BYTES))
+            begin += file.read().replace(b"\0", b"")
+    remark = re.search(rb"<remark>([^<]*error[^<]*)</remark>", begin)
+    if remark:
+        shown = " ".join(remark[1].decode("utf-8", "replace").split())[:200]
+        raise ImportFailedError("map", path, f"is not whole, Overpass says: {shown}; ask for less, or for more time")
+
+
+def _ends_in_a_short_stream(path: Path) -> bool:
+    """Whether the last of several bzip2 streams, as pbzip2 writes them, lies within the last read of the file."""
+    size = path.stat().st_size
+    with path.open("rb") as file:
+        file.seek(max(1, size - _BZIP2_CHUNK))
+        return bool(_BZIP2_STREAM.search(file.read()))
 
 
 def deleted_objects(path: Path) -> frozenset[tuple[str, int]]:
     """Kind (n, w, r) and id of what an XML file marks by action="delete" or visible="false".
 
-    JOSM keeps deleted objects in its files until they are uploaded; osmium does not read its `action`. Empty for other
-    files: PBF has no action, and its `visible` osmium reads.
+    JOSM keeps deleted objects in its files until they are uploaded; osmium does not read its `action`. Of an object
+    that is there twice the later one holds. Empty for other files: PBF has no action, and its `visible` osmium reads.
     """
     form = _form(path)
     if form not in ("gzip", "bzip2", "xml"):
@@ -65,8 +122,13 @@ def deleted_objects(path: Path) -> frozenset[tuple[str, int]]:
 
     def begin(name: str, attributes: dict[str, str]) -> None:
         marked = attributes.get("action") == "delete" or attributes.get("visible") == "false"
-        if marked and name in _KINDS:
-            found.add((_KINDS[name], int(attributes.get("id", "0"))))
+        if name not in _KINDS:
+            return
+        key = (_KINDS[name], int(attributes.get("id", "0")))
+        if marked:
+            found.add(key)
+        else:
+            found.discard(key)
 
     try:
         with _unpacked(path, form) as file:
@@ -143,7 +205,7 @@ def _unpacked(path: Path, form: str) -> IO[bytes] | gzip.GzipFile | bz2.BZ2File:
 
 def _has_mark(file: IO[bytes] | gzip.GzipFile | bz2.BZ2File) -> bool:
     before = b""
-    while chunk := file.read(_CHUNK):
+    while chunk := file.read(_CHUNK).replace(b"\0", b""):  # UTF-16 has a zero in each letter of a mark
         if _MARK.search(before + chunk):
             return True
         before = chunk[-_LONGEST_MARK:]
@@ -160,8 +222,11 @@ def _form(path: Path) -> str | None:
         return "bzip2"
     if b"OSMHeader" in head:
         return "pbf"
-    if head.startswith(b"PK\x03\x04"):
-        return "zip"
+    for mark, archive in _ARCHIVES.items():
+        if head.startswith(mark):
+            return archive
+    if head.startswith(_WIDE_MARKS):
+        return "xml"
     if text.startswith((b"{", b"[")):
         return "json"
     return "xml" if text.startswith(b"<") else None

@@ -8,6 +8,7 @@ import struct
 import zlib
 from itertools import permutations
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import osmium
@@ -150,6 +151,73 @@ def test_every_packing_gives_the_same_graph_whatever_the_name(tmp_path: Path, na
     assert arrays_equal(import_region(path, [], "packed"), expected)
 
 
+@pytest.mark.parametrize("encoding", ["utf-8-sig", "utf-16", "utf-16-le", "utf-16-be"])
+@pytest.mark.parametrize("name", ["map.osm", "map.bin"])
+def test_every_encoding_of_a_text_gives_the_same_roads(tmp_path: Path, name: str, encoding: str) -> None:
+    text = osm(*NODES, RING, way(11, [1, 3], marks="action='delete'"), way(12, [2, 4]))
+    path = tmp_path / name
+    path.write_bytes(text.replace("UTF-8", encoding.removesuffix("-sig")[:6]).encode(encoding))
+    assert set(import_region(path, [], "map").way_id.tolist()) == {10, 12}
+
+
+@pytest.mark.parametrize("parts", [2, 3])
+@pytest.mark.parametrize("pack", [gzip.compress, bz2.compress])
+def test_a_file_packed_in_several_streams_is_read_to_its_end(tmp_path: Path, parts: int, pack: Any) -> None:
+    text = osm(*NODES, RING, way(11, [1, 3])).encode()
+    step = -(-len(text) // parts)
+    path = tmp_path / "map.osm.packed"
+    path.write_bytes(b"".join(pack(text[begin : begin + step]) for begin in range(0, len(text), step)))
+    assert set(import_region(path, [], "map").way_id.tolist()) == {10, 11}
+
+
+def test_ways_that_carry_the_places_of_their_points_need_no_nodes(tmp_path: Path) -> None:
+    """As Overpass writes with `out geom`."""
+    points = "".join(f'<nd ref="{ref}" lat="{lat}" lon="{lon}"/>' for ref, (lat, lon) in PLACES.items())
+    bounds = '<bounds minlat="50.7" minlon="8.6" maxlat="50.71" maxlon="8.61"/>'
+    graph = graph_of(tmp_path, f'<way id="10">{bounds}{points}{RESIDENTIAL}</way>')
+    assert graph.length_m.sum() == pytest.approx(2.0 * (706.4 + 1112.5 + 706.2), rel=1e-3)
+
+
+@pytest.mark.parametrize("options", ["pbf_dense_nodes=false", "pbf_compression=none", "pbf_compression=lz4"])
+def test_every_form_of_pbf_gives_the_same_roads(tmp_path: Path, options: str) -> None:
+    path = tmp_path / "map.osm.pbf"
+    with osmium.SimpleWriter(osmium.io.File(str(path), f"pbf,{options}")) as writer:
+        for ref, (lat, lon) in PLACES.items():
+            writer.add_node(osmium.osm.mutable.Node(id=ref, location=(lon, lat)))
+        writer.add_way(osmium.osm.mutable.Way(id=10, nodes=[1, 2, 3, 4], tags={"highway": "residential"}))
+    assert arrays_equal(import_region(path, [], "map"), graph_of(tmp_path, *NODES, way(10, [1, 2, 3, 4])))
+
+
+def test_ways_of_a_pbf_that_carry_places_need_no_nodes(tmp_path: Path) -> None:
+    """As osmium add-locations-to-ways writes, which leaves out nodes without tags."""
+    plain, path = tmp_path / "plain.osm", tmp_path / "map.osm.pbf"
+    plain.write_text(osm(*NODES, RING, way(11, [1, 3])))
+    with osmium.SimpleWriter(osmium.io.File(str(path), "pbf,locations_on_ways=true")) as writer:
+        for entity in osmium.FileProcessor(str(plain)).with_locations():
+            if entity.is_way():
+                writer.add(entity)
+    assert arrays_equal(import_region(path, [], "map"), import_region(plain, [], "plain"))
+
+
+def test_an_object_that_is_there_again_after_it_was_deleted_is_used(tmp_path: Path) -> None:
+    graph = graph_of(tmp_path, *NODES, RING, way(11, [1, 3], marks='visible="false"'), way(11, [1, 3]))
+    assert 11 in graph.way_id.tolist()
+    graph = graph_of(tmp_path, *NODES, RING, way(11, [1, 3]), way(11, [1, 3], marks='visible="false"'))
+    assert 11 not in graph.way_id.tolist()
+
+
+def test_a_history_in_xml_is_refused_by_its_name(tmp_path: Path) -> None:
+    path = tmp_path / "map.osh.gz"
+    path.write_bytes(gzip.compress(osm(*NODES, RING, RING.replace('version="1"', 'version="2"')).encode(), mtime=0))
+    with pytest.raises(ImportFailedError, match="history"):
+        import_region(path, [], "map")
+
+
+def test_a_folder_is_named_as_one(tmp_path: Path) -> None:
+    with pytest.raises(ImportFailedError, match="is a folder, allowed: a file"):
+        import_region(tmp_path, [], "map")
+
+
 def test_deleted_objects_of_a_packed_file_are_passed_over(tmp_path: Path) -> None:
     text = osm(*NODES, RING, way(11, [1, 3], marks='action="delete"')).encode()
     for name, packed in (("a.osm.gz", gzip.compress(text, mtime=0)), ("a.osm.bz2", bz2.compress(text))):
@@ -161,7 +229,20 @@ def test_deleted_objects_of_a_packed_file_are_passed_over(tmp_path: Path) -> Non
     ("content", "message"),
     [
         (b'{"version": 0.6, "elements": []}', r"is JSON, allowed: \.osm.*out:xml"),
+        (b'{"type": "FeatureCollection", "features": []}', "is GeoJSON, .*where roads join"),
         (b"PK\x03\x04rest", "is a zip archive"),
+        (b"\xfd7zXZ\x00rest", "is packed with xz, .*unpack it"),
+        (b"\x28\xb5\x2f\xfdrest", "is packed with zstd"),
+        (b"7z\xbc\xaf\x27\x1crest", "is a 7z archive"),
+        (b"<osmChange version='0.6'><create/></osmChange>", r"holds changes of a map \(osmChange\)"),
+        (gzip.compress(b"<osmChange version='0.6'/>", mtime=0), "holds changes of a map"),
+        (b"<osm version='0.6'><remark> runtime error: Query timed out </remark></osm>", "not whole, .*Query timed out"),
+        (osm(RING).encode(), r"lacks 4 points of its 1 roads, .*\(\._;>;\);"),
+        (osm(f"<way id='1' version='1'>{RESIDENTIAL}</way>").encode(), "lacks all points of its 1 roads"),
+        (
+            osm(*NODES, way(10, [1, 2], RESIDENTIAL.replace("/>", "/><tag k='access' v='no'/>"))).encode(),
+            "ways_without_access 1",
+        ),
         (gzip.compress(b"<osm version='0.6'>", mtime=0)[:-6], "not a readable OSM file"),
     ],
 )
