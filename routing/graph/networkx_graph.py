@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import gzip
 import json
 import os
 import tempfile
 from dataclasses import replace
+import zlib
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
+from xml.etree import ElementTree
 
 import networkx as nx
 import numpy as np
@@ -36,6 +40,10 @@ if TYPE_CHECKING:
 _CONDITIONAL_KEY: Final = "joulepath_conditional_limits"
 _CUT_KEY: Final = "joulepath_cut_node"
 _FERRIES_KEY: Final = "joulepath_ferries"
+_NAMESPACE: Final = "http://graphml.graphdrawing.org/xmlns"
+_NAMESPACE_WITHIN: Final = 4096  # bytes from the beginning, in which the root names it
+_GZIP_MARK: Final = b"\x1f\x8b"
+_MOST_UNPACKED_BYTES: Final = 512 << 20  # what lies behind is missing, so that the file is refused
 _VERSION_KEY: Final = "joulepath_format_version"
 _HIGHWAY: Final = {c: c.name.lower() for c in FunctionalClass}
 
@@ -269,17 +277,34 @@ def read_graphml(path: Path) -> RoadGraph:
     return from_networkx(load_networkx(path), str(path))
 
 
+def _graphml_text(path: Path) -> bytes:
+    """The content of a GraphML file, unpacked, in the namespace in which networkx looks for it."""
+    text = path.read_bytes()
+    if text.startswith(_GZIP_MARK):
+        with gzip.open(BytesIO(text)) as packed:
+            text = packed.read(_MOST_UNPACKED_BYTES)
+    begin = text[:_NAMESPACE_WITHIN].replace(b"\0", b"")
+    if b"<graphml" not in begin or _NAMESPACE.encode() + b'"' in begin or _NAMESPACE.encode() + b"'" in begin:
+        return text
+    root = ElementTree.fromstring(text)
+    for element in root.iter():
+        element.tag = f"{{{_NAMESPACE}}}{element.tag.rpartition('}')[2]}"
+    return bytes(ElementTree.tostring(root))
+
+
 def load_networkx(path: Path) -> NetworkxGraph:
     """A GraphML file as a multigraph, directed or not; raises GraphFormatError when it is none.
 
-    Node ids are whole numbers, or text where one of them is none. An undirected export is refused.
+    Node ids are whole numbers, or text where one of them is none. The file may be packed by gzip, and its namespace
+    another than GraphML's or none. An undirected export is refused.
     """
     try:
+        text = _graphml_text(path)
         try:
-            graph: Any = nx.read_graphml(path, node_type=int, edge_key_type=int, force_multigraph=True)
+            graph: Any = nx.read_graphml(BytesIO(text), node_type=int, edge_key_type=int, force_multigraph=True)
         except ValueError:
-            graph = nx.read_graphml(path, node_type=str, edge_key_type=str, force_multigraph=True)
-    except (OSError, ValueError, LookupError, TypeError, SyntaxError, nx.NetworkXError) as error:
+            graph = nx.read_graphml(BytesIO(text), node_type=str, edge_key_type=str, force_multigraph=True)
+    except (OSError, EOFError, zlib.error, ValueError, LookupError, TypeError, SyntaxError, nx.NetworkXError) as error:
         raise GraphFormatError(str(path), "file", f"unreadable ({error})", "GraphML") from error
     if is_export(graph) and not graph.is_directed():
         raise GraphFormatError(str(path), "edgedefault", "undirected", "directed")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
@@ -19,6 +20,7 @@ from routing.importers.tags import (
     Control,
     Dropped,
     RoadClass,
+    admitted_class,
     car_may_pass,
     control,
     is_roundabout,
@@ -36,20 +38,28 @@ if TYPE_CHECKING:
 _PLAIN_STRETCH: Final = (0.5, 20.0)  # of an edge's stated length over that of its line; outside, the line is right
 _ABSENT: Final = frozenset(("", "nan", "NaN", "None", "<NA>", "NaT"))
 _ID_LIMIT: Final = 1 << 62
+_SAME_PLACE_E7: Final = 100  # about 1 m: lines of both directions of a street differ by rounding alone (assumed)
+_SAME_LENGTH: Final = 0.01
+_UNIT_OFF: Final = 0.02  # stated lengths that are all off by more, and by the same factor, are in another unit
+_UNIT_SPREAD: Final = 0.01
+_FEWEST_OF_UNIT: Final = 10  # roads, from which on that is no chance (assumed)
+_LITERAL: Final = re.compile(r"""('(?:\\.|[^'\\])*'|"(?:\\.|[^"\\])*")|\b(?:nan|NaN|<NA>)\b|\bnp\.\w+\(|(\))""")
+_OTHER_NAMES: Final = {"x": ("lon", "longitude", "lng"), "y": ("lat", "latitude")}
 
 
 def roads_from_networkx(graph: nx.MultiDiGraph[Any] | nx.MultiGraph[Any], source: str) -> Roads:
     """The roads of an OSMnx graph; two edges over the same line in opposite directions become one two-way road.
 
-    Read are, of nodes, x, y [deg, or in the graph's crs], elevation [m] and highway; of edges, length [m], geometry
-    (LineString or WKT), highway, maxspeed, speed_kph, name, ref, bridge, tunnel, junction and the access tags; values
-    may be lists, and texts that stand for a missing value count as none. The stated length holds. Of an undirected
-    graph each edge is driven both ways, or as its `oneway`, `from` and `to` say.
+    Read are, of nodes, x, y [deg, or in the graph's crs] (else lon, lat), elevation [m] and highway; of edges,
+    length [m], geometry (LineString or WKT), highway, maxspeed, speed_kph, name, ref, bridge, tunnel, junction and the
+    access tags; values may be lists, and texts that stand for a missing value count as none. The stated length holds.
+    Of an undirected graph each edge is driven both ways, or as its `oneway`, `from` and `to` say.
     Raises ImportFailedError naming what is missing or out of range.
     """
     if graph.number_of_edges() == 0:
         raise ImportFailedError("map", source, "the graph has no edges")
-    crs = projection_of(str(graph.graph.get("crs", "epsg:4326")))
+    named_crs = graph.graph.get("crs")
+    crs = projection_of("epsg:4326" if _absent(named_crs) else str(named_crs))
     nodes = list(graph.nodes(data=True))
     node_idx: dict[Hashable, int] = {node: number for number, (node, _) in enumerate(nodes)}
     ids = [node for node in node_idx if isinstance(node, int) and abs(node) < _ID_LIMIT]
@@ -69,15 +79,19 @@ def roads_from_networkx(graph: nx.MultiDiGraph[Any] | nx.MultiGraph[Any], source
 
     dropped: Counter[str] = Counter()
     edges: list[tuple[int, int, dict[str, Any], RoadClass]] = []
+    unclassed = 0
     for u, v, data in _directed_edges(graph, source):
         tags = _tags(data)
-        kind = next((c for value in _values(data.get("highway")) if (c := road_class(value))), None)
+        highways = _values(data.get("highway"))
+        unclassed += not highways
+        kind = next((c for value in highways if (c := road_class(value) or admitted_class(value, tags))), None)
         if kind is None or not car_may_pass(tags):
             dropped[Dropped.ACCESS] += 1
         else:
             edges.append((node_idx[u], node_idx[v], data, kind))
     if not edges:
-        raise ImportFailedError("map", source, "no edge in it may be driven by car")
+        hint = f"; {unclassed} of them have no `highway`, allowed: as OSMnx writes it" if unclassed else ""
+        raise ImportFailedError("map", source, f"no edge in it may be driven by car{hint}")
     ends = np.array([(u, v) for u, v, _, _ in edges])
     node_names = list(node_idx)
     lines = lines_of(
@@ -93,9 +107,11 @@ def roads_from_networkx(graph: nx.MultiDiGraph[Any] | nx.MultiGraph[Any], source
     for (u, v, data, kind), line in zip(edges, lines, strict=True):
         osmids = tuple(sorted(set(_values(data.get("osmid")))))  # lists are in driving order, or in none
         limit = _limit_mps(data, source, dropped)
-        mates = waiting.get((u, v, osmids, tuple(line)))
-        if mates:
-            mate = mates.pop()
+        length_m = _length_m(data, source)
+        mates = waiting.get((u, v, osmids), [])
+        mate = next((road for road in reversed(mates) if road.runs_against(line, length_m)), None)
+        if mate is not None:
+            mates.remove(mate)
             mate.backward, mate.backward_mps = True, limit
             continue
         tags = _tags(data)
@@ -111,11 +127,11 @@ def roads_from_networkx(graph: nx.MultiDiGraph[Any] | nx.MultiGraph[Any], source
                 is_structure({k: x}) for k in ("bridge", "tunnel") for x in _values(data.get(k)) if x != "False"
             ),
             name_idx=names.setdefault(label, len(names)),
-            length_m=_length_m(data, source),
+            length_m=length_m,
             forward_mps=limit,
         )
         rows.append(road)
-        waiting.setdefault((v, u, osmids, tuple(reversed(line))), []).append(road)
+        waiting.setdefault((v, u, osmids), []).append(road)
 
     first = [0]
     point: list[int] = []
@@ -153,7 +169,7 @@ def roads_from_networkx(graph: nx.MultiDiGraph[Any] | nx.MultiGraph[Any], source
             backward_mps=np.array([road.backward_mps for road in rows], np.float64),
             urban=np.full(len(rows), -1, np.int8),
             name_idx=np.array([road.name_idx for road in rows], np.int32),
-            stretch=_stretch(lon_array, lat_array, point_array, first_array, stated_m, axes=crs is None),
+            stretch=_stretch(lon_array, lat_array, point_array, first_array, stated_m, dropped, axes=crs is None),
         ),
         names=tuple(names),
         controls=controls,
@@ -163,12 +179,12 @@ def roads_from_networkx(graph: nx.MultiDiGraph[Any] | nx.MultiGraph[Any], source
         source=source,
         licence="ODbL-1.0",
         attribution="© OpenStreetMap contributors",
-        dropped=dict(dropped),
+        dropped={reason: count for reason, count in dropped.items() if count},
         height_m=_heights(height, added, source),
     )
 
 
-@dataclass(slots=True)
+@dataclass(slots=True, eq=False)
 class _Road:
     """An edge and, where there is one, the edge that runs against it over the same line."""
 
@@ -184,6 +200,18 @@ class _Road:
     forward_mps: float
     backward: bool = False
     backward_mps: float = np.nan
+
+    def runs_against(self, line: list[tuple[int, int]], length_m: float) -> bool:
+        """Whether an edge from its head to its tail is its other direction, by its line, or one of them by its length.
+
+        One of both may lack its line: then they are one street where the lengths agree.
+        """
+        if bool(self.line) != bool(line):
+            return self.way_id != 0 and abs(length_m - self.length_m) <= _SAME_LENGTH * self.length_m
+        pairs = zip(self.line, reversed(line), strict=False)
+        return len(line) == len(self.line) and all(
+            abs(x - a) <= _SAME_PLACE_E7 and abs(y - b) <= _SAME_PLACE_E7 for (x, y), (a, b) in pairs
+        )
 
 
 def _directed_edges(
@@ -222,11 +250,14 @@ def _stretch(
     point: NDArray[np.int32],
     first: NDArray[np.int64],
     stated_m: NDArray[np.float64],
+    dropped: Counter[str],
     *,
     axes: bool,
 ) -> NDArray[np.float64]:
     """Stated length over that of the line, float64 (W,), 1 where none is stated or the two don't belong together.
 
+    All are 1 where nearly all are off by one factor: then they are in feet, or in metres of a map projection.
+    Those passed over are counted in dropped.
     axes: whether to refuse lines whose lengths fit better with latitude and longitude swapped.
     """
 
@@ -243,6 +274,12 @@ def _stretch(
     with np.errstate(divide="ignore", invalid="ignore"):
         stretch = stated_m / drawn_m
     plain = (stretch > _PLAIN_STRETCH[0]) & (stretch < _PLAIN_STRETCH[1])
+    if int(plain.sum()) >= _FEWEST_OF_UNIT:
+        factor = float(np.median(stretch[plain]))
+        near = np.abs(stretch[plain] / factor - 1.0) <= _UNIT_SPREAD
+        if abs(factor - 1.0) > _UNIT_OFF and bool(near.mean() > 0.9):
+            plain[:] = False
+    dropped[Dropped.LENGTH] += int((~plain & ~np.isnan(stated_m)).sum())
     return np.where(plain, stretch, 1.0)
 
 
@@ -260,6 +297,10 @@ def _heights(height: list[float], added: int, source: str) -> NDArray[np.float64
 def _coordinate(data: dict[str, Any], name: str, node: Hashable, crs: CRS | None) -> float:
     limit = 180.0 if name == "x" else 90.0
     allowed = f"allowed: -{limit:g}..{limit:g} deg" if crs is None else f"allowed: a number in {crs.to_string()}"
+    other = next((key for key in _OTHER_NAMES[name] if crs is None and not _absent(data.get(key))), name)
+    name = other if _absent(data.get(name)) else name
+    if _absent(data.get(name)):
+        raise ImportFailedError(f"node {node} {name}", data.get(name), f"is missing, {allowed}")
     try:
         value = float(data[name])
     except (KeyError, TypeError, ValueError) as error:
@@ -286,9 +327,9 @@ def _elevation_m(data: dict[str, Any], node: Hashable) -> float:
 
 
 def _length_m(data: dict[str, Any], source: str) -> float:
-    stated = _first(data.get("length"))
+    stated = _values(data.get("length"))
     try:
-        return float(stated) if stated else np.nan
+        return sum(float(part) for part in stated) if stated else np.nan  # of a list: of the parts that were joined
     except ValueError as error:
         raise ImportFailedError("length", data["length"], f"no number, in an edge of {source}") from error
 
@@ -312,9 +353,12 @@ def _limit_mps(data: dict[str, Any], source: str, dropped: Counter[str]) -> floa
 
 
 def _tags(data: dict[str, Any]) -> dict[str, str]:
-    """The first value of each attribute that has one, as text."""
-    found = {k: _first(x) for k, x in data.items() if k not in ("geometry", "length")}
-    return {k: value for k, value in found.items() if value}
+    """The first value of each attribute that has one, as text; of access the first that denies.
+
+    A list has the values of the parts that were joined to an edge: each of them has to be passed.
+    """
+    found = {k: values for k, x in data.items() if k not in ("geometry", "length") and (values := _values(x))}
+    return {k: next((v for v in values if not car_may_pass({k: v})), values[0]) for k, values in found.items()}
 
 
 def _absent(value: Any) -> bool:
@@ -324,14 +368,30 @@ def _absent(value: Any) -> bool:
 
 def _values(value: Any) -> list[str]:
     """The values of an attribute as text, missing ones left out; OSMnx writes several as a Python list in text."""
-    if isinstance(value, str) and value.startswith(("[", "{", "(")):
+    if isinstance(value, str) and value.startswith(("[", "{", "(", "np.")):
         try:
-            value = ast.literal_eval(value.replace("nan", "None") if "'" not in value else value)
+            value = ast.literal_eval(_literal(value))
         except (ValueError, SyntaxError, TypeError, RecursionError, MemoryError):
             return [value]
     if isinstance(value, (list, tuple, set)):
         return [str(v) for v in value if not _absent(v)]
     return [] if _absent(value) else [str(value)]
+
+
+def _literal(text: str) -> str:
+    """A list in text as Python reads it: without numpy's names of types, missing values as None."""
+    if "nan" not in text and "np." not in text and "NA" not in text:
+        return text
+    numpy = "np." in text
+
+    def plain(match: re.Match[str]) -> str:
+        if match[1]:
+            return match[1]
+        if match[2]:
+            return "" if numpy else ")"
+        return "" if match[0].startswith("np.") else "None"
+
+    return _LITERAL.sub(plain, text)
 
 
 def _first(value: Any) -> str:

@@ -24,7 +24,7 @@ FAR_FROM_NODE_M: Final = 50.0  # ends of lines lie at their nodes but for roundi
 _DEGREES: Final = ("", "epsg:4326", "4326", "wgs84", "wgs 84", "ogc:crs84", "crs84")
 _SWAPPED_LENGTH: Final = 0.007  # median difference of stated from drawn lengths: a sphere is within 0.6 % (assumed)
 _WRONG_LENGTH: Final = 0.02
-_LINE: Final = re.compile(r"\s*(?:LINESTRING|LINEARRING)\b", re.IGNORECASE)
+_LINE: Final = re.compile(r"\s*(?:MULTILINESTRING|LINESTRING|LINEARRING)\b", re.IGNORECASE)
 
 
 def projection_of(crs: str) -> CRS | None:
@@ -167,6 +167,8 @@ def _coordinates(geometry: Any, name: str) -> NDArray[np.float64]:
     try:
         with np.errstate(invalid="ignore"):
             line = shapely.from_wkt(geometry) if isinstance(geometry, str) else geometry
+        if shapely.get_type_id(line) == shapely.GeometryType.MULTILINESTRING:
+            line = shapely.line_merge(line)  # one line where its parts follow each other
         kind, points = shapely.get_type_id(line), np.asarray(shapely.get_coordinates(line), np.float64)
     except (shapely.errors.GEOSException, TypeError, ValueError) as error:
         raise ImportFailedError(f"geometry of edge {name}", str(geometry)[:60], allowed) from error

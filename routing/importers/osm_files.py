@@ -81,6 +81,18 @@ def open_osm(path: Path) -> osmium.io.File | osmium.io.FileBuffer:
     return osmium.io.File(str(path), _FORMS[form]) if form in _FORMS else osmium.io.File(str(path))
 
 
+def is_graphml(path: Path) -> bool:
+    """Whether a file, packed or not, is GraphML by its first element, whatever its name."""
+    try:
+        form = _form(path)
+        if form not in ("gzip", "xml"):
+            return False
+        with _unpacked(path, form) as file:
+            return b"<graphml" in file.read(_END_BYTES).replace(b"\0", b"")
+    except (OSError, EOFError, zlib.error):
+        return False  # reading it says so
+
+
 def _refuse_no_map(path: Path, form: str) -> None:
     """Raise ImportFailedError where an XML file holds changes of a map, or a query that Overpass gave up."""
     try:

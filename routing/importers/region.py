@@ -21,6 +21,7 @@ from routing.importers.ferries import without_spurs
 from routing.importers.graphml import roads_from_networkx
 from routing.importers.links import loose_graph
 from routing.importers.osm import read_osm
+from routing.importers.osm_files import is_graphml
 from routing.importers.profile import limit_grades, smooth_along_roads
 from routing.importers.roads import cut_at_antimeridian
 from routing.importers.tags import Dropped
@@ -74,6 +75,7 @@ def import_region(
     if map_path.suffix.lower() == ".graphml":
         if ferries:
             raise ImportFailedError("ferries", "on", f"{map_path.name} is GraphML, allowed: an OpenStreetMap file")
+    if map_path.suffix.lower() == ".graphml" or is_graphml(map_path):
         if not map_path.is_file():
             raise ImportFailedError("map", map_path, "no such file")
         loaded = load_networkx(map_path)

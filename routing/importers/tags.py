@@ -39,6 +39,7 @@ class Dropped(StrEnum):
     RESTRICTION_VIA_WAY = "restrictions_over_ways"
     LOOP = "loops_too_short"
     HEIGHT = "roads_without_height"
+    LENGTH = "stated_lengths_implausible"
 
 
 @dataclass(frozen=True, slots=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from rasterio.warp import transform
 from energy.stops import Cross, FunctionalClass
 from routing.errors import GraphFormatError, ImportFailedError
 from routing.graph.road_graph import RoadGraph, Terrain
+from routing.importers.graphml import _values
 from routing.importers.region import import_region
 
 # 1 to 2 two-way and bent, 2 to 3 two oneways, 3 to 1 a oneway, as osmnx.save_graphml writes it: every value is text
@@ -140,7 +142,7 @@ def test_graphml_edges_that_cars_may_not_drive_are_dropped(tmp_path: Path) -> No
 @pytest.mark.parametrize(
     ("nodes", "crs", "message"),
     [
-        ({**NODES, 1: {"x": "1.5"}}, "epsg:4326", "node 1 y None"),
+        ({**NODES, 1: {"x": "1.5"}}, "epsg:4326", r"node 1 y None: is missing, allowed: -90\.\.90 deg"),
         ({**NODES, 1: {"x": "1.5", "y": "95"}}, "epsg:4326", r"node 1 y 95\.0: allowed: -90\.\.90 deg"),
         ({**NODES, 1: {"x": "42.0", "y": "151.5"}}, "epsg:4326", "longitude swapped"),
         ({**NODES, 1: {"x": "429000", "y": "42.0"}}, "epsg:4326", r"x 429000\.0: .* in metres needs its crs"),
@@ -245,7 +247,7 @@ def test_a_place_beyond_its_projection_is_named(tmp_path: Path) -> None:
         ("LINESTRING (1.6 42, 1.605 42, 1.61 42)", r"geometry of edge 1 -> 2 .*ends 8\d\d\d m from its nodes"),
         ("LINESTRING (1.5 42, 1.505 41", r"geometry of edge 1 -> 2 .*WKT LINESTRING"),
         ("POINT (1.5 42)", r"geometry of edge 1 -> 2 .*WKT LINESTRING"),
-        ("MULTILINESTRING ((1.5 42, 1.51 42))", r"geometry of edge 1 -> 2 .*WKT LINESTRING"),
+        ("MULTILINESTRING ((1.5 42, 1.504 42), (1.506 42, 1.51 42))", r"geometry of edge 1 -> 2 .*WKT LINESTRING"),
         ("GEOMETRYCOLLECTION (" * 50_000, r"geometry of edge 1 -> 2 .*WKT LINESTRING"),
         ("LINESTRING (1.5 42, nan nan, 1.51 42)", r"geometry of edge 1 -> 2 .*LINESTRING"),
     ],
@@ -261,6 +263,125 @@ def test_a_text_that_is_a_list_of_nothing_known_is_a_plain_text(tmp_path: Path, 
     edges = [(1, 2, {**EDGES[0][2], "name": value}), *EDGES[1:]]
     graph = import_region(write(tmp_path / "odd.graphml", edges=edges), [], "odd")
     assert graph.names[graph.name_idx[link_of(graph, 1, 2)]] == value
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "LINESTRING Z (1.5 42 7, 1.505 41.999 8, 1.51 42 9)",
+        "LineString(1.5 42, 1.505 41.999, 1.51 42)",
+        "MULTILINESTRING ((1.5 42, 1.505 41.999), (1.505 41.999, 1.51 42))",
+        "LINESTRING (1.5 42, 1.5050001 41.9990001, 1.51 42)",
+    ],
+)
+def test_a_line_in_another_form_pairs_both_directions(tmp_path: Path, line: str) -> None:
+    edges = [(1, 2, {**EDGES[0][2], "geometry": line}), *EDGES[1:]]
+    graph = import_region(write(tmp_path / "form.graphml", edges=edges), [], "form")
+    there, back = link_of(graph, 1, 2), link_of(graph, 2, 1)
+    assert graph.reverse_idx[there] == back
+    assert graph.geometry(there) == pytest.approx(np.array([[1.5, 42.0], [1.505, 41.999], [1.51, 42.0]]), abs=2e-7)
+
+
+@pytest.mark.parametrize(("length", "paired"), [("860.5", True), ("865", True), ("1200", False)])
+def test_a_direction_without_its_line_is_paired_by_its_length(tmp_path: Path, length: str, paired: bool) -> None:
+    bare = {k: x for k, x in EDGES[1][2].items() if k != "geometry"}
+    edges = [EDGES[0], (2, 1, {**bare, "length": length}), *EDGES[2:]]
+    graph = import_region(write(tmp_path / "bare.graphml", edges=edges), [], "bare")
+    assert bool(graph.reverse_idx[link_of(graph, 1, 2)] == link_of(graph, 2, 1)) is paired
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("['50', nan]", ["50"]),
+        ("[nan, 'a']", ["a"]),
+        ('[nan, "L\'Hospitalet"]', ["L'Hospitalet"]),
+        ("[None, 'nan street']", ["nan street"]),
+        ("[np.float64(41.3), np.float64(50.0)]", ["41.3", "50.0"]),
+        ("[np.str_('A (B)'), nan]", ["A (B)"]),
+        ("np.float64(41.3)", ["41.3"]),
+        ("np.nan", ["np.nan"]),
+        ("(1, 2)", ["1", "2"]),
+        ("{'x'}", ["x"]),
+        ("[Foo]", ["[Foo]"]),
+    ],
+)
+def test_a_list_in_text_has_its_values_and_not_its_gaps(text: str, values: list[str]) -> None:
+    assert _values(text) == values
+
+
+def test_the_lowest_limit_of_a_list_with_gaps_holds(tmp_path: Path) -> None:
+    edges = [(u, v, {**data, "maxspeed": "['60', nan, '40']"}) for u, v, data in EDGES]
+    graph = import_region(write(tmp_path / "gaps.graphml", edges=edges), [], "gaps")
+    assert graph.speed_limit_mps * 3.6 == pytest.approx(40.0)
+
+
+@pytest.mark.parametrize("access", ["['yes', 'private']", "['private', 'yes']", "[nan, 'no']"])
+def test_an_edge_of_which_a_part_is_closed_is_closed(tmp_path: Path, access: str) -> None:
+    """OSMnx joins ways to an edge whose lists have the values of its parts."""
+    edges = [*EDGES, (3, 2, {"osmid": "109", "highway": "residential", "access": access, "length": "1250"})]
+    graph = import_region(write(tmp_path / "part.graphml", edges=edges), [], "part")
+    assert 109 not in graph.way_id
+    assert graph.meta.dropped["ways_without_access"] == 1
+
+
+def test_a_track_that_is_open_to_cars_is_a_road(tmp_path: Path) -> None:
+    track = {"osmid": "109", "highway": "track", "length": "1250"}
+    graph = import_region(
+        write(tmp_path / "t.graphml", edges=[*EDGES, (3, 2, {**track, "motor_vehicle": "yes"})]), [], "track"
+    )
+    assert 109 in graph.way_id
+
+
+def ladder(factor: float) -> tuple[dict[int, dict[str, str]], list[tuple[int, int, dict[str, str]]]]:
+    """Twelve streets east of each other along 42° N, 0.01° or 828.5 m each, their stated lengths times a factor."""
+    nodes = {k: {"y": "42.0", "x": f"{1.5 + 0.01 * k:.2f}"} for k in range(13)}
+    data = {"highway": "residential", "length": f"{828.5076 * factor:.3f}"}
+    pairs = [(k, k + 1) for k in range(12)]
+    return nodes, [(u, v, {**data, "osmid": str(a)}) for a, b in pairs for u, v in ((a, b), (b, a))]
+
+
+@pytest.mark.parametrize(
+    ("factor", "counted"), [(1 / 0.3048, 12), (1 / 0.9144, 12), (0.001, 12), (1.3456, 12), (1.0, 0)]
+)
+def test_lengths_that_are_all_in_another_unit_are_those_of_the_lines(
+    tmp_path: Path, factor: float, counted: int
+) -> None:
+    graph = import_region(write(tmp_path / "unit.graphml", *ladder(factor)), [], "unit")
+    assert graph.length_m.sum() == pytest.approx(2 * 12 * 828.5076, rel=1e-6)
+    assert graph.meta.dropped.get("stated_lengths_implausible", 0) == counted
+
+
+def test_a_length_that_is_longer_than_its_line_holds_where_others_are_not(tmp_path: Path) -> None:
+    nodes, edges = ladder(1.0)
+    edges = [(u, v, {**data, "length": "1200"} if data["osmid"] == "3" else data) for u, v, data in edges]
+    graph = import_region(write(tmp_path / "bends.graphml", nodes, edges), [], "bends")
+    assert graph.length_m[graph.way_id == 3].sum() == pytest.approx(2400.0)
+
+
+@pytest.mark.parametrize(("x", "y"), [("lon", "lat"), ("longitude", "latitude"), ("lng", "lat")])
+def test_nodes_that_name_longitude_and_latitude_lie_there(tmp_path: Path, x: str, y: str) -> None:
+    nodes = {k: {x: data["x"], y: data["y"]} for k, data in NODES.items()}
+    graph = import_region(write(tmp_path / "named.graphml", nodes, crs="None"), [], "named")
+    assert sorted(graph.node_lon_deg.tolist()) == pytest.approx([1.5, 1.505, 1.51], abs=1e-7)
+
+
+@pytest.mark.parametrize("name", ["town.graphml", "town.graphml.gz", "town.xml"])
+@pytest.mark.parametrize(
+    "namespace", ["http://graphml.graphdrawing.org/xmlns", "http://graphml.graphdrawing.org/xmlns/1.0rc", ""]
+)
+def test_a_graphml_is_read_whatever_its_name_packing_and_namespace(tmp_path: Path, name: str, namespace: str) -> None:
+    text = write(tmp_path / "plain.graphml").read_text(encoding="utf-8")
+    text = text.replace(' xmlns="http://graphml.graphdrawing.org/xmlns"', f' xmlns="{namespace}"' if namespace else "")
+    path = tmp_path / name
+    path.write_bytes(gzip.compress(text.encode(), mtime=0) if name.endswith(".gz") else text.encode())
+    assert import_region(path, [], "town").link_count == 5
+
+
+def test_edges_without_a_highway_are_named_as_the_reason(tmp_path: Path) -> None:
+    edges = [(u, v, {"length": data["length"]}) for u, v, data in EDGES]
+    with pytest.raises(ImportFailedError, match="5 of them have no `highway`"):
+        import_region(write(tmp_path / "gephi.graphml", edges=edges), [], "gephi")
 
 
 def test_a_line_against_its_edge_is_turned(tmp_path: Path) -> None:
