@@ -399,6 +399,10 @@ class Control:
     facing: Facing = Facing.UNSAID
 
 
+# pelican and the like are the British names of crossings with signals
+_SIGNAL_CROSSINGS: Final = frozenset(("traffic_signals", "pelican", "puffin", "toucan", "pegasus"))
+
+
 def control(tags: Mapping[str, str]) -> Control | None:
     """The strongest control among the tags of a node, or None."""
     highway = tag_values(tags, "highway")
@@ -411,7 +415,7 @@ def control(tags: Mapping[str, str]) -> Control | None:
         return Control(ControlKind.GIVE_WAY, _facing(tags, "give_way:direction"))
     if "mini_roundabout" in highway:
         return Control(ControlKind.MINI_ROUNDABOUT, Facing.BOTH)
-    if "traffic_signals" in tag_values(tags, "crossing") or _value(tags, "crossing:signals") == "yes":
+    if not _SIGNAL_CROSSINGS.isdisjoint(tag_values(tags, "crossing")) or _value(tags, "crossing:signals") == "yes":
         return Control(ControlKind.PEDESTRIAN_SIGNALS, Facing.BOTH)
     if _value(tags, "railway") in ("level_crossing", "tram_level_crossing"):
         return Control(ControlKind.LEVEL_CROSSING, Facing.BOTH)
@@ -419,8 +423,10 @@ def control(tags: Mapping[str, str]) -> Control | None:
 
 
 def _facing(tags: Mapping[str, str], key: str) -> Facing:
-    value = _value(tags, key) or _value(tags, "direction")
-    return Facing(value) if value in ("forward", "backward", "both") else Facing.UNSAID
+    named = {"forward", "backward", "both"}.intersection(tag_values(tags, key) or tag_values(tags, "direction"))
+    if len(named) > 1:
+        return Facing.BOTH
+    return Facing(named.pop()) if named else Facing.UNSAID
 
 
 @dataclass(frozen=True, slots=True)
