@@ -170,6 +170,7 @@ def _forbidden_turns(
     for link in np.flatnonzero(np.isin(tail, via_nodes)).tolist():
         out_of.setdefault(int(tail[link]), []).append(link)
     pairs: list[tuple[int, int]] = []
+    ordered: dict[int, set[int]] = {}  # of several orders that hold for a link each names a turn that is permitted
     for rule in roads.restrictions:
         node = node_of_id.get(rule.via_point_id, -1)
         origin = [k for k in into.get(node, []) if int(way_id[k]) in rule.from_way_ids]
@@ -179,8 +180,10 @@ def _forbidden_turns(
         elif len(origin) > len(rule.from_way_ids) or len(target) > len(rule.to_way_ids):
             dropped[Dropped.RESTRICTION] += 1  # the way runs on through the node: which side is meant?
         elif rule.only:
-            pairs += [(a, b) for a in origin for b in out_of[node] if b not in target]
+            for a in origin:
+                ordered.setdefault(a, set()).update(target)
         else:
             pairs += [(a, b) for a in origin for b in target]
+    pairs += [(a, b) for a, permitted in ordered.items() for b in out_of[int(head[a])] if b not in permitted]
     pairs += banned_over_ways(roads.way_bans, tail, head, way_id, length_m, dropped)
     return np.array(pairs, np.int64).reshape(-1, 2)

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
 BUILT_UP_LANDUSE: Final = frozenset(("residential", "commercial", "retail", "industrial"))
 _KEYS: Final = (
     *("highway", "barrier", "crossing", "crossing:signals", "railway", "landuse", "type", "route"),
-    *("addr:country", "ISO3166-1"),
+    *("addr:country", "ISO3166-1", "ISO3166-1:alpha2"),
 )
 _PROGRESS_STEP: Final = 20_000
 
@@ -377,8 +377,9 @@ class _Reader:
 
     def add_relation(self, relation: Any) -> None:
         tags = {tag.k: tag.v for tag in relation.tags}
-        if tags.get("boundary") == "administrative" and tags.get("admin_level") == "2" and "ISO3166-1" in tags:
-            self.country_areas.add(country_code(tags["ISO3166-1"]) or tags["ISO3166-1"].upper())
+        code = tags.get("ISO3166-1") or tags.get("ISO3166-1:alpha2")
+        if tags.get("boundary") == "administrative" and tags.get("admin_level") == "2" and code:
+            self.country_areas.add(country_code(code) or code.upper())
         kind = tags.get("type", "").strip().lower()
         if kind == "route" and is_ferry(tags) and "duration" in tags:
             self.ferry_lines.append((tuple(m.ref for m in relation.members if m.type == "w"), tags["duration"]))
@@ -394,7 +395,7 @@ class _Reader:
         self._add_restriction(relation, rule)
 
     def _add_restriction(self, relation: Any, rule: TurnRule) -> None:
-        members = [(m.role, m.type, m.ref) for m in relation.members]
+        members = [(m.role.strip().lower(), m.type, m.ref) for m in relation.members]
         via = [(kind, ref) for role, kind, ref in members if role == "via"]
         origin = tuple(ref for role, kind, ref in members if role == "from" and kind == "w")
         target = tuple(ref for role, kind, ref in members if role == "to" and kind == "w")

@@ -222,6 +222,28 @@ def restriction(origin: int, via: int, target: int, **tags: str) -> tuple[list[t
     return members, {"type": "restriction", **tags}
 
 
+def test_import_with_two_orders_permits_what_each_of_them_names(draw_map: Any) -> None:
+    orders = [restriction(5, 1, 3, restriction="only_straight_on"), restriction(5, 1, 2, restriction="only_right_turn")]
+    graph = import_region(draw_map(CROSSROADS, ARMS, relations=orders), [], "orders")
+    assert [follows(graph, 5, 1, target) for target in (2, 3, 4)] == [True, True, False]
+    assert follows(graph, 2, 1, 4)
+
+
+def test_import_reads_roles_as_they_are_meant(draw_map: Any) -> None:
+    members = [("w", 5, "From"), ("n", 1, "via "), ("w", 4, "TO")]
+    path = draw_map(CROSSROADS, ARMS, relations=[(members, {"type": "restriction", "restriction": "no_left_turn"})])
+    assert not follows(import_region(path, [], "roles"), 5, 1, 4)
+
+
+@pytest.mark.parametrize("key", ["ISO3166-1", "ISO3166-1:alpha2"])
+def test_import_takes_the_country_of_its_only_boundary(draw_map: Any, key: str) -> None:
+    tags = {"type": "boundary", "boundary": "administrative", "admin_level": "2", key: "PT"}
+    path = draw_map(
+        SQUARE, {10: ([1, 5, 2], {"highway": "motorway", "oneway": "no"})}, relations=[([("w", 10, "outer")], tags)]
+    )
+    assert read_osm(path).country == "PT"
+
+
 def test_import_with_no_left_turn_forbids_it_and_nothing_else(draw_map: Any) -> None:
     path = draw_map(CROSSROADS, ARMS, relations=[restriction(5, 1, 4, restriction="no_left_turn")])
     graph = import_region(path, [], "no left")
