@@ -91,6 +91,8 @@ from routing.importers.speeds import (
         ("RU:living_street", 20.0),
         ("BE:cyclestreet", 30.0),
         ("AU:QLD:rural", 100.0),
+        ("US:MT:rural", 112.65408),  # 70 mph
+        ("US-DE:rural", 80.4672),  # Delaware, 50 mph
     ],
 )
 def test_limit_of_a_value_is_its_speed(value: str, kmh: float) -> None:
