@@ -89,6 +89,7 @@ _ALL_ACCESS_KEYS: Final = frozenset(f"{key}{end}" for key in _ACCESS_KEYS for en
 _ADMITTING_KEYS: Final = tuple(f"{key}{end}" for key in ("motorcar", "motor_vehicle") for end in _ENDS)
 _OPEN_TO_ALL: Final = frozenset(("yes", "permissive", "designated", "official", "public", "allowed"))
 _SOFT_TRACKS: Final = frozenset(("grade4", "grade5"))
+_ADMITTING_SET: Final = frozenset(_ADMITTING_KEYS)
 _CAR_CLASSES: Final = frozenset(("motorcar", "motor_vehicle", "vehicle"))
 _CONDITIONAL_KEYS: Final = frozenset(
     (
@@ -250,6 +251,12 @@ def car_may_pass_along(tags: Mapping[str, str], direction: Literal["forward", "b
     return True
 
 
+def _is_opened_along(tags: Mapping[str, str], direction: Literal["forward", "backward"]) -> bool:
+    """Whether a tag of motor vehicles opens a way of others in a direction; what is not said is closed there."""
+    said = (_admits(tags, key) for key in _ACCESS_KEYS_ALONG[direction] if key in tags and key in _ADMITTING_SET)
+    return next((admitted for admitted in said if admitted is not None), False)
+
+
 def _admits(tags: Mapping[str, str], key: str) -> bool | None:
     values = [v for value in tag_values(tags, key) for part in re.split(r"[,|]", value) if (v := part.strip())]
     if any(value in _PERMITTED for value in values):
@@ -350,9 +357,10 @@ def oneway(tags: Mapping[str, str]) -> Oneway:
 def drivable(tags: Mapping[str, str]) -> tuple[bool, bool]:
     """Whether a private car may drive a way along and against its points: by its oneway and its access tags."""
     direction = oneway(tags)
+    may = _is_opened_along if tags.get("highway", "").strip().lower() in ADMITTING_HIGHWAYS else car_may_pass_along
     return (
-        direction is not Oneway.BACKWARD and car_may_pass_along(tags, "forward"),
-        direction is not Oneway.FORWARD and car_may_pass_along(tags, "backward"),
+        direction is not Oneway.BACKWARD and may(tags, "forward"),
+        direction is not Oneway.FORWARD and may(tags, "backward"),
     )
 
 

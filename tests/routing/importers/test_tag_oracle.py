@@ -29,7 +29,11 @@ ADMITTING = ("yes", "permissive", "designated", "destination", "customers")
 DENYING = ("no", "private", "agricultural", "forestry", "delivery", "permit", "psv", "bus", "military")
 SAYING_NOTHING = ("maybe", "see note", "unknown")
 CLASSES = ("access", "vehicle", "motor_vehicle", "motorcar")  # from wide to narrow
-ACCESS_KEYS = tuple(f"{name}{end}" for name in CLASSES for end in ("", ":forward", ":backward"))
+ACCESS_KEYS = tuple(f"{name}{end}" for name in CLASSES for end in ("", ":forward", ":backward", ":both_ways"))
+# docs/import.md: ways made for others are roads where a key of motor vehicles opens them to all cars
+FOR_OTHERS = ("track", "pedestrian", "cycleway")
+OPEN_TO_ALL = ("yes", "permissive", "designated")
+NOT_THERE = ("abandoned", "demolished", "proposed", "construction", "impassable")
 
 
 # the oracle
@@ -40,16 +44,20 @@ def words(value: str) -> list[str]:
 
 
 def allowed(tags: Tags, direction: str) -> bool:
-    """The most special key that says something decides: class first, then the direction's own key before the plain."""
-    verdicts: dict[tuple[int, bool], bool] = {}
+    """The most special key that says something decides: class first, then direction, both ways, none of them."""
+    ranks = {"": 0, "both_ways": 1, direction: 2}
+    verdicts: dict[tuple[int, int], bool] = {}
     for key, value in tags.items():
         name, _, along = key.partition(":")
-        if name not in CLASSES or along not in ("", direction):
+        if name not in CLASSES or along not in ranks:
             continue
         if set(words(value)) & set(ADMITTING):
-            verdicts[CLASSES.index(name), along != ""] = True
+            verdicts[CLASSES.index(name), ranks[along]] = True
         elif set(words(value)) & set(DENYING):
-            verdicts[CLASSES.index(name), along != ""] = False
+            verdicts[CLASSES.index(name), ranks[along]] = False
+    if tags.get("highway") in FOR_OTHERS:  # closed but for what motor vehicles are told
+        verdicts = {key: verdict for key, verdict in verdicts.items() if key[0] >= CLASSES.index("motor_vehicle")}
+        return verdicts[max(verdicts)] if verdicts else False
     return verdicts[max(verdicts)] if verdicts else True
 
 
@@ -70,17 +78,24 @@ def directions_by_oneway(tags: Tags) -> set[str] | None:
 
 
 def driven(tags: Tags) -> tuple[set[str], str | None]:
-    """Directions in which a way is a road, and why it is none."""
+    """Directions in which a way is a road, and why it is none; neither where it is a way of others."""
+    opening = [
+        tags[key] for key in ACCESS_KEYS if key in tags and key.partition(":")[0] in ("motor_vehicle", "motorcar")
+    ]
+    if tags["highway"] in FOR_OTHERS and not {word for value in opening for word in words(value)} & set(OPEN_TO_ALL):
+        return set(), None
     left = directions_by_oneway(tags)
     open_to_cars = {direction for direction in ("forward", "backward") if allowed(tags, direction)}
-    if left is None:
-        return set(), "ways_reversible" if open_to_cars else "ways_without_access"
-    both = open_to_cars & left
+    both = open_to_cars if left is None else open_to_cars & left
     if not both:
         return set(), "ways_without_access"
     if tags.get("service") in ("driveway", "parking_aisle", "drive-through", "emergency_access"):
         return set(), "ways_driveway_or_parking"
-    return both, "ways_that_are_areas" if tags.get("area") == "yes" else None
+    if tags.get("area") == "yes":
+        return set(), "ways_that_are_areas"
+    if any(tags.get(key) == "yes" for key in NOT_THERE):
+        return set(), "ways_impassable"
+    return (set(), "ways_reversible") if left is None else (both, None)
 
 
 # units of the wiki's page Key:maxspeed
@@ -90,11 +105,12 @@ KMH_OF = {"": 1.0, " km/h": 1.0, " mph": 1.609344, " knots": 1.852}
 def limit_kmh(value: str, tags: Tags) -> float | None:
     """The lowest limit of a list within 3..200 km/h, more than 160 as 160."""
     found = []
+    unlimited = tags["highway"] in ("motorway", "trunk") or tags.get("motorroad") == "yes"
     for part in value.lower().split(";"):
         text = part.strip()
         if text == "walk":
             found.append(7.0)
-        elif text == "none" and (tags["highway"] in ("motorway", "trunk") or tags.get("motorroad") == "yes"):
+        elif text == "none" and not tags["highway"].endswith("_link") and unlimited:
             found.append(130.0)
         for unit, kmh in KMH_OF.items():
             number = text.removesuffix(unit) if unit else text
@@ -161,11 +177,14 @@ ONEWAY_VALUE = cased(("yes", "true", "1", "-1", "reverse", "no", "false", "0", "
 ONEWAY = st.dictionaries(
     st.sampled_from(("oneway", "oneway:motor_vehicle", "oneway:motorcar", "oneway:bicycle")), ONEWAY_VALUE, max_size=2
 )
-HIGHWAY = st.sampled_from(
-    ("motorway", "trunk", "motorway_link", "secondary", "residential", "living_street", "service")
-)
+ROADS = ("motorway", "trunk", "motorway_link", "secondary", "residential", "living_street", "service")
+HIGHWAY = st.sampled_from(ROADS)
 EXTRA = st.sampled_from(
-    (*({} for _ in range(6)), {"junction": "roundabout"}, {"junction": "circular"}, {"area": "yes"}, {"bicycle": "no"})
+    (
+        *({} for _ in range(12)),
+        *({"junction": "roundabout"}, {"junction": "circular"}, {"area": "yes"}, {"bicycle": "no"}),
+        *({key: value} for key in NOT_THERE for value in ("yes", "no")),
+    )
 )
 SPEED_PART = st.one_of(
     st.builds("{}{}".format, st.integers(1, 260), st.sampled_from(tuple(KMH_OF))),
@@ -179,7 +198,7 @@ BY_DIRECTION = ("maxspeed:forward", "maxspeed:backward", "maxspeed")
 
 @st.composite
 def way_tags(draw: st.DrawFn) -> Tags:
-    tags = {"highway": draw(HIGHWAY), **draw(EXTRA), **draw(ACCESS), **draw(ONEWAY)}
+    tags = {"highway": draw(st.sampled_from((*ROADS, *FOR_OTHERS))), **draw(EXTRA), **draw(ACCESS), **draw(ONEWAY)}
     if tags["highway"] == "service":
         tags |= draw(st.sampled_from(({}, {"service": "alley"}, {"service": "driveway"}, {"service": "parking_aisle"})))
     return tags
@@ -255,7 +274,7 @@ def test_ways_are_driven_in_the_directions_that_their_tags_leave(tags: list[Tags
         if ref != ANCHOR
     }
     expected = {ref: driven(own) for ref, (_, own) in drawn.items()}
-    assert found == {ref: along for ref, (along, reason) in expected.items() if reason is None}
+    assert found == {ref: along for ref, (along, reason) in expected.items() if along and reason is None}
     reasons = Counter(reason for _, reason in expected.values() if reason)
     assert {key: count for key, count in roads.dropped.items() if key.startswith("ways_")} == reasons
 

@@ -175,6 +175,22 @@ def test_a_way_made_for_others_is_a_road_only_where_it_is_open_to_all_cars(tags:
         assert found.functional_class is FunctionalClass.SERVICE
 
 
+@pytest.mark.parametrize(
+    ("tags", "directions"),
+    [
+        ({"motor_vehicle": "yes"}, (True, True)),
+        ({"motor_vehicle:forward": "yes"}, (True, False)),
+        ({"motor_vehicle:forward": "yes", "access": "yes"}, (True, False)),
+        ({"motorcar": "yes", "motor_vehicle": "no"}, (True, True)),
+        ({"motorcar": "yes", "oneway": "yes"}, (True, False)),
+    ],
+)
+def test_a_way_made_for_others_is_driven_only_where_it_is_opened(
+    tags: dict[str, str], directions: tuple[bool, bool]
+) -> None:
+    assert drivable({"highway": "cycleway", **tags}) == directions
+
+
 def test_a_street_of_pedestrians_that_admits_cars_is_driven_as_a_living_street() -> None:
     found = admitted_class("pedestrian", {"highway": "pedestrian", "motor_vehicle": "yes"})
     assert found is not None
