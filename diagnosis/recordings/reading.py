@@ -17,6 +17,7 @@ from diagnosis.recordings.formats.car_services import (
     read_teslamate,
     teslamate_drives,
 )
+from diagnosis.recordings.formats.csv_tables import csv_table
 from diagnosis.recordings.formats.gpx import is_gpx, read_gpx
 from diagnosis.recordings.formats.json_tables import is_json, json_table
 from diagnosis.recordings.formats.leaf_spy import LEAF_SPY_NAMES, NEEDS, is_leaf_spy, read_leaf_spy
@@ -32,7 +33,7 @@ from diagnosis.recordings.formats.obd import (
     read_wide,
 )
 from diagnosis.recordings.formats.parquet import PARQUET_MAGIC, parquet_table
-from diagnosis.recordings.formats.tables import LogTable, csv_table
+from diagnosis.recordings.formats.tables import LogTable
 from diagnosis.recordings.formats.totals import TOTALS_NAMES, is_totals, read_totals
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError, shown
 from diagnosis.recordings.recording import Recording

@@ -13,12 +13,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from diagnosis.recordings.formats.clocks import Series, recording_of_series, series_of
-from diagnosis.recordings.formats.named_columns import M_PER_FOOT, MOST_KMH, MOST_W, RADIAN_PER_DEGREE
+from diagnosis.recordings.formats.named_columns import MOST_KMH, MOST_W
 from diagnosis.recordings.formats.tables import Column, LogTable, is_hidden
 from diagnosis.recordings.formats.times import past_midnight
+from diagnosis.recordings.formats.units import UNITS, plain_unit
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError, shown
 from diagnosis.recordings.soundness.signs import power_sign
-from energy.units import JOULE_PER_KWH, JOULE_PER_WH, KM_PER_MILE, KMH_PER_MPS, MPS_PER_MPH, ZERO_CELSIUS_K
+from energy.units import KMH_PER_MPS, ZERO_CELSIUS_K
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -34,31 +35,9 @@ TORQUE_UNITS: Final = {"Altitude": "m", "Bearing": "°"}  # of columns that Torq
 OBD_NAMES: Final = frozenset((*LONG, *POSITIONS, "time", "Device Time", *TORQUE_UNITS))
 SECONDS: Final = Column("SECONDS", "time_s", 0.0, 1e10)
 TIME: Final = Column("time", "time_s", 0.0, 1e10)
-MILE_M: Final = 1000.0 * KM_PER_MILE
-K_PER_FAHRENHEIT: Final = 5.0 / 9.0
 LEAST_PACK_V: Final = 48.0  # below it is the battery of the lights
 NAMED_MOST: Final = 12
 
-CELSIUS: Final = (1.0, ZERO_CELSIUS_K)
-FAHRENHEIT: Final = (K_PER_FAHRENHEIT, ZERO_CELSIUS_K - 32.0 * K_PER_FAHRENHEIT)
-UNITS: Final[dict[str, dict[str, tuple[float, float]]]] = {
-    "speed": {
-        "km/h": (1.0 / KMH_PER_MPS, 0.0),
-        "mph": (MPS_PER_MPH, 0.0),
-        "m/s": (1.0, 0.0),
-        "meters/second": (1.0, 0.0),
-    },
-    "power": {"kw": (1000.0, 0.0), "w": (1.0, 0.0)},
-    "energy": {"kwh": (JOULE_PER_KWH, 0.0), "wh": (JOULE_PER_WH, 0.0)},
-    "way": {"km": (1000.0, 0.0), "mi": (MILE_M, 0.0), "miles": (MILE_M, 0.0), "mile": (MILE_M, 0.0), "m": (1.0, 0.0)},
-    "voltage": {"v": (1.0, 0.0)},
-    "current": {"a": (1.0, 0.0)},
-    "share": {"%": (0.01, 0.0)},
-    "temperature": {"°c": CELSIUS, "c": CELSIUS, "°f": FAHRENHEIT, "f": FAHRENHEIT},
-    "height": {"m": (1.0, 0.0), "ft": (M_PER_FOOT, 0.0)},
-    "angle": {"°": (RADIAN_PER_DEGREE, 0.0), "deg": (RADIAN_PER_DEGREE, 0.0)},
-    "position": {"": (1.0, 0.0), "°": (1.0, 0.0), "deg": (1.0, 0.0)},
-}
 DISCHARGED: Final = r"(?:energy discharged|discharged? energy)"
 CHARGED: Final = r"(?:energy charged|charged? energy)"
 PACK: Final = r"(?:(?:hv|h\.v\.|high[- ]voltage|traction|main|drive|ev) )?(?:battery|pack)(?: pack)?"
@@ -169,9 +148,9 @@ def is_torque(names: Sequence[str]) -> bool:
 
 def is_parameter(name: str) -> bool:
     """Whether a column of the wide form is read as a channel, by its name and unit."""
-    plain, unit = _name_and_unit(name)
+    plain, unit = _name_andplain_unit(name)
     found = _parameter(plain)
-    return found is not None and _unit(unit) in UNITS[found[0].units]
+    return found is not None and plain_unit(unit) in UNITS[found[0].units]
 
 
 def read_long(table: LogTable, hidden: Sequence[str]) -> Recording:
@@ -201,7 +180,7 @@ def read_wide(table: LogTable, clock: Column = TIME) -> Recording:
     readings = []
     for name in dict.fromkeys(table.names):
         if name and name != clock.name:
-            plain, unit = _name_and_unit(name)
+            plain, unit = _name_andplain_unit(name)
             unit = TORQUE_UNITS.get(name, unit) if clock is DEVICE_TIME else unit
             readings.append(Readings(plain, unit, time_s, list(table.cells(name)), rows))
     return _recording(table, readings)
@@ -271,7 +250,7 @@ def _found(table: LogTable, reading: Readings, needed: set[str]) -> Found | str:
     if known is None:
         return ""
     parameter, rank = known
-    if _unit(reading.unit) not in UNITS[parameter.units]:
+    if plain_unit(reading.unit) not in UNITS[parameter.units]:
         return f" (unit not one of {', '.join(filter(None, UNITS[parameter.units]))})"
     series = _series(table, reading, parameter, strict=parameter.channel in needed)
     if parameter.channel == "voltage_v" and series.values.size and float(np.median(series.values)) < LEAST_PACK_V:
@@ -295,7 +274,7 @@ def _read_note(series: Series, unit: str) -> Note:
     return Note(NoteKind.READ, series.channel, text)
 
 
-def _name_and_unit(name: str) -> tuple[str, str]:
+def _name_andplain_unit(name: str) -> tuple[str, str]:
     """A wide column's name in two: what stands in the last brackets is its unit."""
     match = re.fullmatch(r"(.*\S)\s*[(\[]([^()\[\]]*)[)\]]", name)
     return (match[1], match[2]) if match else (name, "")
@@ -306,14 +285,10 @@ def _plain(name: str) -> str:
     return " ".join(re.sub(r"^\s*\[[^\]]*\]", "", name.lower()).split())
 
 
-def _unit(unit: str) -> str:
-    return unit.strip().lower().replace("℃", "°c").replace("℉", "°f").replace("kmh", "km/h").replace("km/hr", "km/h")
-
-
 def _is_speed(name: str) -> bool:
-    plain, unit = _name_and_unit(name)
+    plain, unit = _name_andplain_unit(name)
     found = _parameter(plain)
-    return found is not None and found[0].channel == "speed_mps" and _unit(unit) in UNITS["speed"]
+    return found is not None and found[0].channel == "speed_mps" and plain_unit(unit) in UNITS["speed"]
 
 
 def _parameter(name: str) -> tuple[LoggedParameter, int] | None:
@@ -327,7 +302,7 @@ def _parameter(name: str) -> tuple[LoggedParameter, int] | None:
 
 def _series(table: LogTable, reading: Readings, parameter: LoggedParameter, *, strict: bool) -> Series:
     """Values of a parameter in SI units; empty ones are left out, and so are positions of exactly 0."""
-    to_si, offset = UNITS[parameter.units][_unit(reading.unit)]
+    to_si, offset = UNITS[parameter.units][plain_unit(reading.unit)]
     low, high = ((limit - offset) / to_si for limit in (parameter.low, parameter.high))
     column = Column(reading.name, parameter.channel, round(low, 3), round(high, 3), to_si, offset)
     cells = reading.cells if isinstance(reading.cells, list) else list(reading.cells)
