@@ -46,6 +46,10 @@ class RecordingError(DiagnosisError, Refusal):
         super().__init__(column, value, allowed, subject=f"{path}, row {row}: {column}")
 
 
+class OrderError(RecordingError):
+    """A time that runs back, or far from the others: rows may be out of order, or drives joined."""
+
+
 def shown(text: str) -> str:
     """A text of a file as an error quotes it: printable, at most 80 characters."""
     printable = "".join(letter if letter.isprintable() else "?" for letter in text[:81])

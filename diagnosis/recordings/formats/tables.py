@@ -11,14 +11,24 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from diagnosis.recordings.formats.times import FORMS, Written, ZoneError, epoch_parts, past_midnight, written
-from diagnosis.recordings.notes import Note, NoteKind, RecordingError, shown
+from diagnosis.recordings.formats.times import (
+    DAY_S,
+    FORMS,
+    Written,
+    ZoneError,
+    counted,
+    going_on,
+    is_too_coarse,
+    written,
+)
+from diagnosis.recordings.notes import Note, NoteKind, OrderError, RecordingError, shown
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MOST_ROWS: Final = 2_000_000
 MOST_COLUMNS: Final = 1000
+COUNTERS_S: Final = (DAY_S, 7.0 * DAY_S, 2.0**16, 2.0**32 / 1000.0)  # after which counters of seconds begin again
 ABSENT: Final = frozenset(
     {"-", "--", "---", "?", "n/a", "na", "#n/a", "nan", "null", "none", "\\n", "unavailable", "unknown"}
 )
@@ -111,32 +121,39 @@ class LogTable:
         form = None if isinstance(cells, np.ndarray) else written(cells)
         if form is not None and not isinstance(cells, np.ndarray):
             time_s, how = self._written_times(column, cells, form), form.form
+            anew_s = form.starts_anew_s
         else:
             time_s, how = self._counted_times(column, cells)
+            anew_s = () if how else COUNTERS_S
+        if not rising:
+            return time_s, how
+        time_s, further = going_on(time_s, anew_s)
+        how = "; ".join(filter(None, (how or ("a number" if further else ""), further)))
         back = np.diff(time_s) < 0.0
-        if rising and bool(back.any()):
+        if bool(back.any()):
             row = int(np.argmax(back)) + 1
             before, time = (self._shown(cells, k) for k in (row - 1, row))
-            raise self.error(row, column.name, time, f"at least that of the row before, {before}")
+            raise OrderError(
+                self.path, self.lines[row], column.name, time, f"at least that of the row before, {before}"
+            )
         return time_s, how
 
     def _counted_times(self, column: Column, cells: Cells) -> tuple[NDArray[np.float64], str]:
-        """Seconds, or parts of them since 1970."""
+        """Seconds, or what else counts a time."""
         try:
             values = self._numbers(column, cells, strict=True)
         except RecordingError as error:
             allowed = f"{error.allowed}; or {FORMS}"
             raise RecordingError(error.path, error.row, error.column, str(error.value), allowed) from error
-        parts = epoch_parts(float(values[0])) if values.size else None
-        if parts is None:
+        count = counted(values)
+        if count is None:
             return self.values(column, required=True), ""
-        per_s, name = parts
-        time_s = values / per_s
+        time_s = (values - count.begin) / count.per_s
         bad = ~((time_s >= column.low) & (time_s <= column.high))
         if bool(bad.any()):
             row = int(np.argmax(bad))
-            raise self.error(row, column.name, _text(cells[row]) or "empty", f"{name} since 1970, as in the first row")
-        return time_s, f"{name} since 1970"
+            raise self.error(row, column.name, _text(cells[row]) or "empty", f"{count.name}, as in the first row")
+        return time_s, count.name
 
     def _shown(self, cells: Cells, row: int) -> str:
         cell = cells[row]
@@ -191,7 +208,11 @@ class LogTable:
                 allowed = f"a {form.form} as in the rows before; {FORMS}"
                 raise self.error(row, column.name, shown(cell) or "empty", allowed) from error
         time_s = np.array(found, np.float64)
-        return past_midnight(time_s) if form.of_day else time_s
+        if is_too_coarse(time_s):
+            many = f"{shown(cells[0])}, the same minute in most rows"
+            allowed = "times with seconds, which spreadsheets leave out where they are not shown"
+            raise self.error(0, column.name, many, allowed)
+        return time_s
 
 
 def is_hidden(name: str, hidden: Sequence[str]) -> bool:

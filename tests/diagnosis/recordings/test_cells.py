@@ -158,6 +158,60 @@ def test_forms_of_time_are_read(read, stamps, seconds):
     assert float(np.diff(recording.time_s)[0]) == pytest.approx(seconds)
 
 
+CLOCKS = [
+    ("2026-03-01 08:00:00 UTC", "2026-03-01 08:00:02 UTC", 1772352000.0),
+    ("2026-03-01 08:00:00 GMT+1", "2026-03-01 08:00:02 GMT+1", 1772348400.0),
+    ("2026-03-01T08:00:00+01:00[Europe/Berlin]", "2026-03-01T08:00:02+01:00[Europe/Berlin]", 1772348400.0),
+    ("2026-03-01 08:00:00 +0000 UTC", "2026-03-01 08:00:02 +0000 UTC", 1772352000.0),
+    ("2026-03-01 08:00:00 CET", "2026-03-01 08:00:02 CET", 1772348400.0),
+    ("Sun Mar 01 08:00:00 2026", "Sun Mar 01 08:00:02 2026", 1772352000.0),
+    ("Sun Mar 01 08:00:00 GMT+01:00 2026", "Sun Mar 01 08:00:02 GMT+01:00 2026", 1772348400.0),
+    ('"Sun, 01 Mar 2026 08:00:00 +0000"', '"Sun, 01 Mar 2026 08:00:02 +0000"', 1772352000.0),
+    ('"Mar 1, 2026 08:00:00 AM"', '"Mar 1, 2026 08:00:02 AM"', 1772352000.0),
+    ("01-M\u00e4r-2026 08:00:00.0", "01-M\u00e4r-2026 08:00:02.0", 1772352000.0),
+    ("01. Mrz 2026 08:00:00", "01. Mrz 2026 08:00:02", 1772352000.0),
+    ("1 d\u00e9c. 2025 08:00:00", "1 d\u00e9c. 2025 08:00:02", 1764576000.0),
+    ("2026-03-01_08-00-00", "2026-03-01_08-00-02", 1772352000.0),
+    ("2026-03-01 08.00.00", "2026-03-01 08.00.02", 1772352000.0),
+    ("20260301080000", "20260301080002", 1772352000.0),
+    ("04/03/2026 23:59:59", "05/03/2026 00:00:01", 1772668799.0),
+    ("2026-10-25 02:59:59", "2026-10-25 02:00:01", 1792897199.0),
+    ("12:59:59", "01:00:01", 46799.0),
+    ("0 days 00:00:01.5", "0 days 00:00:03.5", 1.5),
+    ("59:59.0", "00:01.0", 3599.0),
+    ("134167256000000000", "134167256020000000", 1772252000.0),
+]
+
+
+@pytest.mark.parametrize(("first", "second", "seconds"), CLOCKS, ids=[first for first, *_ in CLOCKS])
+def test_clocks_of_loggers_and_spreadsheets_are_read(read, first, second, seconds):
+    recording = read(csv_of(HEADER, [[first, "10", "100"], [second, "10", "100"]]))
+    assert recording.time_s == pytest.approx([seconds, seconds + 2.0])
+
+
+@pytest.mark.parametrize(
+    ("stamp", "how"),
+    [
+        (lambda k: f"{46_082.0 + (28_800 + k) / 86_400:.9f}", "days since 1900"),
+        (lambda k: f"{740_042.0 + (28_800 + k) / 86_400:.9f}", "days since the year 0"),
+        (lambda k: f"{10_000 * ((28_800 + k) // 3600) + 100 * (k // 60 % 60) + k % 60:06d}", "digits of hours"),
+        (lambda k: f"{(65_000 + k) % 65_536}", "added"),
+    ],
+    ids=["spreadsheet", "datenum", "digits", "16 bits"],
+)
+def test_numbers_that_count_no_seconds_are_known_by_their_rows(read, stamp, how):
+    rows = plain_rows()
+    recording = read(csv_of(HEADER, [[stamp(2 * k), *row[1:]] for k, row in enumerate(rows)]))
+    assert np.diff(recording.time_s) == pytest.approx(np.full(SAMPLES - 1, 2.0), abs=2e-4)
+    assert any(how in text for text in texts(recording, NoteKind.READ, "time_s"))
+
+
+def test_times_in_minutes_that_rows_share_are_refused_as_no_time_of_a_row(read):
+    rows = [[f"2026-03-01 08:{k // 60:02d}", "10", "100"] for k in range(SAMPLES)]
+    with pytest.raises(RecordingError, match="the same minute in most rows, allowed: times with seconds"):
+        read(csv_of(HEADER, rows))
+
+
 def test_dates_with_dots_are_seconds_since_1970(read):
     stamps = ["13.05.2024 13:50:00", "13.05.2024 13:50:01"]
     recording = read(csv_of(HEADER, [[stamp, "10", "100"] for stamp in stamps]))
