@@ -10,11 +10,11 @@ from diagnosis.recordings.formats.clocks import Series, recording_of_series
 from diagnosis.recordings.formats.named_columns import (
     MOST_KMH,
     MOST_W,
-    RADIAN_PER_DEGREE,
     named_series,
     unused_notes,
 )
 from diagnosis.recordings.formats.tables import Column, LogTable
+from diagnosis.recordings.formats.units import RADIAN_PER_DEGREE
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError
 from energy.units import JOULE_PER_KWH, KMH_PER_MPS, ZERO_CELSIUS_K
 
@@ -81,7 +81,7 @@ def teslamate_drives(table: LogTable) -> list[LogTable]:
     time_s, _ = _unordered(table, TESLAMATE_TIME)
     order = np.argsort(time_s, kind="stable").tolist()
     if DRIVE not in table.names:
-        return [_rows(table, order, table.id)]
+        return [table.rows(order, table.id)]
     ids = [str(cell).strip().removesuffix(".0") for cell in table.cells(DRIVE)]
     rows_of: dict[str, list[int]] = {}
     for row in order:
@@ -90,8 +90,8 @@ def teslamate_drives(table: LogTable) -> list[LogTable]:
     if not rows_of:
         raise RecordingError(table.path, 1, DRIVE, "empty in each row", "a drive's id, or no such column")
     if len(rows_of) == 1:
-        return [_rows(table, next(iter(rows_of.values())), table.id)]
-    return [_rows(table, rows, f"{table.id}-{drive}") for drive, rows in rows_of.items()]
+        return [table.rows(next(iter(rows_of.values())), table.id)]
+    return [table.rows(rows, f"{table.id}-{drive}") for drive, rows in rows_of.items()]
 
 
 def read_teslamate(table: LogTable) -> Recording:
@@ -123,7 +123,7 @@ def read_ovms(table: LogTable) -> Recording:
             rows_of.setdefault(str(cell).strip().removeprefix("metric/").replace("/", "."), []).append(row)
         for name in known & rows_of.keys():
             rows = rows_of[name]
-            part = _rows(table, rows, table.id)
+            part = table.rows(rows, table.id)
             part = LogTable(table.path, table.id, (name,), (part.cells(VALUE),), part.lines, table.notes)
             series += named_series(part, time_s[rows], OVMS_COLUMNS)
         series.sort(key=lambda record: [column.name for column in OVMS_COLUMNS].index(record.source))
@@ -139,11 +139,3 @@ def read_ovms(table: LogTable) -> Recording:
 def _unordered(table: LogTable, column: Column) -> tuple[np.ndarray[tuple[int], np.dtype[np.float64]], str]:
     """Times of rows in any order."""
     return table.times(column, rising=False)
-
-
-def _rows(table: LogTable, rows: Sequence[int], drive_id: str) -> LogTable:
-    columns = tuple(
-        cells[list(rows)] if isinstance(cells, np.ndarray) else [cells[row] for row in rows] if len(cells) else cells
-        for cells in table.columns
-    )
-    return LogTable(table.path, drive_id, table.names, columns, [table.lines[row] for row in rows], list(table.notes))

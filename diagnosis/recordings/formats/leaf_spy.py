@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from diagnosis.recordings.formats.clocks import Series, recording_of_series, series_of
-from diagnosis.recordings.formats.named_columns import M_PER_FOOT, MOST_KMH, named_series
+from diagnosis.recordings.formats.named_columns import MOST_KMH, named_series
 from diagnosis.recordings.formats.tables import Column, LogTable
+from diagnosis.recordings.formats.units import M_PER_FOOT
 from diagnosis.recordings.notes import Note, NoteKind
 from diagnosis.recordings.positions import east_north_m
 from energy.units import JOULE_PER_WH, KM_PER_MILE, KMH_PER_MPS, ZERO_CELSIUS_K

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -17,6 +16,7 @@ from diagnosis.recordings.formats.clocks import (
     series_of,
 )
 from diagnosis.recordings.formats.tables import Column, LogTable
+from diagnosis.recordings.formats.units import M_PER_FOOT, RADIAN_PER_DEGREE
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError
 from diagnosis.recordings.recording import REQUIRED, Detail, Recording
 from diagnosis.recordings.soundness.charging import without_charging
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 
 MOST_KMH: Final = 200.0  # the fastest that energy.vehicle.vehicle knows
 MOST_W: Final = 1_000_000.0
-M_PER_FOOT: Final = 0.3048
-RADIAN_PER_DEGREE: Final = math.pi / 180.0
 
 
 def read_i3(table: LogTable) -> Recording:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from diagnosis.recordings.formats.numbers import number_and_unit, number_of
 from diagnosis.recordings.formats.times import (
     DAY_S,
     FORMS,
@@ -117,6 +118,18 @@ class LogTable:
         1970. Times of day become seconds since midnight, past the next too. Raises RecordingError for one that is
         empty, of another form than the first, out of range, or runs back where they have to be rising.
         """
+        time_s, how = self.clock(column, going=rising)
+        back = np.diff(time_s) < 0.0
+        if rising and bool(back.any()):
+            row, cells = int(np.argmax(back)) + 1, self.cells(column.name)
+            before, time = (self._shown(cells, k) for k in (row - 1, row))
+            raise OrderError(
+                self.path, self.lines[row], column.name, time, f"at least that of the row before, {before}"
+            )
+        return time_s, how
+
+    def clock(self, column: Column, *, going: bool = True) -> tuple[NDArray[np.float64], str]:
+        """As times, in whatever order; going: where a clock begins again, the time goes on."""
         cells = self.cells(column.name)
         form = None if isinstance(cells, np.ndarray) else written(cells)
         if form is not None and not isinstance(cells, np.ndarray):
@@ -125,18 +138,23 @@ class LogTable:
         else:
             time_s, how = self._counted_times(column, cells)
             anew_s = () if how else COUNTERS_S
-        if not rising:
+        if not going:
             return time_s, how
         time_s, further = going_on(time_s, anew_s)
-        how = "; ".join(filter(None, (how or ("a number" if further else ""), further)))
-        back = np.diff(time_s) < 0.0
-        if bool(back.any()):
-            row = int(np.argmax(back)) + 1
-            before, time = (self._shown(cells, k) for k in (row - 1, row))
-            raise OrderError(
-                self.path, self.lines[row], column.name, time, f"at least that of the row before, {before}"
-            )
-        return time_s, how
+        return time_s, "; ".join(filter(None, (how or ("a number" if further else ""), further)))
+
+    def rows(self, rows: Sequence[int], part_id: str, note: Note | None = None) -> LogTable:
+        """The table of some of the rows, in their order, with an id of its own."""
+        columns = tuple(
+            cells[list(rows)]
+            if isinstance(cells, np.ndarray)
+            else [cells[row] for row in rows]
+            if len(cells)
+            else cells
+            for cells in self.columns
+        )
+        notes = [*self.notes, *([] if note is None else [note])]
+        return LogTable(self.path, part_id, self.names, columns, [self.lines[row] for row in rows], notes)
 
     def _counted_times(self, column: Column, cells: Cells) -> tuple[NDArray[np.float64], str]:
         """Seconds, or what else counts a time."""
@@ -168,16 +186,27 @@ class LogTable:
         try:
             return np.array([cell or "nan" for cell in cells], np.float64)
         except ValueError:
-            return np.array(
-                [self._number(row, column, cell, strict=strict) for row, cell in enumerate(cells)], np.float64
-            )
+            found: dict[str, str] = {}
+            values = [self._number(row, column, cell, found, strict=strict) for row, cell in enumerate(cells)]
+            for how, cell in found.items():
+                self.notes.append(Note(NoteKind.READ, column.channel, f"{column.name}: {how}, such as {shown(cell)}"))
+            return np.array(values, np.float64)
 
-    def _number(self, row: int, column: Column, cell: str, *, strict: bool) -> float:
+    def _number(self, row: int, column: Column, cell: str, found: dict[str, str], *, strict: bool) -> float:
+        """The number in a cell in the column's unit; found: how cells were written, with an example of each."""
         if _is_absent(cell):
             return math.nan
         try:
             return float(cell)
         except ValueError as error:
+            value = number_of(cell)
+            if value is not None:
+                found.setdefault("numbers with thousands set off or a sign of their own", cell)
+                return value
+            known = number_and_unit(cell, column.channel)
+            if known is not None:
+                found.setdefault(f"unit in its cells, {known[1]}", cell)
+                return (known[0] - column.offset) / column.to_si
             self._check_header_again(row, error)
             if not strict:
                 return math.nan

@@ -130,6 +130,82 @@ def test_header_behind_a_comment_mark_and_a_given_separator_are_taken(read):
     assert read("sep=|\n" + csv_of(HEADER.replace(",", "|"), plain_rows(), "|")).speed_mps.size == SAMPLES
 
 
+@pytest.mark.parametrize(
+    "write",
+    [
+        lambda value: f"{value:_.2f}".replace("_", "'"),
+        lambda value: f"{value:_.2f}".replace("_", " "),
+        lambda value: f"{value:_.2f}".replace("_", "\u202f").replace(".", ","),
+        lambda value: f"{value:_.2f}".replace(".", ",").replace("_", "."),
+        lambda value: f"{value:,.2f}",
+        lambda value: f"{value:.2f}".replace("-", "\u2212"),
+        lambda value: f"{abs(value):.2f}{'-' * (value < 0.0)}",
+        lambda value: f"({-value:.2f})" if value < 0.0 else f"{value:.2f}",
+        lambda value: f'="{value:.2f}"',
+        lambda value: f"{value:.2f} W",
+        lambda value: f"{value / 1000.0:.6f}kW",
+    ],
+    ids=["'", "space", "narrow", "point", "comma", "minus", "behind", "brackets", "excel", "W", "kW"],
+)
+def test_numbers_are_read_however_they_are_written(read, write):
+    rows = [[row[0], row[1], write(float(row[2]))] for row in plain_rows()]
+    recording = read(csv_of(HEADER.replace(",", ";"), rows, ";"))
+    assert recording.power_w == pytest.approx([float(row[2]) for row in plain_rows()], abs=0.006)
+    assert texts(recording, NoteKind.READ)
+
+
+def test_unit_in_cells_counts_before_that_of_the_column_and_another_kind_is_no_number(read):
+    rows = plain_rows()
+    header, more = with_column(rows, "ambient_c", ["41 \u00b0F", "5 km", *["5\u00b0C"] * (SAMPLES - 2)])
+    more = [[row[0], f"{float(row[1]) / 1.609344:.6f} mph", *row[2:]] for row in more]
+    recording = read(csv_of(header, more))
+    assert recording.speed_mps == pytest.approx([float(row[1]) / 3.6 for row in rows], abs=1e-5)
+    assert recording.ambient_k[[0, 2]] == pytest.approx([278.15, 278.15])
+    assert np.isnan(recording.ambient_k[1])
+
+
+def test_points_that_may_set_off_thousands_beside_decimal_commas_are_refused(read):
+    rows = [[row[0], row[1].replace(".", ","), "2.500"] for row in plain_rows()]
+    with pytest.raises(RecordingError, match=r"power_w is 2\.500, allowed: no points that may set off thousands"):
+        read(csv_of(HEADER.replace(",", ";"), rows, ";"))
+
+
+def test_columns_with_commas_beside_columns_with_points_are_read_each_in_its_way(read):
+    rows = [[row[0], row[1].replace(".", ","), row[2]] for row in plain_rows()]
+    recording = read(csv_of(HEADER.replace(",", ";"), rows, ";"))
+    np.testing.assert_array_equal(recording.speed_mps, read(csv_of(HEADER, plain_rows())).speed_mps)
+
+
+UNIT_LINE = csv_of("\n".join([HEADER, "s,[km/h],W"]), plain_rows())
+NAMED_BY_UNITS = csv_of("time,Vehicle speed,HV battery power\ns,km/h,W", plain_rows())
+TWICE = csv_of(HEADER, plain_rows()[:300]) + csv_of(HEADER, plain_rows()[300:])
+IN_PARTS = csv_of(HEADER, plain_rows()[:300]) + csv_of(
+    "time_s,ambient_c,speed_kmh,power_w", [[row[0], "5", *row[1:]] for row in plain_rows()[300:]]
+)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "found"),
+    [
+        (UNIT_LINE, NoteKind.READ, "a line of units below the header"),
+        (NAMED_BY_UNITS, NoteKind.READ, "a line of units below the header"),
+        (TWICE, NoteKind.READ, "the header comes again, 1 times"),
+        (IN_PARTS, NoteKind.READ, "the header comes again, 1 times"),
+        (csv_of(HEADER, plain_rows()) + "Total,,123\n# end\n", NoteKind.IGNORED, "last rows dropped"),
+        (csv_of(HEADER + "\n# parked", plain_rows()), NoteKind.IGNORED, "comments and rules between rows: 1"),
+        ("sep=;\n" + csv_of(HEADER, plain_rows()), NoteKind.IGNORED, "lines before the header: 1"),
+        (csv_of(HEADER.replace(",", " "), plain_rows(), "  "), None, ""),
+        (csv_of(f'"{HEADER}"', [[f'"{",".join(row)}"'] for row in plain_rows()]), None, ""),
+    ],
+    ids=["units", "names", "twice", "parts", "footer", "comment", "sep", "spaces", "wrapped"],
+)
+def test_lines_that_are_no_samples_do_not_refuse_a_drive(read, text, kind, found):
+    recording = read(text)
+    assert recording.power_w == pytest.approx([float(row[2]) for row in plain_rows()])
+    assert kind is None or any(found in text for text in texts(recording, kind))
+    assert text is not IN_PARTS or np.count_nonzero(np.isnan(recording.ambient_k)) == 300
+
+
 def test_last_row_that_was_cut_off_is_dropped_and_told(read):
     recording = read(csv_of(HEADER, plain_rows()) + "600,12\n")
     assert recording.speed_mps.size == SAMPLES

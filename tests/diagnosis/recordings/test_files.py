@@ -54,8 +54,11 @@ def test_what_is_no_text_is_an_error(read, content, found):
             "time_s,speed_kmh,power_w\n0;1;2\n1;1;2\n",
             "row 2: the row is 1 cells long, allowed: 3, as the header, set off by ,",
         ),
-        ("time_s,speed_kmh,power_w\ns,km/h,W\n0,1,2\n", r"row 2: the row is a second header line \(s, km/h, W\)"),
-        ("time_s,speed_kmh,power_w\n0,1,2\ntime_s,speed_kmh,power_w\n1,1,2\n", "row 3: the row is the header again"),
+        ("time_s,speed_kmh,power_w\nx,real,real\n0,1,2\n", r"row 2: the row is a second header line \(x, real, real\)"),
+        (
+            "time_s,speed_kmh,power_w\ns,mph,W\n0,1,2\n1,1,2\n",
+            "row 2: speed_kmh is in mph by the line below the header, allowed: km/h, which the column's name says",
+        ),
         ("time_s,speed_kmh,power_w\n0,-1,2\n1,1,2\n", "row 2: speed_kmh is -1, allowed: a number from 0 to 200"),
         ("time_s,speed_kmh,power_w\n0,1,2\n1,1,\n2,1,nan\n", "row 3: power_w is empty"),
         ("0,1,2\n1,1,2\n2,1,2\n", "row 1: the header is 0, 1, 2, allowed: columns of a format"),

@@ -122,12 +122,12 @@ def test_battery_of_the_lights_is_not_the_one_that_drives(tmp_path):
 
 def test_unit_that_is_not_known_is_named(tmp_path):
     rows = [
-        (time, pid, value, "K" if pid.startswith("Ambient") else unit) for time, pid, value, unit in readings(drive())
+        (time, pid, value, "R" if pid.startswith("Ambient") else unit) for time, pid, value, unit in readings(drive())
     ]
     recording = read_recording(long_file(tmp_path / "a.csv", rows))
     assert recording.ambient_k is None
     (text,) = texts(recording, NoteKind.IGNORED)
-    assert "Ambient air temperature [K] (unit not one of °c, c, °f, f)" in text
+    assert "Ambient air temperature [R] (unit not one of °c, °f, k)" in text
 
 
 def test_bad_value_is_told_by_row_and_parameter(tmp_path):

@@ -1,0 +1,50 @@
+"""Numbers as loggers and spreadsheets write them beside plain ones: thousands set off, other signs, units behind."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from diagnosis.recordings.formats.units import unit_of
+
+DECIMAL_COMMA: Final = re.compile(r"[-+\u2212]?\d*,\d+(?:[eE][-+]?\d+)?")
+DECIMAL_POINT: Final = re.compile(r"[-+\u2212]?\d*\.\d+(?:[eE][-+]?\d+)?")
+COMMA_THOUSANDS: Final = re.compile(r"[-+\u2212]?[1-9]\d{0,2}(?:,\d{3})+")
+POINT_THOUSANDS: Final = re.compile(r"[-+\u2212]?[1-9]\d{0,2}(?:\.\d{3})+")
+SPACES: Final = " \u00a0\u2009\u202f'\u2019"
+SET_OFF: Final = (  # what sets off thousands, and a decimal sign that is another one
+    (re.compile(rf"[-+]?\d{{1,3}}(?:[{SPACES}]\d{{3}})+(?:[.,]\d+)?"), SPACES),
+    (re.compile(r"[-+]?\d{1,3}(?:,\d{3})+\.\d+"), ","),
+    (re.compile(r"[-+]?\d{1,3}(?:\.\d{3})+,\d+"), "."),
+)
+NUMBER: Final = re.compile(r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?")
+WITH_UNIT: Final = re.compile(rf"([-+]?\d[\d.,{SPACES}]*?)[{SPACES}]*([^\d\s.,{SPACES}][^\d]*)")
+QUOTED: Final = re.compile(r'="?([^"]*)"?')  # as spreadsheets keep a number a text
+BEHIND: Final = re.compile(r"([\d.,]+)-")
+IN_BRACKETS: Final = re.compile(r"\(([\d.,]+)\)")
+
+
+def number_of(cell: str) -> float | None:
+    """The number in a cell that is written in another way than Python's; None where it is none or may be two."""
+    text = cell.strip().replace("\u2212", "-")
+    quoted = QUOTED.fullmatch(text)
+    text = quoted[1].strip() if quoted is not None else text
+    for pattern in (BEHIND, IN_BRACKETS):
+        match = pattern.fullmatch(text)
+        text = f"-{match[1]}" if match is not None else text
+    for pattern, signs in SET_OFF:
+        if pattern.fullmatch(text):
+            text = "".join(letter for letter in text if letter not in signs)
+            text = text.replace(",", ".")
+            break
+    return float(text) if NUMBER.fullmatch(text) else None
+
+
+def number_and_unit(cell: str, channel: str) -> tuple[float, str] | None:
+    """The value in SI of a number with a unit behind it that a channel can have, and the unit; None for all else."""
+    match = WITH_UNIT.fullmatch(cell.strip().replace("\u2212", "-"))
+    if match is None:
+        return None
+    unit, text = unit_of(channel, match[2]), match[1]
+    value = number_of(text.replace(",", ".") if DECIMAL_COMMA.fullmatch(text) else text)
+    return None if unit is None or value is None else (value * unit[0] + unit[1], match[2].strip())
