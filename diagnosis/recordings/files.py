@@ -22,6 +22,7 @@ ENDINGS: Final = (".csv", ".jsonl", ".parquet", ".gpx")
 NAMED_ENDINGS: Final = (*ENDINGS, ".json")  # of files that are named; of folders other .json files are not taken
 GZIP_MAGIC: Final = b"\x1f\x8b"
 ZIP_MAGIC: Final = b"PK\x03\x04"
+UTF32_MARKS: Final = (codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE)
 UTF16_MARKS: Final = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
 
 
@@ -79,17 +80,23 @@ def file_content(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
 
 
 def text_of(path: Path, content: bytes) -> str:
-    """The text of a file in UTF-8, UTF-16 with a byte order mark, or latin-1, in which each byte is a letter.
+    """The text of a file in UTF-8, UTF-16 or UTF-32 with a byte order mark, or latin-1, in which each byte is a letter.
 
-    Raises RecordingError for what is no text.
+    Bytes of zero at the end, which a logger without power leaves, are cut off. Raises RecordingError for what is no
+    text.
     """
     if content.startswith(ZIP_MAGIC):
         raise RecordingError(str(path), 1, "the file", "a zip or Excel file", "text (save it as CSV), or gzip of it")
     try:
+        if content.startswith(UTF32_MARKS):
+            return content.decode("utf-32").rstrip("\0")
         if content.startswith(UTF16_MARKS):
-            return content.decode("utf-16")
+            return content.decode("utf-16").rstrip("\0")
     except UnicodeDecodeError as error:
-        raise RecordingError(str(path), 1, "the file", f"broken UTF-16 ({error.reason})", "UTF-8 text") from error
+        raise RecordingError(
+            str(path), 1, "the file", f"broken UTF-16 or UTF-32 ({error.reason})", "UTF-8 text"
+        ) from error
+    content = content.rstrip(b"\0")
     if b"\0" in content:
         row = content.count(b"\n", 0, content.index(b"\0")) + 1
         found = "binary (it has a byte of zero), or UTF-16 without a mark"

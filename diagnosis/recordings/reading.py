@@ -32,16 +32,22 @@ from diagnosis.recordings.formats.obd import (
     read_long,
     read_wide,
 )
+from diagnosis.recordings.formats.order import in_order
 from diagnosis.recordings.formats.parquet import PARQUET_MAGIC, parquet_table
 from diagnosis.recordings.formats.tables import LogTable
 from diagnosis.recordings.formats.totals import TOTALS_NAMES, is_totals, read_totals
-from diagnosis.recordings.notes import Note, NoteKind, RecordingError, shown
+from diagnosis.recordings.notes import Note, NoteKind, OrderError, RecordingError, shown
 from diagnosis.recordings.recording import Recording
 from diagnosis.recordings.soundness.checks import checked
 
 __all__ = ["Note", "NoteKind", "Recording", "RecordingError", "read_recording", "read_recordings"]
 
 FIXED_NAMES: Final = FORMAT_NAMES | OBD_NAMES | TOTALS_NAMES | LEAF_SPY_NAMES | SERVICE_NAMES
+SPELLED: Final = tuple(
+    {name.casefold(): name for name in sorted(names)}
+    for names in (FORMAT_NAMES, OBD_NAMES, LEAF_SPY_NAMES, SERVICE_NAMES)
+)
+FOLDED: Final = frozenset(name for names in SPELLED for name in names)
 OnProgress = Callable[[int, int], None]
 
 
@@ -59,19 +65,45 @@ def read_recording(path: Path, hidden: Sequence[str] = ()) -> Recording:
 
 def _read(table: LogTable, hidden: Sequence[str]) -> tuple[list[Recording], list[RecordingError]]:
     """The drives in a table, checked, and the errors of those that can't be read where it has several."""
-    form = _form(table)
+    table, form = _with_form(table)
     parts = [table] if form.split is None else form.split(table)
     drives: list[Recording] = []
     errors: list[RecordingError] = []
-    for part in parts:
+    while parts:
+        part = parts.pop(0)
+        several = bool(parts or drives or errors)
         try:
             recording = form.read(part, hidden)
             drives.append(checked(replace(recording, notes=(*recording.notes, *part.notes)), part.path))
+        except OrderError as error:
+            ordered = [] if error.column not in part.names else in_order(part, error.column)
+            if not ordered:
+                errors.append(_of_part(error, part, several=several))
+            parts[:0] = ordered
         except RecordingError as error:
-            if len(parts) == 1:
-                raise
-            errors.append(error)
+            errors.append(_of_part(error, part, several=several))
     return drives, errors
+
+
+def _of_part(error: RecordingError, part: LogTable, *, several: bool) -> RecordingError:
+    """The error of one of several drives in a file, which names it."""
+    if not several:
+        return error
+    path = f"{error.path}, drive {part.id}"
+    return RecordingError(path, error.row, error.column, str(error.value), str(error.allowed))
+
+
+def _with_form(table: LogTable) -> tuple[LogTable, Format]:
+    """A table and its format, with the format's spelling of names where letter case is all that differs."""
+    try:
+        return table, _form(table)
+    except RecordingError:
+        for names in SPELLED:
+            spelled = tuple(names.get(name.casefold(), name) for name in table.names)
+            form = next((form for form in FORMATS if form.recognises(spelled)), None)
+            if form is not None and form.name != "TeslaMate":  # names that many services use, in other units
+                return replace(table, names=spelled), form
+        raise
 
 
 def _form(table: LogTable) -> Format:
@@ -164,7 +196,7 @@ class Format:
 
 def is_read(name: str) -> bool:
     """Whether some format reads a column of this name."""
-    return name in FIXED_NAMES or is_parameter(name)
+    return name in FIXED_NAMES or name.casefold() in FOLDED or is_parameter(name)
 
 
 # A further format is one more entry, tried in this order; its reader turns the table into a Recording in any way.

@@ -17,7 +17,7 @@ from diagnosis.recordings.formats.named_columns import MOST_KMH, MOST_W
 from diagnosis.recordings.formats.tables import Column, LogTable, is_hidden
 from diagnosis.recordings.formats.times import past_midnight
 from diagnosis.recordings.formats.units import UNITS, plain_unit
-from diagnosis.recordings.notes import Note, NoteKind, RecordingError, shown
+from diagnosis.recordings.notes import Note, NoteKind, OrderError, RecordingError, shown
 from diagnosis.recordings.soundness.signs import power_sign
 from energy.units import KMH_PER_MPS, ZERO_CELSIUS_K
 
@@ -160,7 +160,7 @@ def read_long(table: LogTable, hidden: Sequence[str]) -> Recording:
     if bool(back.any()):
         row = int(np.argmax(back)) + 1
         before, time = (str(table.cells(SECONDS.name)[k]).strip() for k in (row - 1, row))
-        raise table.error(row, SECONDS.name, time, f"at least that of the row before, {before}")
+        raise OrderError(table.path, table.lines[row], SECONDS.name, time, f"at least that of the row before, {before}")
     cells = table.cells("VALUE")
     rows_of: dict[tuple[str, str], list[int]] = {}
     for row, (name, unit) in enumerate(zip(table.cells("PID"), table.cells("UNITS"), strict=True)):

@@ -9,6 +9,7 @@ import pytest
 from diagnosis.recordings.files import recording_files
 from diagnosis.recordings.reading import read_recordings
 from tests.diagnosis.recorded_drives import drive, plain_csv
+from tests.diagnosis.recording_rows import SAMPLES, plain_rows
 
 
 @pytest.fixture
@@ -60,3 +61,26 @@ def test_hidden_columns_and_progress_reach_every_file(folder):
     _, errors = read_recordings([folder], ["power_w"], lambda done, of: seen.append((done, of)))
     assert seen == [(1, 3), (2, 3), (3, 3)]
     assert len(errors) == 3
+
+
+@pytest.mark.parametrize("header", ["time_s,speed_kmh,power_w\n", ""])
+def test_drives_joined_in_a_file_are_taken_apart_and_a_bad_one_is_named(tmp_path, header):
+    first, bad, last = ["\n".join(",".join(row) for row in plain_rows()) + "\n" for _ in range(3)]
+    path = tmp_path / "joined.csv"
+    bad = bad.replace("\n50,80.0000,", "\n50,fast,")
+    path.write_text(f"time_s,speed_kmh,power_w\n{first}{header}{bad}{header}{last}", encoding="utf-8")
+    found, (error,) = read_recordings([path])
+    assert [drive.id for drive in found] == ["joined-1", "joined-3"]
+    assert [drive.time_s.size for drive in found] == [SAMPLES, SAMPLES]
+    assert "joined.csv, drive joined-2, row 6" in str(error)
+    assert "speed_kmh is fast" in str(error)
+
+
+def test_rows_with_the_newest_first_are_turned_and_shuffled_ones_are_refused(tmp_path):
+    rows = [",".join(row) for row in plain_rows()]
+    for name, order in (("turned", rows[::-1]), ("shuffled", [*rows[300:], *rows[100:300], *rows[:100:-1]])):
+        (tmp_path / f"{name}.csv").write_text("\n".join(["time_s,speed_kmh,power_w", *order]), encoding="utf-8")
+    (turned,), (error,) = read_recordings([tmp_path])
+    assert turned.time_s.tolist() == list(range(SAMPLES))
+    assert any("newest came first" in note.text for note in turned.notes)
+    assert "at least that of the row before" in str(error)
