@@ -89,7 +89,7 @@ def csv_table(path: str, trip_id: str, text: str, hidden: Sequence[str], is_read
     if len(sections) > 1:
         again = f"the header comes again, {len(sections) - 1} times: rows are in the columns of the one above them"
         notes.append(Note(NoteKind.READ, "", again))
-    return _with_decimal_points(_joined(path, trip_id, sections, notes, reader.line_num + skipped or 1))
+    return with_decimal_points(_joined(path, trip_id, sections, notes, reader.line_num + skipped or 1))
 
 
 @dataclass(slots=True)
@@ -184,7 +184,7 @@ def _without_footer(section: _Section) -> list[Note]:
     return [Note(NoteKind.IGNORED, "", text)] if dropped else []
 
 
-def _with_decimal_points(table: LogTable) -> LogTable:
+def with_decimal_points(table: LogTable) -> LogTable:
     """The table with points for commas in the numbers of those columns that have no point.
 
     Raises RecordingError where commas, or points beside decimal commas, may set off thousands.

@@ -318,8 +318,41 @@ RECORDS = [{"utc": 1_700_000_000 + k, "speed": 20.0 + k % 7, "power": 5.0 + k % 
         json.dumps({name: [record[name] for record in RECORDS] for name in RECORDS[0]}),
         "\n".join(map(json.dumps, RECORDS)),
         json.dumps([{"tlm": record} for record in RECORDS]),
+        "".join(map(json.dumps, RECORDS)),
+        ",\n".join(json.dumps(record, indent=1) for record in RECORDS),
+        "# by hand\n" + "\n".join(map(json.dumps, RECORDS)),
+        json.dumps({"drive": {"car": {"name": "x"}, "events": [{"at": 1}], "samples": RECORDS}}),
+        json.dumps({name: {str(k): record[name] for k, record in enumerate(RECORDS)} for name in RECORDS[0]}),
+        json.dumps({str(k): record for k, record in enumerate(RECORDS)}),
+        json.dumps({"columns": list(RECORDS[0]), "index": [0], "data": [list(r.values()) for r in RECORDS]}),
+        json.dumps([{**r, "power": {"value": 1000.0 * r["power"], "unit": "W"}} for r in RECORDS]),
+        json.dumps([{name: f"{value:.1f}".replace(".", ",") for name, value in r.items()} for r in RECORDS]),
+        json.dumps(
+            [
+                {"type": "Feature", "geometry": {"type": "Point", "coordinates": [9.0, 48.0]}, "properties": r}
+                for r in RECORDS
+            ]
+        ),
     ],
-    ids=["array", "indented", "wrapped", "arrays", "columns", "lines", "tlm"],
+    ids=[
+        "array",
+        "indented",
+        "wrapped",
+        "arrays",
+        "columns",
+        "lines",
+        "tlm",
+        "joined",
+        "commas",
+        "comment",
+        "nested",
+        "by column",
+        "by row",
+        "split",
+        "units",
+        "decimal commas",
+        "geojson",
+    ],
 )
 def test_json_in_any_of_its_forms_is_read(read, text):
     recording = read(text, "drive.json")
@@ -333,11 +366,22 @@ def test_json_in_any_of_its_forms_is_read(read, text):
         ('[{"utc": 1, "speed": 2, "power": 3}, 7]', "row 2: the row is 7, allowed: one JSON object a line"),
         ('[{"utc": 1, "speed": 2, "power"', "the array is broken JSON"),
         ("[]", "the table is 0 rows"),
+        ("\n".join([*map(json.dumps, RECORDS), "soon", json.dumps(RECORDS[0])]), "row 61: the row is soon"),
+        (
+            '{"type": "Feature", "properties": {}, "geometry": {"type": "LineString", "coordinates": [[9, 48]]}}',
+            "GeoJSON of a LineString, allowed: points with a time, a speed and a power",
+        ),
     ],
 )
 def test_json_that_is_no_table_says_what_is_wrong(read, text, found):
     with pytest.raises(RecordingError, match=found):
         read(text, "drive.json")
+
+
+def test_last_object_that_was_cut_off_is_dropped_and_told(read):
+    recording = read("\n".join(map(json.dumps, RECORDS))[:-9], "drive.jsonl")
+    assert recording.time_s.size == len(RECORDS) - 1
+    assert any("cut off: row 60" in text for text in texts(recording, NoteKind.REPAIRED))
 
 
 def test_one_bad_row_of_a_table_of_sums_leaves_the_other_drives(tmp_path):
