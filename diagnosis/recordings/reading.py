@@ -30,6 +30,7 @@ from diagnosis.recordings.formats.obd import (
     is_torque,
     is_wide,
     read_long,
+    read_torque,
     read_wide,
 )
 from diagnosis.recordings.formats.order import in_order
@@ -211,9 +212,7 @@ FORMATS: Final = (
     Format("ABRP telemetry", ("utc", "speed"), lambda table, _: read_abrp(table)),
     Format("Car Scanner, long", LONG, read_long),
     Format("Car Scanner, wide", ("time", "Vehicle speed (km/h)"), lambda table, _: read_wide(table), is_wide),
-    Format(
-        "Torque", (DEVICE_TIME.name, "Speed (OBD)(km/h)"), lambda table, _: read_wide(table, DEVICE_TIME), is_torque
-    ),
+    Format("Torque", (DEVICE_TIME.name, "Speed (OBD)(km/h)"), lambda table, _: read_torque(table), is_torque),
     Format("Leaf Spy", NEEDS, lambda table, _: read_leaf_spy(table), is_leaf_spy),
     Format(
         "TeslaMate",

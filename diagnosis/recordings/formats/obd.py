@@ -7,6 +7,7 @@ Wide: a "time" column and one for each parameter, "name (unit)", with a value wh
 from __future__ import annotations
 
 import re
+import unicodedata
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
@@ -16,7 +17,7 @@ from diagnosis.recordings.formats.clocks import Series, recording_of_series, ser
 from diagnosis.recordings.formats.named_columns import MOST_KMH, MOST_W
 from diagnosis.recordings.formats.tables import Column, LogTable, is_hidden
 from diagnosis.recordings.formats.times import past_midnight
-from diagnosis.recordings.formats.units import UNITS, plain_unit
+from diagnosis.recordings.formats.units import UNITS, is_unit, plain_unit
 from diagnosis.recordings.notes import Note, NoteKind, OrderError, RecordingError, shown
 from diagnosis.recordings.soundness.signs import power_sign
 from energy.units import KMH_PER_MPS, ZERO_CELSIUS_K
@@ -31,8 +32,9 @@ if TYPE_CHECKING:
 LONG: Final = ("SECONDS", "PID", "VALUE", "UNITS")
 POSITIONS: Final = ("LATITUDE", "LONGTITUDE", "LONGITUDE")
 DEVICE_TIME: Final = Column("Device Time", "time_s", 0.0, 1e10)
+GPS_TIME: Final = Column("GPS Time", "time_s", 0.0, 1e10)
 TORQUE_UNITS: Final = {"Altitude": "m", "Bearing": "°"}  # of columns that Torque writes without one
-OBD_NAMES: Final = frozenset((*LONG, *POSITIONS, "time", "Device Time", *TORQUE_UNITS))
+OBD_NAMES: Final = frozenset((*LONG, *POSITIONS, "time", "Device Time", "GPS Time", *TORQUE_UNITS))
 SECONDS: Final = Column("SECONDS", "time_s", 0.0, 1e10)
 TIME: Final = Column("time", "time_s", 0.0, 1e10)
 LEAST_PACK_V: Final = 48.0  # below it is the battery of the lights
@@ -41,6 +43,16 @@ NAMED_MOST: Final = 12
 DISCHARGED: Final = r"(?:energy discharged|discharged? energy)"
 CHARGED: Final = r"(?:energy charged|charged? energy)"
 PACK: Final = r"(?:(?:hv|h\.v\.|high[- ]voltage|traction|main|drive|ev) )?(?:battery|pack)(?: pack)?"
+OF_PACK: Final = (
+    r"(?: (?:de la|del|della|da|der|de|van de|hv|вв))* (?:hv[- ]?)?"
+    r"(?:batterie|bateria|batteria|batterij|accu|akku|батареи|аккумулятора)(?: hv| de traction)?"
+)
+PACK_COMPOUND: Final = r"(?:(?:hv|hochvolt)[- ]?)?(?:batterie|batterij|akku|accu)[- ]?"
+
+
+def _of_pack(compounds: str, words: str) -> str:
+    """A quantity of the battery in German and Dutch in one word, in these and others in several."""
+    return rf"{PACK_COMPOUND}(?:{compounds})|(?:{compounds}|{words}){OF_PACK}"
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,17 +73,44 @@ LOGGED_PARAMETERS: Final = (
             r"vehicle speed",
             r"(?:vehicle |car |real |actual |wheel )?speed(?: sensor)?",
             r"speed \((?:gps|obd)\)|gps speed",
+            r"(?:fahrzeug)?geschwindigkeit|(?:voertuig)?snelheid|vitesse(?: du vehicule)?|velocidad(?: del vehiculo)?"
+            r"|velocidade(?: do veiculo)?|velocita(?: del veicolo| veicolo)?|скорость(?: автомобиля)?",
         ),
         "speed",
         0.0,
         MOST_KMH / KMH_PER_MPS,
     ),
-    LoggedParameter("power_w", (rf"{PACK}(?: dc)? power(?: \(hv\))?",), "power", -MOST_W, MOST_W),
-    LoggedParameter("voltage_v", (rf"{PACK}(?: dc)? voltage(?: \(hv\))?",), "voltage", 0.0, 2000.0),
-    LoggedParameter("current_a", (rf"{PACK}(?: dc)? current(?: \(hv\))?",), "current", -5000.0, 5000.0),
+    LoggedParameter(
+        "power_w",
+        (rf"{PACK}(?: dc)? power(?: \(hv\))?", _of_pack("leistung|vermogen", "puissance|potencia|potenza|мощность")),
+        "power",
+        -MOST_W,
+        MOST_W,
+    ),
+    LoggedParameter(
+        "voltage_v",
+        (
+            rf"{PACK}(?: dc)? voltage(?: \(hv\))?",
+            _of_pack("spannung|spanning", "tension|voltaje|tensao|tensione|voltaggio|напряжение"),
+        ),
+        "voltage",
+        0.0,
+        2000.0,
+    ),
+    LoggedParameter(
+        "current_a",
+        (rf"{PACK}(?: dc)? current(?: \(hv\))?", _of_pack("strom|stroom", "courant|corriente|corrente|ток")),
+        "current",
+        -5000.0,
+        5000.0,
+    ),
     LoggedParameter(
         "soc_frac",
-        (rf"(?:{PACK} |hv )?(?:state of charge|soc)(?: \(?(?:bms|real)\)?)?",),
+        (
+            rf"(?:{PACK} |hv )?(?:state of charge|soc)(?: \(?(?:bms|real)\)?)?",
+            r"(?:ladezustand|ladestand|laadtoestand|etat de charge|estado de carga|stato di carica"
+            rf"|(?:степень|уровень) заряда)(?:{OF_PACK})?",
+        ),
         "share",
         0.0,
         1.0,
@@ -85,7 +124,12 @@ LOGGED_PARAMETERS: Final = (
     ),
     LoggedParameter(
         "ambient_k",
-        (r"(?:ambient|outside|outdoor|external|exterior)(?: air)? temp(?:erature|\.)?",),
+        (
+            r"(?:ambient|outside|outdoor|external|exterior)(?: air)? temp(?:erature|\.)?",
+            r"(?:aussen|umgebungs)(?:luft)?temperatur|(?:buiten|omgevings)temperatuur"
+            r"|temperature (?:exterieure|ambiante)|temperatura (?:exterior|externa|esterna|ambiente)(?: del aire)?"
+            r"|температура (?:наружного воздуха|окружающ\w+ (?:среды|воздуха))",
+        ),
         "temperature",
         ZERO_CELSIUS_K - 50.0,
         ZERO_CELSIUS_K + 56.0,
@@ -143,7 +187,12 @@ def is_wide(names: Sequence[str]) -> bool:
 
 def is_torque(names: Sequence[str]) -> bool:
     """Whether a header is that of Torque: the time of the device, and a speed with its unit."""
-    return DEVICE_TIME.name in names and any(_is_speed(name) for name in names)
+    return (DEVICE_TIME.name in names or GPS_TIME.name in names) and any(_is_speed(name) for name in names)
+
+
+def read_torque(table: LogTable) -> Recording:
+    """A track log of Torque, by the time of the device, or else of its receiver."""
+    return read_wide(table, DEVICE_TIME if DEVICE_TIME.name in table.names else GPS_TIME)
 
 
 def is_parameter(name: str) -> bool:
@@ -181,7 +230,7 @@ def read_wide(table: LogTable, clock: Column = TIME) -> Recording:
     for name in dict.fromkeys(table.names):
         if name and name != clock.name:
             plain, unit = _name_andplain_unit(name)
-            unit = TORQUE_UNITS.get(name, unit) if clock is DEVICE_TIME else unit
+            unit = TORQUE_UNITS.get(name, unit) if clock is not TIME else unit
             readings.append(Readings(plain, unit, time_s, list(table.cells(name)), rows))
     return _recording(table, readings)
 
@@ -275,14 +324,19 @@ def _read_note(series: Series, unit: str) -> Note:
 
 
 def _name_andplain_unit(name: str) -> tuple[str, str]:
-    """A wide column's name in two: what stands in the last brackets is its unit."""
+    """A wide column's name in two: its unit is in the last brackets, or behind a comma, a slash, "in" or "_"."""
     match = re.fullmatch(r"(.*\S)\s*[(\[]([^()\[\]]*)[)\]]", name)
+    if match is None:
+        match = re.fullmatch(r"(.*\w)(?:,? in | / |, ?|_)(\S+)", name)
+        match = match if match is not None and is_unit(match[2]) else None
     return (match[1], match[2]) if match else (name, "")
 
 
 def _plain(name: str) -> str:
-    """A name as patterns have it: in small letters, without the mark of its control unit such as [BMS]."""
-    return " ".join(re.sub(r"^\s*\[[^\]]*\]", "", name.lower()).split())
+    """A name as patterns have it: in small letters without accents, and without its control unit such as [BMS]."""
+    letters = unicodedata.normalize("NFKD", name.casefold())
+    plain = "".join(letter for letter in letters if not unicodedata.combining(letter))
+    return " ".join(re.sub(r"^\s*\[[^\]]*\]", "", plain).replace("_", " ").split())
 
 
 def _is_speed(name: str) -> bool:

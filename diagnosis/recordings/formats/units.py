@@ -39,7 +39,7 @@ UNITS: Final[dict[str, dict[str, tuple[float, float]]]] = {
     "time": {"s": (1.0, 0.0), "ms": (0.001, 0.0)},
 }
 SPELLINGS: Final = {
-    "km/h": "kmh km/hr kph km/hour km/std km/t км/ч kilometers/hour kilometres/hour",
+    "km/h": "kmh km/hr km/u kph km/hour km/std km/t км/ч kilometers/hour kilometres/hour",
     "mph": "mi/h miles/h miles/hr miles/hour",
     "m/s": "mps m/sec meters/second metres/second м/с",
     "kn": "kt kts knot knots",

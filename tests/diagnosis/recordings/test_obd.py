@@ -194,3 +194,47 @@ def test_an_odometer_and_cumulative_energies_are_counters_and_stand_in_for_power
     used_kwh = sums["Cumulative Energy Discharged"][-1] - sums["Cumulative Energy Charged"][-1]
     assert recording.energy_j() / 3.6e6 == pytest.approx(used_kwh, rel=0.15)  # in steps of 0.1 kWh
     assert [note.kind for note in recording.notes if "by the odometer" in note.text] == [NoteKind.CHECKED]
+
+
+@pytest.mark.parametrize(
+    ("speed", "power", "factor_v", "factor_p"),
+    [
+        ("Vehicle speed (kn)", "HV battery power (hp)", 1.0 / 0.514444444, 1.0 / 745.699872),
+        ("Vehicle speed (MPH)", "HV battery power [Watt]", 1.0 / 0.44704, 1.0),
+        ("Vehicle speed / kph", "HV battery power / PS", 3.6, 1.0 / 735.49875),
+        ("Vehicle speed, ft/s", "HV battery power, KW", 1.0 / 0.3048, 0.001),
+        ("Speed in miles/hour", "Battery power in kW", 1.0 / 0.44704, 0.001),
+        ("vehicle_speed_kmh", "hv_battery_power_kw", 3.6, 0.001),
+        ("Fahrzeuggeschwindigkeit [km/h]", "HV-Batterieleistung [kW]", 3.6, 0.001),
+        ("Vitesse du v\u00e9hicule (km/h)", "Puissance de la batterie (kW)", 3.6, 0.001),
+        ("Velocidad del veh\u00edculo (km/h)", "Potencia de la bater\u00eda (kW)", 3.6, 0.001),
+        ("Velocit\u00e0 veicolo (km/h)", "Potenza della batteria (kW)", 3.6, 0.001),
+        ("Voertuigsnelheid (km/u)", "Accuvermogen (W)", 3.6, 1.0),
+        (
+            "\u0421\u043a\u043e\u0440\u043e\u0441\u0442\u044c (\u043a\u043c/\u0447)",
+            "\u041c\u043e\u0449\u043d\u043e\u0441\u0442\u044c \u0431\u0430\u0442\u0430\u0440\u0435\u0438"
+            " (\u043a\u0412\u0442)",
+            3.6,
+            0.001,
+        ),
+    ],
+)
+def test_names_and_units_are_known_in_the_ways_that_loggers_write_them(read, speed, power, factor_v, factor_p):
+    driven = drive()
+    rows = zip(driven.time_s, factor_v * driven.speed_mps, factor_p * driven.power_w, strict=True)
+    recording = read("\n".join([f"time;{speed};{power}", *(f"{t};{v:.6f};{p:.9f}" for t, v, p in rows)]))
+    assert recording.speed_mps == pytest.approx(driven.speed_mps, abs=1e-4)
+    assert recording.power_w == pytest.approx(driven.power_w, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    "unit", ["\u00b0C", "\u00ba C", "\u2103", "?C", "\u00c2\u00b0C", "deg C", "Celsius", "degF", "K"]
+)
+def test_degrees_are_known_however_their_sign_came_through(tmp_path, unit):
+    value = {"degF": "41", "K": "278.15"}.get(unit, "5")
+    rows = [
+        (time, pid, value, unit) if pid.startswith("Ambient") else (time, pid, shown, own)
+        for time, pid, shown, own in readings(drive())
+    ]
+    recording = read_recording(long_file(tmp_path / "a.csv", rows))
+    assert float(recording.ambient_k[-1]) == pytest.approx(278.15)
