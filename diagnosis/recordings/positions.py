@@ -15,6 +15,11 @@ if TYPE_CHECKING:
 AROUND_S: Final = 2.0  # positions so long before and after a step tell its direction
 MOVED_M: Final = 10.0  # and do so from this way on, beyond what a receiver at rest wanders
 
+FASTEST_MPS: Final = 100.0  # no car is elsewhere so fast
+ASTRAY_M: Final = 300.0  # beyond what receivers wander
+MOST_JUMPS: Final = 10_000
+LONGEST_ASTRAY_S: Final = 120.0  # a receiver that was wrong for longer may be right
+
 
 def east_north_m(
     latitude_deg: NDArray[np.float64], longitude_deg: NDArray[np.float64]
@@ -27,6 +32,45 @@ def east_north_m(
     turn_deg = (longitude_deg - longitude_deg[0] + 180.0) % 360.0 - 180.0
     east = turn_deg * scale * math.cos(math.radians(float(latitude_deg.mean())))
     return east, (latitude_deg - latitude_deg[0]) * scale
+
+
+def stray(
+    time_s: NDArray[np.float64], latitude_deg: NDArray[np.float64], longitude_deg: NDArray[np.float64]
+) -> NDArray[np.bool_]:
+    """Which positions are where no car is at that time, bool (n,): away from those before, which it comes back to.
+
+    time_s, latitude_deg, longitude_deg: float64 (n,), positions NaN where not known.
+    """
+    bad = np.zeros(time_s.size, np.bool_)
+    known = np.flatnonzero(~(np.isnan(latitude_deg) | np.isnan(longitude_deg)))
+    if known.size < 3:
+        return bad
+    same = (np.diff(latitude_deg[known]) == 0.0) & (np.diff(longitude_deg[known]) == 0.0)
+    fresh = np.flatnonzero(np.append(True, ~same))  # a position that is held is that of its first row
+    at_s, lat, lon = time_s[known[fresh]], latitude_deg[known[fresh]], longitude_deg[known[fresh]]
+    scale = math.pi / 180.0 * EARTH_RADIUS_M
+
+    def apart_m(first: NDArray[np.intp] | int, second: NDArray[np.intp] | int) -> NDArray[np.float64]:
+        east = ((lon[second] - lon[first] + 180.0) % 360.0 - 180.0) * np.cos(np.radians(lat[first]))
+        return np.asarray(scale * np.hypot(east, lat[second] - lat[first]), np.float64)
+
+    rows = np.arange(fresh.size)
+    astray = np.zeros(fresh.size, np.bool_)
+    jumps = np.flatnonzero(apart_m(rows[:-1], rows[1:]) > ASTRAY_M + FASTEST_MPS * np.diff(at_s)) + 1
+    begin = 0
+    for row in jumps[:MOST_JUMPS].tolist():
+        if row < begin:
+            continue
+        before = row - 1
+        later = rows[row : int(np.searchsorted(at_s, at_s[before] + LONGEST_ASTRAY_S, side="right"))]
+        back = later[apart_m(before, later) <= ASTRAY_M + FASTEST_MPS * (at_s[later] - at_s[before])]
+        if back.size:
+            astray[row : int(back[0])] = True
+            begin = int(back[0]) + 1
+        elif at_s[before] - at_s[0] <= LONGEST_ASTRAY_S and begin == 0:
+            astray[:row] = True  # what was wrong from the start on
+    bad[known] = np.repeat(astray, np.diff(np.append(fresh, known.size)))
+    return bad
 
 
 def heading_of_positions(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -49,6 +50,18 @@ SPELLED: Final = tuple(
     for names in (FORMAT_NAMES, OBD_NAMES, LEAF_SPY_NAMES, SERVICE_NAMES)
 )
 FOLDED: Final = frozenset(name for names in SPELLED for name in names)
+HINTS: Final = (  # of exports that are no log of a drive
+    (
+        re.compile(r"\b[A-Z*]{1,3}-(?:GPS|PWR|OVM)-|h_recordtype"),
+        "metrics with names, as records of OVMS' history have none: export v.p.speed, v.b.power and others with a time",
+    ),
+    (
+        re.compile(r"\bstart_date\b.*\bend_date\b"),
+        "TeslaMate's table of positions, as that of drives has no samples; or sums of drives with distance_km,"
+        " duration_min and energy_kwh",
+    ),
+    (re.compile(r"^\$?G[A-Z]{4},"), "GPX or CSV, as NMEA has no power: convert it"),
+)
 OnProgress = Callable[[int, int], None]
 
 
@@ -111,8 +124,12 @@ def _form(table: LogTable) -> Format:
     for form in FORMATS:
         if form.recognises(table.names):
             return form
+    header = ", ".join(table.names)
+    hint = next((text for pattern, text in HINTS if pattern.search(header)), None)
+    if hint is not None:
+        raise RecordingError(table.path, 1, "the header", shown(header), hint)
     known = "; ".join(f"{form.name}: {', '.join(form.needs)}" for form in FORMATS)
-    raise RecordingError(table.path, 1, "the header", shown(", ".join(table.names)), f"columns of a format ({known})")
+    raise RecordingError(table.path, 1, "the header", shown(header), f"columns of a format ({known})")
 
 
 def read_drives(path: Path, hidden: Sequence[str] = ()) -> list[Recording]:
@@ -134,6 +151,9 @@ def _drives(path: Path, hidden: Sequence[str]) -> tuple[list[Recording], list[Re
         text = text_of(path, content)
         if is_gpx(text):
             return [checked(read_gpx(str(path), name, text), str(path))], []
+        if text.lstrip().startswith("<"):
+            found = shown(text.lstrip().partition("\n")[0])
+            raise RecordingError(str(path), 1, "the file", f"XML or HTML ({found})", "GPX, or a table in CSV or JSON")
         table = json_table(str(path), name, text, hidden, is_read) if is_json(text) else None
         table = table or csv_table(str(path), name, text, hidden, is_read)
     else:

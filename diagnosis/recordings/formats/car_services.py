@@ -56,12 +56,15 @@ OVMS_COLUMNS: Final = (
     Column("v.p.odometer", "odometer_m", 0.0, 1e7, 1000.0),
 )
 METRIC, VALUE = "metric", "value"  # of the long form, a reading a row
+TOPIC, PAYLOAD = "topic", "payload"  # as brokers of MQTT name them
 SERVICE_NAMES: Final = frozenset(
     (
         TESLAMATE_TIME.name,
         DRIVE,
         METRIC,
         VALUE,
+        TOPIC,
+        PAYLOAD,
         *OVMS_TIMES,
         *(column.name for column in (*TESLAMATE_COLUMNS, *OVMS_COLUMNS)),
     )
@@ -74,28 +77,30 @@ def is_teslamate(names: Sequence[str]) -> bool:
 
 
 def teslamate_drives(table: LogTable) -> list[LogTable]:
-    """A table for each drive_id, rows in order of time; rows without one are of a car that stands or is charged.
+    """A table for each drive_id; rows without one are of a car that stands or is charged.
 
     Raises RecordingError where no row is of a drive.
     """
-    time_s, _ = _unordered(table, TESLAMATE_TIME)
-    order = np.argsort(time_s, kind="stable").tolist()
     if DRIVE not in table.names:
-        return [table.rows(order, table.id)]
+        return [table]
     ids = [str(cell).strip().removesuffix(".0") for cell in table.cells(DRIVE)]
     rows_of: dict[str, list[int]] = {}
-    for row in order:
-        if ids[row] and ids[row].lower() not in ("nan", "\\n"):
-            rows_of.setdefault(ids[row], []).append(row)
+    for row, drive in enumerate(ids):
+        if drive and drive.lower() not in ("nan", "\\n"):
+            rows_of.setdefault(drive, []).append(row)
     if not rows_of:
         raise RecordingError(table.path, 1, DRIVE, "empty in each row", "a drive's id, or no such column")
     if len(rows_of) == 1:
         return [table.rows(next(iter(rows_of.values())), table.id)]
-    return [table.rows(rows, f"{table.id}-{drive}") for drive, rows in rows_of.items()]
+    in_turn = sorted(rows_of, key=lambda drive: (int(drive) if drive.isdigit() else 0, drive))
+    return [table.rows(rows_of[drive], f"{table.id}-{drive}") for drive in in_turn]
 
 
 def read_teslamate(table: LogTable) -> Recording:
-    """A drive of TeslaMate's positions; times are of UTC, power is in whole kW, positive while discharging."""
+    """A drive of TeslaMate's positions in any order; times are of UTC, power [kW] is positive while discharging."""
+    unordered_s, _ = table.clock(TESLAMATE_TIME, going=False)
+    if bool((np.diff(unordered_s) < 0.0).any()):
+        table = table.rows(np.argsort(unordered_s, kind="stable").tolist(), table.id)
     time_s, written = table.times(TESLAMATE_TIME)
     notes = [
         *unused_notes(table, {TESLAMATE_TIME.name, DRIVE, *(column.name for column in TESLAMATE_COLUMNS)}),
@@ -106,7 +111,7 @@ def read_teslamate(table: LogTable) -> Recording:
 
 def is_ovms(names: Sequence[str]) -> bool:
     """Whether a header is that of OVMS metrics with a time: a column each, or names and values in columns."""
-    shown = any(name in names for name in OVMS_SPEEDS) or {METRIC, VALUE} <= set(names)
+    shown = any(name in names for name in OVMS_SPEEDS) or _reading_columns(names) is not None
     return shown and any(name in names for name in OVMS_TIMES)
 
 
@@ -116,15 +121,16 @@ def read_ovms(table: LogTable) -> Recording:
     time_s, written = table.times(clock)
     known = {column.name for column in OVMS_COLUMNS}
     notes = [Note(NoteKind.READ, "time_s", f"seconds, from {written}")] if written else []
-    if {METRIC, VALUE} <= set(table.names):
+    columns = _reading_columns(table.names)
+    if columns is not None:
         series: list[Series] = []
         rows_of: dict[str, list[int]] = {}
-        for row, cell in enumerate(table.cells(METRIC)):
-            rows_of.setdefault(str(cell).strip().removeprefix("metric/").replace("/", "."), []).append(row)
+        for row, cell in enumerate(table.cells(columns[0])):
+            rows_of.setdefault(str(cell).strip().rpartition("metric/")[2].replace("/", "."), []).append(row)
         for name in known & rows_of.keys():
             rows = rows_of[name]
             part = table.rows(rows, table.id)
-            part = LogTable(table.path, table.id, (name,), (part.cells(VALUE),), part.lines, table.notes)
+            part = LogTable(table.path, table.id, (name,), (part.cells(columns[1]),), part.lines, table.notes)
             series += named_series(part, time_s[rows], OVMS_COLUMNS)
         series.sort(key=lambda record: [column.name for column in OVMS_COLUMNS].index(record.source))
         other = sorted(rows_of.keys() - known)
@@ -136,6 +142,6 @@ def read_ovms(table: LogTable) -> Recording:
     return recording_of_series(table.path, table.id, series, notes)
 
 
-def _unordered(table: LogTable, column: Column) -> tuple[np.ndarray[tuple[int], np.dtype[np.float64]], str]:
-    """Times of rows in any order."""
-    return table.times(column, rising=False)
+def _reading_columns(names: Sequence[str]) -> tuple[str, str] | None:
+    """The columns of metrics and their values, where a row is a reading."""
+    return next((pair for pair in ((METRIC, VALUE), (TOPIC, PAYLOAD)) if set(pair) <= set(names)), None)

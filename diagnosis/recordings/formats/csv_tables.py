@@ -110,8 +110,8 @@ def _section(header: Sequence[str], hidden: Sequence[str], is_read: Callable[[st
 def _is_header(row: Sequence[str], header: Sequence[str], is_read: Callable[[str], bool]) -> bool:
     """Whether a row that begins as the header is one: the same, or names of which several are read."""
     names = [cell.strip() for cell in row]
-    if names == header[: len(names)]:
-        return len(names) == len(header)
+    if names == header:
+        return any(is_read(name) for name in names)
     return names[0] != "" and sum(is_read(name) for name in names if name in header) > 1
 
 

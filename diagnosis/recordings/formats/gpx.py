@@ -11,12 +11,11 @@ import numpy as np
 from diagnosis.recordings.formats.named_columns import MOST_KMH
 from diagnosis.recordings.formats.tables import Column, LogTable, check_rows
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError, shown
-from diagnosis.recordings.positions import east_north_m
+from diagnosis.recordings.positions import east_north_m, stray
 from diagnosis.recordings.recording import Detail, Recording
 from energy.units import KMH_PER_MPS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
     from xml.etree.ElementTree import Element
 
     from numpy.typing import NDArray
@@ -27,13 +26,16 @@ LONGITUDE: Final = Column("lon", "longitude_deg", -180.0, 180.0)
 HEIGHT: Final = Column("ele", "elevation_m", -500.0, 9000.0)
 SPEED: Final = Column("speed", "speed_mps", 0.0, MOST_KMH / KMH_PER_MPS)
 ALLOWED: Final = "GPX with a track: trkpt with lat, lon and time"
+GPX: Final = re.compile(r"<(?:\w+:)?gpx\b")
+POINT_END: Final = re.compile(r"</((?:\w+:)?)trkpt\s*>")
+MOST_STRAY_FRAC: Final = 0.05
 MEAN_S: Final = 4.0  # over which positions are averaged for a speed, so that a receiver at rest does not drive
 
 
 def is_gpx(text: str) -> bool:
     """Whether a text is GPX."""
     head = text[:4000].lower()
-    return head.lstrip().startswith("<") and "<gpx" in head
+    return head.lstrip("\ufeff \t\r\n").startswith("<") and GPX.search(head) is not None
 
 
 def read_gpx(path: str, drive_id: str, text: str) -> Recording:
@@ -43,13 +45,9 @@ def read_gpx(path: str, drive_id: str, text: str) -> Recording:
     """
     if re.search(r"<!(?:DOCTYPE|ENTITY)", text, re.IGNORECASE):
         raise RecordingError(path, 1, "the file", "XML with a document type", ALLOWED)
-    try:
-        root = ElementTree.fromstring(text.encode(), ElementTree.XMLParser(encoding="utf-8"))
-    except ElementTree.ParseError as error:
-        raise RecordingError(
-            path, error.position[0], "the file", f"broken XML ({shown(str(error))})", ALLOWED
-        ) from error
-    points = list(_points(root))
+    root, notes = _root(path, text.strip("\ufeff \t\r\n"))
+    tracks = [_points(track) for track in root.iter() if _tag(track) == "trkseg"] or [_points(root)]
+    points = [point for track in _in_order(tracks, notes) for point in track]
     check_rows(path, len(points))
     if len(points) < 2:
         raise RecordingError(path, 1, "the track", f"{len(points)} points with a time", f"at least 2; {ALLOWED}")
@@ -57,19 +55,29 @@ def read_gpx(path: str, drive_id: str, text: str) -> Recording:
     columns = tuple([point[k] for point in points] for k in range(len(names)))
     table = LogTable(path, drive_id, names, columns, range(1, len(points) + 1))
     time_s, _ = table.times(TIME)
-    fresh = np.append(True, np.diff(time_s) > 0.0)
+    latitude, longitude = (table.values(column) for column in (LATITUDE, LONGITUDE))
+    bad = np.isnan(latitude) | np.isnan(longitude)
+    if np.count_nonzero(bad) > MOST_STRAY_FRAC * bad.size:
+        table.values(LATITUDE, required=True)  # tells which
+        table.values(LONGITUDE, required=True)
+    bad |= stray(time_s, latitude, longitude)
+    if bad.any():
+        found = f"points left out, where no car is, or whose place is none: {np.count_nonzero(bad)}"
+        notes.append(Note(NoteKind.REPAIRED, "latitude_deg", found))
+    fresh = np.append(True, np.diff(time_s) > 0.0) & ~bad
     time_s = time_s[fresh]
     if time_s.size < 2:
         raise RecordingError(path, 1, "time", "always the same", "rising")
-    latitude, longitude = (table.values(column, required=True)[fresh] for column in (LATITUDE, LONGITUDE))
+    latitude, longitude = latitude[fresh], longitude[fresh]
     height_m, own = (table.values(column)[fresh] for column in (HEIGHT, SPEED))
     if np.isnan(own).any():
         speed_mps, how = _speed_mps(time_s, latitude, longitude), "by the positions of its points"
     else:
         speed_mps, how = own, "as its points carry it"
-    notes = (
+    all_notes = (
         Note(NoteKind.READ, "speed_mps", f"a track of {time_s.size} points; speed {how}"),
         Note(NoteKind.MISSING, "power_w", "a track has no power: a profile to drive, from which nothing is learned"),
+        *notes,
         *table.notes,
     )
     return Recording(
@@ -80,19 +88,54 @@ def read_gpx(path: str, drive_id: str, text: str) -> Recording:
         elevation_m=None if np.isnan(height_m).all() else height_m,
         latitude_deg=latitude,
         longitude_deg=longitude,
-        notes=notes,
+        notes=all_notes,
         detail=Detail.PROFILE,
     )
 
 
-def _points(root: Element) -> Iterator[tuple[str, str, str, str, str]]:
+def _root(path: str, text: str) -> tuple[Element, list[Note]]:
+    """The file's element, without what a cut at its end has spoilt, which is noted."""
+    try:
+        return _parsed(text), []
+    except ElementTree.ParseError as error:
+        ends = list(POINT_END.finditer(text))
+        if ends:
+            prefix = ends[-1][1]
+            whole = "".join(f"</{prefix}{name}>" for name in ("trkseg", "trk", "gpx"))
+            try:
+                note = Note(NoteKind.REPAIRED, "", "the file ends in the midst of a track: read up to there")
+                return _parsed(text[: ends[-1].end()] + whole), [note]
+            except ElementTree.ParseError:
+                pass  # broken elsewhere
+        found = f"broken XML ({shown(str(error))})"
+        raise RecordingError(path, error.position[0], "the file", found, ALLOWED) from error
+
+
+def _parsed(text: str) -> Element:
+    return ElementTree.fromstring(text.encode(), ElementTree.XMLParser(encoding="utf-8"))
+
+
+def _in_order(tracks: list[list[tuple[str, ...]]], notes: list[Note]) -> list[list[tuple[str, ...]]]:
+    """Tracks by their begin, where they are in another order and each has ISO 8601 of one zone."""
+    known = [track for track in tracks if track]
+    begins = [track[0][0] for track in known]
+    if len({begin[10:11] + begin[19:] for begin in begins}) > 1 or begins == sorted(begins):
+        return known
+    notes.append(Note(NoteKind.REPAIRED, "time_s", "tracks put in the order of their begin"))
+    return sorted(known, key=lambda track: track[0][0])
+
+
+def _points(track: Element) -> list[tuple[str, ...]]:
     """Time, latitude, longitude, height and speed of each point of a track that has a time, as texts."""
-    for point in root.iter():
+    points = []
+    for point in track.iter():
         if _tag(point) != "trkpt":
             continue
         own = {_tag(child): (child.text or "").strip() for child in point.iter() if child is not point}
         if own.get("time"):
-            yield own["time"], point.get("lat", ""), point.get("lon", ""), own.get("ele", ""), own.get("speed", "")
+            place = (point.get(name, "").replace(",", ".") for name in ("lat", "lon"))
+            points.append((own["time"], *place, own.get("ele", ""), own.get("speed", "")))
+    return points
 
 
 def _tag(element: Element) -> str:

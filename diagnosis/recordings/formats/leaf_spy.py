@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -10,7 +9,7 @@ import numpy as np
 from diagnosis.recordings.formats.clocks import Series, recording_of_series, series_of
 from diagnosis.recordings.formats.named_columns import MOST_KMH, named_series
 from diagnosis.recordings.formats.tables import Column, LogTable
-from diagnosis.recordings.formats.units import M_PER_FOOT
+from diagnosis.recordings.formats.units import K_PER_FAHRENHEIT, M_PER_FOOT
 from diagnosis.recordings.notes import Note, NoteKind
 from diagnosis.recordings.positions import east_north_m
 from energy.units import JOULE_PER_WH, KM_PER_MILE, KMH_PER_MPS, ZERO_CELSIUS_K
@@ -29,13 +28,23 @@ SPEED: Final = Column("Speed", "speed_mps", 0.0, MOST_KMH, 1.0 / KMH_PER_MPS)
 HEIGHT: Final = Column("Elv", "elevation_m", -500.0, 30_000.0)
 AIR: Final = Column("Ambient", "ambient_k", -60.0, 135.0)
 CHARGE: Final = Column("SOC", "soc_frac", 0.0, 1e6, 1e-6)  # ten thousandths of a percent
+SENSORS: Final = ("4", "3", "2", "1")  # the first has the last word
+PACK_TEMPERATURES: Final = (
+    *(
+        Column(f"Pack T{k} F", "battery_k", -58.0, 212.0, K_PER_FAHRENHEIT, ZERO_CELSIUS_K - 32.0 * K_PER_FAHRENHEIT)
+        for k in SENSORS
+    ),
+    *(Column(f"Pack T{k} C", "battery_k", -50.0, 100.0, offset=ZERO_CELSIUS_K) for k in SENSORS),
+)
+PERCENT: Final = 1e-4  # as a share of ten thousandths of a percent: what SOC is where it counts percent
 COLUMNS: Final = (
     SPEED,
     HEIGHT,
     Column("Pack Volts", "voltage_v", 0.0, 1000.0),
     Column("Pack Amps", "current_a", -1000.0, 1000.0),
-    Column("Pack T1 C", "battery_k", -50.0, 100.0, offset=ZERO_CELSIUS_K),
+    *PACK_TEMPERATURES,
     CHARGE,
+    Column("Odo(mi)", "odometer_m", 0.0, 1e7, 1000.0 * KM_PER_MILE),
     Column("Odo(km)", "odometer_m", 0.0, 1e7, 1000.0),
     Column("RegenWh", "regen_j", -1e7, 1e7, JOULE_PER_WH),
     Column("Est Pwr A/C(50w)", "aircon_w", 0.0, 2000.0, 50.0),
@@ -44,7 +53,6 @@ COLUMNS: Final = (
 )
 POSITIONS: Final = (("Lat", "latitude_deg", 90.0), ("Long", "longitude_deg", 180.0))
 LEAF_SPY_NAMES: Final = frozenset((TIME.name, EPOCH_TIME.name, *(column.name for column in COLUMNS), "Lat", "Long"))
-DEGREES_MINUTES: Final = re.compile(r"([-+]?)(\d{1,3})[ °]+(\d{1,2}(?:\.\d+)?)'?")
 MOST_STEP_S: Final = 30.0
 LEAST_MPS: Final = 5.0
 LEAST_STEPS: Final = 20
@@ -74,25 +82,20 @@ def read_leaf_spy(table: LogTable) -> Recording:
     what = "miles an hour and feet: so say its positions" if miles else "km/h and metres"
     sure = "" if miles is not None else ", assumed: the file does not tell"
     notes.append(Note(NoteKind.READ, "speed_mps", f"speed and height in {what}{sure}"))
+    charge = first.get("soc_frac")
+    if charge is not None and float(charge.values.max()) <= PERCENT:
+        first["soc_frac"] = _scaled(charge, 0.01 / CHARGE.to_si)
+        notes.append(Note(NoteKind.READ, "soc_frac", "in percent: as ten thousandths of it the battery were empty"))
     if "ambient_k" in first:
-        first["ambient_k"], unit = _air(first["ambient_k"], first.get("battery_k"), miles=bool(miles))
-        notes.append(
-            Note(NoteKind.READ, "ambient_k", f"in {unit}, the unit that is nearer to the battery's temperature")
-        )
+        first["ambient_k"], unit, why = _air(first["ambient_k"], first.get("battery_k"), miles=bool(miles))
+        notes.append(Note(NoteKind.READ, "ambient_k", f"in {unit}, {why}"))
     return recording_of_series(table.path, table.id, list(first.values()), notes)
 
 
 def _positions(table: LogTable, time_s: NDArray[np.float64], column: Column) -> Series:
     """Positions in degrees, or degrees and minutes; those of exactly 0 are none."""
-    texts = [_degrees(str(cell)) for cell in table.cells(column.name)]
-    part = LogTable(table.path, table.id, (column.name,), (texts,), table.lines, table.notes)
-    values = part.values(column)
+    values = table.values(column)
     return series_of(column, time_s, np.where(values == 0.0, np.nan, values))
-
-
-def _degrees(cell: str) -> str:
-    match = DEGREES_MINUTES.fullmatch(cell.strip())
-    return cell if match is None else f"{match[1]}{int(match[2]) + float(match[3]) / 60.0:.9f}"
 
 
 def _is_in_miles(series: dict[str, Series]) -> bool | None:
@@ -117,18 +120,19 @@ def _is_in_miles(series: dict[str, Series]) -> bool | None:
     return False if KILOMETRES[0] < ratio < KILOMETRES[1] else None
 
 
-def _air(record: Series, battery: Series | None, *, miles: bool) -> tuple[Series, str]:
-    """The air in K, and the unit that it was written in."""
+def _air(record: Series, battery: Series | None, *, miles: bool) -> tuple[Series, str, str]:
+    """The air in K, the unit that it was written in, and why this one."""
     as_f_k = (record.values - 32.0) / 1.8 + ZERO_CELSIUS_K
     as_c_k = record.values + ZERO_CELSIUS_K
-    fahrenheit = miles
+    fahrenheit, why = miles, "assumed by the unit of speed: no temperature of the battery tells it"
     if float(np.median(record.values)) > HOTTEST_C:
-        fahrenheit = True
+        fahrenheit, why = True, "as °C it were too hot"
     elif battery is not None and battery.values.size:
         start_k = float(battery.values[0])
         fahrenheit = abs(float(np.median(as_f_k)) - start_k) < abs(float(np.median(as_c_k)) - start_k)
+        why = "the unit that is nearer to the battery's temperature"
     values = as_f_k if fahrenheit else as_c_k
-    return Series(record.channel, record.source, record.time_s, values), "°F" if fahrenheit else "°C"
+    return Series(record.channel, record.source, record.time_s, values), "°F" if fahrenheit else "°C", why
 
 
 def _scaled(record: Series, factor: float) -> Series:

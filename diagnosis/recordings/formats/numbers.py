@@ -23,6 +23,12 @@ QUOTED: Final = re.compile(r'="?([^"]*)"?')  # as spreadsheets keep a number a t
 BEHIND: Final = re.compile(r"([\d.,]+)-")
 IN_BRACKETS: Final = re.compile(r"\(([\d.,]+)\)")
 
+DEGREES: Final = re.compile(
+    r"[NSEW]?\s*[-+]?[\d.,\s°º'′’\"″:]+[NSEW]?", re.IGNORECASE
+)  # and minutes, seconds, in any order
+PART: Final = re.compile(r"\d+(?:[.,]\d+)?")
+MOST_PARTS: Final = 3  # degrees, minutes, seconds
+
 
 def number_of(cell: str) -> float | None:
     """The number in a cell that is written in another way than Python's; None where it is none or may be two."""
@@ -48,3 +54,16 @@ def number_and_unit(cell: str, channel: str) -> tuple[float, str] | None:
     unit, text = unit_of(channel, match[2]), match[1]
     value = number_of(text.replace(",", ".") if DECIMAL_COMMA.fullmatch(text) else text)
     return None if unit is None or value is None else (value * unit[0] + unit[1], match[2].strip())
+
+
+def degrees_of(cell: str) -> float | None:
+    """The latitude or longitude in a cell of degrees, minutes and seconds, also with a letter; None where it is none.
+
+    N48 8.22, 48°8'13.2"N, -117 25.75 and W117 25.75 are known; minutes and seconds are below 60.
+    """
+    text = cell.strip().replace("\u2212", "-")
+    parts = [float(part.replace(",", ".")) for part in PART.findall(text)]
+    if DEGREES.fullmatch(text) is None or not 0 < len(parts) <= MOST_PARTS or any(part >= 60.0 for part in parts[1:]):
+        return None
+    value = sum(part / 60.0**k for k, part in enumerate(parts))
+    return -value if "-" in text or text[:1] in "SWsw" or text[-1:] in "SWsw" else value

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from diagnosis.recordings.formats.numbers import number_and_unit, number_of
+from diagnosis.recordings.formats.numbers import degrees_of, number_and_unit, number_of
 from diagnosis.recordings.formats.times import (
     DAY_S,
     FORMS,
@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 MOST_ROWS: Final = 2_000_000
 MOST_COLUMNS: Final = 1000
+POSITIONS: Final = ("latitude_deg", "longitude_deg")
 COUNTERS_S: Final = (DAY_S, 7.0 * DAY_S, 2.0**16, 2.0**32 / 1000.0)  # after which counters of seconds begin again
 ABSENT: Final = frozenset(
     {"-", "--", "---", "?", "n/a", "na", "#n/a", "nan", "null", "none", "\\n", "unavailable", "unknown"}
@@ -111,16 +112,16 @@ class LogTable:
         text = f"row {self.lines[row]}: {column.name} is {_text(cells[row])}{many} blanked; allowed: {column.allowed()}"
         self.notes.append(Note(NoteKind.REPAIRED, column.channel, text))
 
-    def times(self, column: Column, *, rising: bool = True) -> tuple[NDArray[np.float64], str]:
+    def times(self, column: Column) -> tuple[NDArray[np.float64], str]:
         """A column of times [s], float64 (n,), rising or equal, and how they were written: "" for seconds.
 
         Date and time becomes seconds since 1970, of UTC where it has no zone; so do milliseconds and finer parts since
         1970. Times of day become seconds since midnight, past the next too. Raises RecordingError for one that is
-        empty, of another form than the first, out of range, or runs back where they have to be rising.
+        empty, of another form than the first, out of range, or runs back.
         """
-        time_s, how = self.clock(column, going=rising)
+        time_s, how = self.clock(column)
         back = np.diff(time_s) < 0.0
-        if rising and bool(back.any()):
+        if bool(back.any()):
             row, cells = int(np.argmax(back)) + 1, self.cells(column.name)
             before, time = (self._shown(cells, k) for k in (row - 1, row))
             raise OrderError(
@@ -199,9 +200,11 @@ class LogTable:
         try:
             return float(cell)
         except ValueError as error:
-            value = number_of(cell)
+            value, how = number_of(cell), "numbers with thousands set off or a sign of their own"
+            if value is None and column.channel in POSITIONS:
+                value, how = degrees_of(cell), "degrees and minutes"
             if value is not None:
-                found.setdefault("numbers with thousands set off or a sign of their own", cell)
+                found.setdefault(how, cell)
                 return value
             known = number_and_unit(cell, column.channel)
             if known is not None:

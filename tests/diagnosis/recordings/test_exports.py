@@ -263,3 +263,114 @@ def test_track_beside_drives_is_unfit_and_alone_is_refused(read):
     assert [account.id for account in found.trips] == ["T1"]
     with pytest.raises(DiagnosisError, match="power_w was recorded on no drive"):
         diagnose([track], car)
+
+
+@pytest.mark.parametrize(
+    "write",
+    [
+        lambda value, sign: f"{sign}{int(value)} {60.0 * (value % 1.0):.6f}",
+        lambda value, sign: f"{sign}{int(value)}\u00b0{60.0 * (value % 1.0):.6f}'",
+        lambda value, sign: f"{int(value)} {60.0 * (value % 1.0):.6f} {sign}",
+        lambda value, sign: f"{int(value)}\u00b0{int(60.0 * (value % 1.0))}'{value * 3600.0 % 60.0:.4f}{sign}",
+        lambda value, sign: f"{sign}{int(value)} {60.0 * (value % 1.0):.6f}".replace(".", ","),
+    ],
+    ids=["N48 8", "N48 degrees", "48 8 N", "seconds", "comma"],
+)
+@pytest.mark.parametrize("west", [False, True])
+def test_positions_in_degrees_and_minutes_are_read_with_their_letters(read, write, west):
+    driven = drive()
+    text = leaf_spy(driven, miles=False, position=lambda values: ["0 0.0"] * len(values)).replace(",", ";")
+    rows = [line.split(";") for line in text.splitlines()]
+    for row, latitude, longitude in zip(rows[1:], driven.lat_deg, driven.lon_deg, strict=True):
+        row[1], row[2] = write(latitude, "S" if west else "N"), write(longitude, "W" if west else "E")
+    recording = read("\n".join(";".join(row) for row in rows))
+    sign = -1.0 if west else 1.0
+    assert recording.latitude_deg == pytest.approx(sign * driven.lat_deg, abs=2e-6)
+    assert recording.longitude_deg == pytest.approx(sign * driven.lon_deg, abs=2e-6)
+
+
+def test_leaf_spy_with_other_temperatures_percent_and_miles_is_read_in_their_units(read):
+    text = leaf_spy(drive(), miles=False).replace("Pack T1 C", "Pack T9 C").replace("Odo(km)", "Odo(mi)")
+    rows = [line.split(",") for line in text.splitlines()]
+    charge, ambient = rows[0].index("SOC"), rows[0].index("Ambient")
+    for k, row in enumerate(rows[1:]):
+        row[charge], row[ambient] = f"{86.97 - 0.01 * k:.2f}", "41"
+    recording = read("\n".join(",".join(row) for row in rows))
+    assert float(recording.soc_frac[0]) == pytest.approx(0.8697)
+    assert float(recording.battery_k[0]) == pytest.approx(283.15)  # of Pack T1 F
+    assert float(recording.ambient_k[0]) == pytest.approx(278.15)
+    assert float(recording.odometer_m[0]) == pytest.approx(82_363.0 * 1609.344)
+
+
+def test_one_bad_time_leaves_the_other_drives_of_teslamate(tmp_path):
+    columns = teslamate(drive(), ("7", "8"))
+    columns["date"][3] = "soon"
+    (tmp_path / "positions.csv").write_text(csv_of(columns), encoding="utf-8")
+    (found,), (error,) = read_recordings([tmp_path])
+    assert found.id == "positions-8"
+    assert "drive positions-7, row 5: date is soon" in str(error)
+
+
+@pytest.mark.parametrize("topic", ["metric/{}", "ovms/me/car/metric/{}"])
+@pytest.mark.parametrize("names", ["time,metric,value", "time,topic,payload"])
+def test_ovms_readings_of_a_broker_are_read_with_their_units(read, names, topic):
+    driven = drive()
+    lines = [names]
+    for time, speed, power in zip(driven.time_s, driven.speed_mps, driven.power_w, strict=True):
+        lines.append(f"{time},{topic.format('v/p/speed')},{speed / 0.44704:.6f}Mph")
+        lines.append(f"{time},{topic.format('v/b/power')},{power / 1000.0:.6f}kW")
+    recording = read("\n".join(lines))
+    assert recording.speed_mps == pytest.approx(driven.speed_mps, abs=1e-5)
+    assert recording.power_w == pytest.approx(driven.power_w, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("text", "word"),
+    [
+        ("2026-03-01 08:00:00,RT-GPS-Log,0,86400,48.1,11.5\n" * 3, "records of OVMS' history have none"),
+        ("id,start_date,end_date,distance\n1,2026-03-01 08:00:00,2026-03-01 08:30:00,20\n" * 2, "table of positions"),
+        ("<kml><Document/></kml>\n" * 3, "XML or HTML .* allowed: GPX"),
+        ("$GPRMC,080000,A\n$GPRMC,080001,A\n$GPRMC,080002,A\n", "NMEA has no power"),
+    ],
+)
+def test_exports_that_are_no_log_say_what_to_export(read, text, word):
+    with pytest.raises(RecordingError, match=word):
+        read(text)
+
+
+def one_bad_place(text):
+    at = text.index("<trkpt", len(text) // 2)
+    return f"{text[:at]}{text[at:].replace(chr(34) + '48.', chr(34) + '0.', 1)}"
+
+
+@pytest.mark.parametrize(
+    ("change", "noted"),
+    [
+        (lambda text: "\ufeff\n" + text, None),
+        (lambda text: text[:-60], "ends in the midst"),
+        (one_bad_place, "points left out"),
+        (lambda text: text.replace('lat="48.00000000"', 'lat="98.0"', 1), "points left out"),
+        (lambda text: text.replace('lat="48.', 'lat="48,'), None),
+        (lambda text: text.replace("<trkseg>", "").replace("</trkseg>", ""), None),
+        (lambda text: text.replace("<?xml", "?xml").replace("<", "<g:").replace("<g:/", "</g:").replace("?xml", "<?xml")
+         .replace("<g:<", "<").replace("xmlns=", "xmlns:g="), None),
+    ],
+    ids=["mark", "cut off", "stray", "out of range", "comma", "no segment", "prefix"],
+)  # fmt: skip
+def test_tracks_with_small_faults_are_read_and_what_was_left_out_is_told(read, change, noted):
+    driven = drive()
+    recording = read(change(gpx(driven)), "a.gpx")
+    assert recording.time_s.size >= driven.time_s.size - 2
+    assert recording.speed_mps.max() < 20.5
+    assert noted is None or any(noted in note.text for note in recording.notes if note.kind is NoteKind.REPAIRED)
+
+
+def test_tracks_of_a_file_are_put_in_the_order_of_their_begin(read):
+    driven = drive()
+    text = gpx(driven)
+    begin, end = text.index("<trkpt"), text.index("</trkseg>")
+    half = text.index("<trkpt", (begin + end) // 2)
+    swapped = f"{text[:begin]}{text[half:end]}</trkseg><trkseg>{text[begin:half]}{text[end:]}"
+    recording = read(swapped, "a.gpx")
+    assert recording.time_s - UTC_S == pytest.approx(driven.time_s)
+    assert any("order of their begin" in note.text for note in recording.notes)
