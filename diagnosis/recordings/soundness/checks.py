@@ -13,6 +13,7 @@ from diagnosis.recordings.soundness.charging import charging_at_standstill, with
 from diagnosis.recordings.soundness.clock import check_pace, pace_notes
 from diagnosis.recordings.soundness.heights import with_telling_height
 from diagnosis.recordings.soundness.lag import without_lag
+from diagnosis.recordings.soundness.placeholders import without_placeholders
 from diagnosis.recordings.soundness.plausibility import check_way, plausibility_notes
 from diagnosis.recordings.soundness.repairs import (
     JUMP_ELEVATION_M,
@@ -57,7 +58,7 @@ def checked(recording: Recording, path: str) -> Recording:
     Raises RecordingError where power has the wrong sign, the clock or the speed the wrong unit.
     """
     _check_clock(recording, path)
-    recording = without_held_positions(recording)
+    recording = without_held_positions(without_placeholders(recording))
     if recording.is_one_number:
         if recording.detail is not Detail.PROFILE:
             check_pace(_with_gaps(recording), path)
