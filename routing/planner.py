@@ -76,11 +76,15 @@ class Planner:
         self.simulate((LinkSpan(0, 0.0, float(self.graph.length_m[0])),), vehicle)
         self._roads.snap("warm-up", Point((south + north) / 2.0, (west + east) / 2.0), math.inf)
 
+    def snap(self, field: str, place: Point) -> SnappedPoint:
+        """Where a place meets the roads; raises PointOutsideMapError, PointFarFromRoadError as queries do."""
+        return self._roads.snap(field, place, self._snap_limit_m)[0]
+
     def holds(self, places: Sequence[Point]) -> bool:
         """Whether each of the places is as near to a road as queries need."""
         try:
             for place in places:
-                self._roads.snap("place", place, self._snap_limit_m)
+                self.snap("place", place)
         except (PointOutsideMapError, PointFarFromRoadError):
             return False
         return True
@@ -138,6 +142,10 @@ class Planner:
         sources, targets = self._snap_all("sources", query.sources), self._snap_all("targets", query.targets)
         note = ferry_note(self.graph)
         return MatrixSearch(self._search, query, sources, targets, lambda *found: self._search.warnings(*found) + note)
+        moved = _moved_all("sources", sources)
+        if query.targets != query.sources:
+            moved += _moved_all("targets", targets)
+        return MatrixSearch(self._search, query, sources, targets, self._search.warnings, moved)
 
     def _snap_all(self, field: str, places: tuple[Point, ...]) -> list[SnappedPlace]:
         if not places:
@@ -218,6 +226,11 @@ class Planner:
 def _moved(points: Sequence[SnappedPoint]) -> tuple[str, ...]:
     """Warnings of the places of a route: start, via points, goal."""
     return moved_warnings(("start", *(f"via[{k}]" for k in range(len(points) - 2)), "goal"), points)
+
+
+def _moved_all(field: str, places: Sequence[SnappedPlace]) -> tuple[str, ...]:
+    """Warnings of one list of places of a matrix."""
+    return moved_warnings([f"{field}[{k}]" for k in range(len(places))], [point for point, _ in places])
 
 
 def _search_stats(way: Way) -> SearchStats:

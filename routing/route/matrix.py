@@ -113,7 +113,8 @@ class MatrixSearch:
     """One matrix, searched row by row; safe to share between threads.
 
     sources, targets: where each met the roads, and its positions on both directions of its road. warnings: of the
-    query, given whether a search was crowded, and the most that is unpaid in one.
+    query, given whether a search was crowded, and the most that is unpaid in one. moved: warnings of places that are
+    far off their roads.
     """
 
     def __init__(
@@ -123,11 +124,12 @@ class MatrixSearch:
         sources: Sequence[SnappedPlace],
         targets: Sequence[SnappedPlace],
         warnings: Callable[[RouteQuery, bool, float], tuple[str, ...]],
+        moved: tuple[str, ...] = (),
     ) -> None:
         self._search, self._weights = search, query.weights
         self._sources, self._targets = sources, [positions for _, positions in targets]
         self._snapped_targets = tuple(point for point, _ in targets)
-        self._query, self._warnings = route_query(query), warnings
+        self._query, self._warnings, self._moved = route_query(query), warnings, moved
         self._space = search.space_of(self._query, query.vehicle)
         capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
         self._limits = charge_limits(query.soc_frac, query.reserve_soc_frac, capacity_j)
@@ -156,7 +158,7 @@ class MatrixSearch:
     def answer(self, rows: Sequence[MatrixRow]) -> MatrixAnswer:
         """The answer of all rows, in the order of the sources."""
         crowded, unpaid_j = any(row.crowded for row in rows), max((row.unpaid_j for row in rows), default=0.0)
-        warnings = self._warnings(self._query, crowded, unpaid_j)
+        warnings = self._warnings(self._query, crowded, unpaid_j) + self._moved
         unproven = sum(row.unproven for row in rows)
         if unproven > 0:
             short_by = max(row.short_by for row in rows)

@@ -53,6 +53,16 @@ def check_pairs(client: TestClient, sources: list[Any], targets: list[Any], **ch
                 assert found == (None if expected is None else pytest.approx(expected, rel=1e-9, abs=1e-12)), name
 
 
+def test_places_far_off_their_road_are_warned_of_each_once(client: TestClient) -> None:
+    of_route = client.post("/route", json={"start": FAR, "goal": PLACES[0], "soc": 0.5}).json()["warnings"][-1]
+    moved = of_route.removeprefix("start")
+    assert moved.endswith("' and was moved there")
+    assert ask(client, sources=[PLACES[0], FAR])["warnings"][-1:] == [f"sources[1]{moved}"]
+    both = ask(client, sources=[FAR, PLACES[0]], targets=[PLACES[1], FAR])["warnings"]
+    assert both[-2:] == [f"sources[0]{moved}", f"targets[1]{moved}"]
+    assert not any("moved" in warning for warning in ask(client)["warnings"])
+
+
 on_a_street = st.builds(
     lambda street, share, eastward: [8.0 + share, 46.5 + street] if eastward else [8.0 + street, 46.5 + share],
     st.sampled_from([0.0, 0.01, 0.0199999]),
