@@ -12,7 +12,7 @@ import numpy as np
 from energy.force.parts import PART_NAMES
 from energy.units import JOULE_PER_KWH
 from routing.errors import QueryError
-from routing.places import Point
+from routing.places import Point, can_only_be_swapped, place_text, swapped_question
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -125,9 +125,9 @@ def point_of(field: str, place: tuple[float, float]) -> Point:
         raise QueryError(field, repr(place), "(lat, lon) in degrees") from None
     if not -90.0 <= lat_deg <= 90.0 or not -180.0 <= lon_deg <= 180.0:
         allowed = "lat -90..90, lon -180..180, in this order"
-        if abs(lon_deg) <= 90.0 < abs(lat_deg) <= 180.0:
-            allowed += f"; did you mean lat {lon_deg:g}, lon {lat_deg:g}?"
-        raise QueryError(field, f"(lat {lat_deg:g}, lon {lon_deg:g})", allowed)
+        if can_only_be_swapped(lat_deg, lon_deg):
+            allowed += swapped_question(lat_deg, lon_deg)
+        raise QueryError(field, f"({place_text(lat_deg, lon_deg)})", allowed)
     return Point(lat_deg, lon_deg)
 
 

@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from energy.errors import Refusal
+from routing.places import degrees_text, place_text, swapped_question
 
 
 class RoutingError(Exception):
@@ -47,8 +48,9 @@ class ImportFailedError(RoutingError):
 class PointOutsideMapError(Refusal, RoutingError):
     """A coordinate outside the bounding box of the graph, and farther from its roads than allowed.
 
-    bbox: west, south, east, north [deg]. swapped: whether the place would lie inside with lat and lon exchanged.
-    nearest: of the roads, None where it was not looked for.
+    bbox: west, south, east, north [deg]. swapped: whether the place would lie inside, or as near as needed, with lat
+    and lon exchanged. nearest: of the roads, None where it was not looked for. whose: the map is, such as "graph
+    'highlands'". away_m: how far the place is from the bounding box [m].
     """
 
     code = "point_outside_map"
@@ -60,21 +62,28 @@ class PointOutsideMapError(Refusal, RoutingError):
         lon: float,
         bbox: tuple[float, float, float, float],
         nearest: NearestRoad | None = None,
+        *,
+        whose: str = "",
+        away_m: float = math.inf,
+        swapped: bool = False,
     ) -> None:
         self.lat = lat
         self.lon = lon
         self.bbox = bbox
         self.nearest = nearest
+        self.away_m = away_m
         west, south, east, north = bbox
-        self.swapped = south <= lon <= north and west <= lat <= east
+        self.swapped = swapped or (south <= lon <= north and west <= lat <= east)
         allowed = _extent(lat, lon, bbox)
-        road = "" if nearest is None else f", {nearest.text()}"
-        hint = f"; did you mean lat {_degrees(lon)}, lon {_degrees(lat)}?" if self.swapped else ""
+        of = f" of {whose}" if whose else ""
+        away = f", {away_m / 1000.0:.0f} km away" if math.isfinite(away_m) and not self.swapped else ""
+        road = away if nearest is None else f", {nearest.text()}"
+        hint = swapped_question(lat, lon) if self.swapped else ""
         super().__init__(
             field,
             {"lat": lat, "lon": lon},
             allowed,
-            message=f"{field} ({_place(lat, lon)}) is outside the map{road}, allowed: {allowed}{hint}",
+            message=f"{field} ({place_text(lat, lon)}) is outside the map{of}{road}, allowed: {allowed}{hint}",
         )
 
 
@@ -93,7 +102,7 @@ class PointFarFromRoadError(Refusal, RoutingError):
             field,
             {"lat": lat, "lon": lon},
             f"at most {limit_m:g} m from a road, this is {nearest.distance_text(limit_m)} m",
-            message=f"{field} ({_place(lat, lon)}) is {nearest.text(limit_m)}, allowed: at most {limit_m:g} m",
+            message=f"{field} ({place_text(lat, lon)}) is {nearest.text(limit_m)}, allowed: at most {limit_m:g} m",
         )
 
 
@@ -114,16 +123,7 @@ class NearestRoad:
     def text(self, limit_m: float = 0.0) -> str:
         """How far the road is, its name and place."""
         name = f" {self.name!r}" if self.name else ""
-        return f"{self.distance_text(limit_m)} m from the nearest road{name} at {_place(self.lat, self.lon)}"
-
-
-def _place(lat: float, lon: float) -> str:
-    return f"lat {_degrees(lat)}, lon {_degrees(lon)}"
-
-
-def _degrees(value: float, decimals: int = 7) -> str:
-    """Degrees without zeros at the end; 7 decimals are 11 mm."""
-    return f"{value:.{decimals}f}".rstrip("0").rstrip(".") if math.isfinite(value) else str(value)
+        return f"{self.distance_text(limit_m)} m from the nearest road{name} at {place_text(self.lat, self.lon)}"
 
 
 def _extent(lat: float, lon: float, bbox: tuple[float, float, float, float]) -> str:
@@ -136,7 +136,7 @@ def _extent(lat: float, lon: float, bbox: tuple[float, float, float, float]) -> 
         if (shown[1] <= at_lat <= shown[3], shown[0] <= at_lon <= shown[2]) == outside:
             break
         decimals += 1
-    west_text, south_text, east_text, north_text = (_degrees(x, decimals) for x in bbox)
+    west_text, south_text, east_text, north_text = (degrees_text(x, decimals) for x in bbox)
     return f"lat {south_text}..{north_text}, lon {west_text}..{east_text}"
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 
@@ -45,3 +46,23 @@ class LinkPosition:
 
     link_idx: int
     offset_m: float
+
+
+def degrees_text(value: float, decimals: int = 7) -> str:
+    """Degrees without zeros at the end; 7 decimals are 11 mm."""
+    return f"{value:.{decimals}f}".rstrip("0").rstrip(".") if math.isfinite(value) else str(value)
+
+
+def place_text(lat_deg: float, lon_deg: float) -> str:
+    """A place as messages name it."""
+    return f"lat {degrees_text(lat_deg)}, lon {degrees_text(lon_deg)}"
+
+
+def can_only_be_swapped(lat_deg: float, lon_deg: float) -> bool:
+    """Whether a latitude is out of range that would be a longitude, beside a longitude that would be a latitude."""
+    return abs(lon_deg) <= 90.0 < abs(lat_deg) <= 180.0
+
+
+def swapped_question(lat_deg: float, lon_deg: float) -> str:
+    """What is asked at the end of a message where latitude and longitude seem to be swapped."""
+    return f"; did you mean {place_text(lon_deg, lat_deg)}?"

@@ -7,6 +7,7 @@ from typing import Annotated, Final, Literal
 from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 
 from app.schemas.base import Answered, Latitude, Longitude, Sent, refusal
+from routing.places import can_only_be_swapped, swapped_question
 
 MAX_PLACES: Final = 1000  # in one list, which the service's own limit may be set to
 
@@ -21,23 +22,33 @@ class LatLon(Sent):
     @classmethod
     def _not_swapped(cls, value: object) -> object:
         if isinstance(value, dict):
-            _refuse_swapped("lat", value.get("lat"), value.get("lon"))
+            refuse_swapped("lat", value.get("lat"), value.get("lon"))
         return value
 
 
 def _pair_not_swapped(value: object) -> object:
     if isinstance(value, (list, tuple)) and len(value) == 2:
-        _refuse_swapped("[1]", value[1], value[0])
+        refuse_swapped("[1]", value[1], value[0])
     return value
 
 
-def _refuse_swapped(field: str, lat: object, lon: object) -> None:
-    """Refuse a latitude out of range that would be a longitude beside a longitude that would be a latitude."""
-    if not (isinstance(lat, (int, float)) and isinstance(lon, (int, float))) or isinstance(lon, bool):
-        return
-    if abs(lon) <= 90.0 < abs(lat) <= 180.0:
-        bound = "at most 90" if lat > 0 else "at least -90"
-        raise refusal(field, lat, f"{bound}; did you mean lat {lon}, lon {lat}?")
+def refuse_swapped(field: str, lat: object, lon: object) -> None:
+    """Refuse a latitude that can only be a longitude, before either is checked by itself.
+
+    Texts are taken for the numbers that they hold, as in an address. Raises PydanticCustomError.
+    """
+    lat_deg, lon_deg = _number(lat), _number(lon)
+    if lat_deg is not None and lon_deg is not None and can_only_be_swapped(lat_deg, lon_deg):
+        bound = "at most 90" if lat_deg > 0.0 else "at least -90"
+        raise refusal(field, lat, bound + swapped_question(lat_deg, lon_deg))
+
+
+def _number(value: object) -> float | None:
+    """The number that a value is or holds as a text."""
+    try:
+        return float(value) if isinstance(value, (int, float, str)) and not isinstance(value, bool) else None
+    except (OverflowError, ValueError):
+        return None
 
 
 LonLat = Annotated[

@@ -12,7 +12,7 @@ from app.schemas.conditions import condition_field
 from app.schemas.drive import GRAPH_MEANS, SearchRequest
 from app.schemas.graph import TerrainNote
 from app.schemas.learned_effects import MAX_EFFECTS_ID_CHARS
-from app.schemas.place import MultiLineStringGeometry, MultiPolygonGeometry, Place, PlaceFeature
+from app.schemas.place import MultiLineStringGeometry, MultiPolygonGeometry, Place, PlaceFeature, refuse_swapped
 from app.schemas.route import SearchStatsAnswer
 from energy.chain.chain import LinkModel, StopRule
 from energy.conditions import RoadSurface
@@ -180,6 +180,13 @@ class RangeParameters(ConditionsParameters):
     limits: str | None = Field(
         default=None, max_length=400, json_schema_extra={"pattern": LIMITS_PATTERN}, description=LIMITS_MEAN
     )
+
+    @model_validator(mode="before")
+    @classmethod
+    def _not_swapped(cls, value: object) -> object:
+        if isinstance(value, dict):
+            refuse_swapped("lat", value.get("lat"), value.get("lon"))
+        return value
 
     @field_validator("limits")
     @classmethod

@@ -57,8 +57,10 @@ class RoadIndex:
         west, south, east, north = bbox = self._graph.meta.bbox
         lat, lon = point.lat_deg, point.lon_deg
         inside = south <= lat <= north and west <= lon <= east
-        if not inside and not self._away_m(point) <= min(max(limit_m, NAMED_M), FLAT_M):
-            raise PointOutsideMapError(field, lat, lon, bbox)
+        away_m, whose = beyond_m(point, bbox), f"graph {self._graph.meta.name!r}"
+        swapped = beyond_m(Point(lon, lat), bbox) <= limit_m
+        if not inside and not away_m <= min(max(limit_m, NAMED_M), FLAT_M):
+            raise PointOutsideMapError(field, lat, lon, bbox, whose=whose, away_m=away_m, swapped=swapped)
         link_idx = self._indexed().nearest(point)
         offset_m, distance_m, on_road = self._project(link_idx, point)
         name = self._graph.names[int(self._graph.name_idx[link_idx])]
@@ -66,7 +68,7 @@ class RoadIndex:
             nearest = NearestRoad(distance_m, name, on_road.lat_deg, on_road.lon_deg)
             if inside:
                 raise PointFarFromRoadError(field, lat, lon, nearest, limit_m)
-            raise PointOutsideMapError(field, lat, lon, bbox, nearest)
+            raise PointOutsideMapError(field, lat, lon, bbox, nearest, whose=whose, away_m=away_m, swapped=swapped)
         length_m = float(self._graph.length_m[link_idx])
         margin = min(END_MARGIN_M, 0.25 * length_m)
         offset_m = min(max(offset_m, margin), length_m - margin)
@@ -75,14 +77,6 @@ class RoadIndex:
         if reverse >= 0:
             positions.append(LinkPosition(reverse, length_m - offset_m))
         return SnappedPoint(point, on_road, distance_m, link_idx, offset_m, name), tuple(positions)
-
-    def _away_m(self, point: Point) -> float:
-        """How far a place is from the map's bounds [m]; infinite for what is no place."""
-        if not (math.isfinite(point.lat_deg) and math.isfinite(point.lon_deg)):
-            return math.inf
-        west, south, east, north = self._graph.meta.bbox
-        lat, lon = min(max(point.lat_deg, south), north), min(max(point.lon_deg, west), east)
-        return float(great_circle_m(point.lat_deg, point.lon_deg, lat, lon))
 
     def _project(self, link_idx: int, point: Point) -> tuple[float, float, Point]:
         """Offset along a link, distance to it and the place on it, in a plane that touches the earth at the point."""
@@ -93,6 +87,15 @@ class RoadIndex:
         foot = line.interpolate(share, normalized=True)
         place = Point(point.lat_deg + foot.y / float(scale[1]), point.lon_deg + foot.x / float(scale[0]))
         return share * float(self._graph.length_m[link_idx]), float(np.hypot(foot.x, foot.y)), place
+
+
+def beyond_m(point: Point, bbox: tuple[float, float, float, float]) -> float:
+    """How far a place is from a map's bounds, west, south, east, north [deg]: in m; infinite for what is no place."""
+    if not (math.isfinite(point.lat_deg) and math.isfinite(point.lon_deg)):
+        return math.inf
+    west, south, east, north = bbox
+    lat, lon = min(max(point.lat_deg, south), north), min(max(point.lon_deg, west), east)
+    return float(great_circle_m(point.lat_deg, point.lon_deg, lat, lon))
 
 
 def moved_warnings(fields: Sequence[str], points: Sequence[SnappedPoint]) -> tuple[str, ...]:

@@ -222,6 +222,23 @@ def test_latitude_that_can_only_be_a_longitude_is_asked_about(
     assert problem["errors"][0]["allowed"].endswith(f"90; did you mean lat 35.6, lon {value}?")
 
 
+@pytest.mark.parametrize(
+    ("method", "path", "body", "field"),
+    [
+        ("GET", "/range?lat=139.7&lon=35.6&soc=0.5", None, "lat"),
+        ("POST", "/range", {"origin": {"lat": 139.7, "lon": 35.6}, "soc": 0.5}, "origin.lat"),
+        ("POST", "/route", ROUTE | {"via": [[8.0, 46.5], [35.6, 139.7]]}, "via[1][1]"),
+        ("POST", "/matrix", {"sources": [[35.6, 139.7]], "soc": 0.5}, "sources[0][1]"),
+    ],
+)
+def test_latitude_that_can_only_be_a_longitude_is_asked_about_wherever_it_is_sent(
+    client: TestClient, method: str, path: str, body: object, field: str
+) -> None:
+    problem = check_problem(client.request(method, path, json=body), 422, "invalid_request")
+    assert problem["errors"][0]["field"] == field
+    assert problem["errors"][0]["allowed"] == "at most 90; did you mean lat 35.6, lon 139.7?"
+
+
 def test_swapped_place_of_this_map_is_asked_about(client: TestClient) -> None:
     answer = client.post("/route", json=ROUTE | {"goal": {"lat": 8.01, "lon": 46.507}})
     assert check_problem(answer, 404, "point_outside_map")["detail"].endswith("; did you mean lat 46.507, lon 8.01?")
