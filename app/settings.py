@@ -52,7 +52,7 @@ class Settings(BaseSettings):
         default_factory=default_database_url, repr=False, description=f"database of stored vehicles: {DATABASE_FORMS}"
     )
     default_graph: str = Field(
-        default="highlands", description="graph of requests that name none and whose places none holds"
+        default="highlands", description="graph of requests without places that name none, and of graphs of one size"
     )
     default_vehicle: str = Field(default="hyundai-kona-64", description="vehicle of range requests and inline defaults")
     snap_limit_m: float = Field(

@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 from energy.errors import LinkError, Refusal
+from routing.places import place_text
+
+if TYPE_CHECKING:
+    from routing.places import Point
 
 
 class TimeLimitError(Refusal):
@@ -14,6 +20,30 @@ class TimeLimitError(Refusal):
         self.limit_s = limit_s
         remedy = "ask for a shorter route, less charge, fewer alternatives or places"
         super().__init__("", None, f"at most {limit_s:g} s", message=f"no answer within {limit_s:g} s; {remedy}")
+
+
+class PlacesApartError(Refusal):
+    """Places of one request that no graph holds together: each by its field, with the graphs that hold it."""
+
+    code = "point_outside_map"
+
+    def __init__(self, apart: tuple[str, Point, list[str]], other: tuple[str, Point, list[str]]) -> None:
+        field, place, _ = apart
+        texts = [
+            f"{name} ({place_text(at.lat_deg, at.lon_deg)}) is on {_graphs_text(graphs)}"
+            for name, at, graphs in (apart, other)
+        ]
+        allowed = "all places of a request on one graph"
+        super().__init__(
+            field,
+            {"lat": place.lat_deg, "lon": place.lon_deg},
+            f"{allowed}; {texts[1]}",
+            message=f"{texts[0]}, but {texts[1]}, allowed: {allowed}",
+        )
+
+
+def _graphs_text(names: list[str]) -> str:
+    return f"graph{'s' if len(names) > 1 else ''} {' and '.join(map(repr, names))}"
 
 
 class NotReadyError(Exception):

@@ -12,7 +12,7 @@ from app.schemas.learned_effects import EffectsChoice
 from app.schemas.vehicles.vehicle import VehicleChoice
 from energy.chain.chain import LinkModel, StopRule
 
-GRAPH_MEANS: Final = "without it, the smallest that holds all places; the default one where none does"
+GRAPH_MEANS: Final = "without it, the smallest that holds all places"
 
 
 class DriveRequest(Sent):

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
-from itertools import chain
 from typing import TYPE_CHECKING
 
 from app.conversions.place import point_from_place
+from app.errors.raised import PlacesApartError
 from app.schemas.matrix import MatrixRequest
 from app.schemas.range import RangeRequest
 from app.schemas.route import RouteRequest
+from routing.errors import PointOutsideMapError
 from routing.graph.earth import METRE_PER_DEGREE
+from routing.graph.snap import beyond_m
 from routing.places import Point
 
 if TYPE_CHECKING:
@@ -19,31 +21,46 @@ if TYPE_CHECKING:
     from app.atlas import Atlas
     from app.schemas.drive import DriveRequest
 
+    Asked = tuple[str, Point]  # a place by its field
+
 
 def graph_for(sent: DriveRequest, atlas: Atlas, default: str, margin_m: float) -> str:
     """Name of the smallest graph that holds all places of a request, the default one where there are no places.
 
     A graph holds places within its extent that are within margin_m [m] of its roads, and, where none does, those as
-    near to its roads from beyond. Of graphs of one size the default one is taken. Where none holds all, that whose
-    error says most: the smallest with all places in its extent, or with all of them in it once latitude and longitude
-    are swapped, else the default one.
+    near to its roads from beyond. Of graphs of one size the default one is taken. Where none is near enough to the
+    roads, the smallest with all places in its extent is taken, whose error says how far they are.
+
+    Raises PointOutsideMapError for a place in the extent of no graph, which names the nearest one, or one that holds
+    the place with latitude and longitude swapped; PlacesApartError where the places are on different graphs.
     """
-    places = _places_of(sent)
-    if not places:
+    asked = _places_of(sent)
+    if not asked:
         return default
+    places = [place for _, place in asked]
     holding = _by_extent(places, atlas, default, margin_m)
-    if len(holding) > 1:
-        return next((name for name in holding if atlas.planner(name).holds(places)), holding[0])
-    swapped = [Point(place.lon_deg, place.lat_deg) for place in places]
-    return next(chain(holding, _by_extent(swapped, atlas, default, margin_m)), default)
+    if not holding:
+        return _nearest_of_none(asked, atlas, default, margin_m)
+    if len(holding) == 1:
+        return holding[0]
+    return next((name for name in holding if atlas.planner(name).holds(places)), holding[0])
 
 
-def _places_of(sent: DriveRequest) -> list[Point]:
+def _places_of(sent: DriveRequest) -> list[Asked]:
     if isinstance(sent, RouteRequest):
-        return [point_from_place(place) for place in (sent.start, *sent.via, sent.goal)]
-    if isinstance(sent, MatrixRequest):
-        return [point_from_place(place) for place in (*sent.sources, *(sent.targets or ()))]
-    return [point_from_place(sent.origin)] if isinstance(sent, RangeRequest) else []
+        named = [
+            ("start", sent.start),
+            *((f"via[{k}]", place) for k, place in enumerate(sent.via)),
+            ("goal", sent.goal),
+        ]
+    elif isinstance(sent, MatrixRequest):
+        lists = (("sources", sent.sources), ("targets", sent.targets or ()))
+        named = [(f"{name}[{k}]", place) for name, sent_places in lists for k, place in enumerate(sent_places)]
+    elif isinstance(sent, RangeRequest):
+        named = [("origin", sent.origin)]
+    else:
+        named = []
+    return [(field, point_from_place(place)) for field, place in named]
 
 
 def _by_extent(places: Sequence[Point], atlas: Atlas, default: str, margin_m: float) -> list[str]:
@@ -66,3 +83,45 @@ def _by_extent(places: Sequence[Point], atlas: Atlas, default: str, margin_m: fl
             size = (north - south) * (east - west) * shrink
             found.append((max(beyond_deg) > 0.0, size, name != default, name))
     return [name for *_, name in sorted(found)]
+
+
+def _nearest_of_none(asked: Sequence[Asked], atlas: Atlas, default: str, margin_m: float) -> str:
+    """Raise the error of places that no graph holds together; the nearest graph where it is not as it seems."""
+    common: list[str] = []
+    for k, (field, place) in enumerate(asked):
+        on = _by_extent([place], atlas, default, margin_m)
+        if not on:
+            return _on_no_graph(field, place, atlas, default, margin_m)
+        shared = [name for name in common if name in on] if k else on
+        if not shared:
+            raise PlacesApartError((field, place, on), (*asked[0], common))
+        common = shared
+    return default  # not reached: a graph that holds each of the places holds all
+
+
+def _on_no_graph(field: str, place: Point, atlas: Atlas, default: str, margin_m: float) -> str:
+    """Raise the error of a place in the extent of no graph; the nearest graph where its roads are near all the same."""
+    swapped = _by_extent([Point(place.lon_deg, place.lat_deg)], atlas, default, margin_m)
+    away = [(beyond_m(place, atlas.bbox(name)), name != default, name) for name in atlas.names]
+    away_m, _, nearest = min(away)
+    if swapped:
+        name, away_m, road = swapped[0], math.inf, None
+        whose = "every graph" if len(away) > 1 else f"graph {name!r}"
+    else:
+        name, whose = nearest, f"every graph, the nearest is {nearest!r}" if len(away) > 1 else f"graph {nearest!r}"
+        try:
+            atlas.planner(nearest).snap(field, place)
+        except PointOutsideMapError as error:
+            road = error.nearest
+        else:
+            return nearest
+    raise PointOutsideMapError(
+        field,
+        place.lat_deg,
+        place.lon_deg,
+        atlas.bbox(name),
+        road,
+        whose=whose,
+        away_m=away_m,
+        swapped=bool(swapped),
+    )

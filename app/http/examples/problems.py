@@ -43,7 +43,8 @@ EXAMPLES: Final = {
         FieldProblem(field="graph", value="atlantis", allowed="one of coquimbo, highlands"),
     ),
     ErrorCode.POINT_OUTSIDE_MAP: (
-        "start (lat 60, lon -36.2) is outside the map, allowed: lat 43.5077..44.4953, lon -37.0036..-35.0105",
+        "start (lat 60, lon -36.2) is outside the map of graph 'highlands', 1724 km away, "
+        "allowed: lat 43.5077..44.4953, lon -37.0036..-35.0105",
         FieldProblem(
             field="start", value={"lat": 60.0, "lon": -36.2}, allowed="lat 43.5077..44.4953, lon -37.0036..-35.0105"
         ),

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from app.errors.raised import PlacesApartError
 from app.schemas.matrix import MatrixRequest
 from app.schemas.range import RangeRequest
 from app.schemas.route import RouteRequest
@@ -75,11 +76,45 @@ def test_place_just_beyond_the_outermost_road_is_held(service: Service) -> None:
     assert routed(service, {"lat": 46.499996, "lon": 9.003}, {"lat": 46.504, "lon": 9.0}) == "apart"
 
 
-def test_places_on_different_graphs_are_refused_by_the_default_one(service: Service) -> None:
-    with pytest.raises(PointOutsideMapError, match=r"^goal \(lat 46.5, lon 9.003\) .* lon 8\.\.8\.04$"):
+def test_places_on_different_graphs_are_refused_naming_both(service: Service) -> None:
+    with pytest.raises(PlacesApartError) as refusal:
         routed(service, NEAR, APART)
+    assert str(refusal.value) == (
+        "goal (lat 46.5, lon 9.003) is on graph 'apart', but start (lat 46.5, lon 8.003) is on graphs 'small' and "
+        "'wide', allowed: all places of a request on one graph"
+    )
+    pairs = MatrixRequest.model_validate({"sources": [APART, NEAR], "targets": [APART], "soc": 0.5})
+    with pytest.raises(PlacesApartError, match=r"^sources\[1\] .* but sources\[0\] .* on graph 'apart'"):
+        service.matrix(pairs)
 
 
-def test_places_that_another_graph_holds_swapped_are_asked_about(service: Service) -> None:
-    with pytest.raises(PointOutsideMapError, match=r"did you mean lat 46.5, lon 9.003\?$"):
-        routed(service, {"lat": 9.003, "lon": 46.5}, {"lat": 9.0, "lon": 46.504})
+@pytest.mark.parametrize(
+    ("place", "nearest"),
+    [
+        ({"lat": 46.5, "lon": 8.5}, "'wide', 35209 m from the nearest road 'Street .*' at lat 46.5, lon 8.04"),
+        ({"lat": 46.5, "lon": 8.55}, "'apart', 3444. m from the nearest road 'Street .*' at lat 46.5, lon 9"),
+        ({"lat": 56.5, "lon": 8.0}, "'wide', 1110 km away"),
+    ],
+)
+def test_place_on_no_graph_is_told_the_nearest_one_and_how_far_it_is(
+    service: Service, place: object, nearest: str
+) -> None:
+    message = f"^goal .* is outside the map of every graph, the nearest is {nearest}, allowed: lat 46.5"
+    with pytest.raises(PointOutsideMapError, match=message):
+        routed(service, NEAR, place)
+
+
+@pytest.mark.parametrize(
+    ("start", "goal", "field", "meant"),
+    [
+        ({"lat": 9.003, "lon": 46.5}, {"lat": 9.0, "lon": 46.504}, "start", "lat 46.5, lon 9.003"),
+        (APART, {"lat": 9.0, "lon": 46.504}, "goal", "lat 46.504, lon 9"),
+        ([46.504, 9.0], APART, "start", "lat 46.504, lon 9"),
+        (APART, {"lat": 8.99999, "lon": 46.504}, "goal", "lat 46.504, lon 8.99999"),
+    ],
+)
+def test_place_that_a_graph_holds_swapped_is_asked_about(
+    service: Service, start: object, goal: object, field: str, meant: str
+) -> None:
+    with pytest.raises(PointOutsideMapError, match=rf"^{field} .* did you mean {meant}\?$"):
+        routed(service, start, goal)
