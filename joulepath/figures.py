@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
@@ -129,6 +129,20 @@ def point_of(field: str, place: tuple[float, float]) -> Point:
             allowed += swapped_question(lat_deg, lon_deg)
         raise QueryError(field, f"({place_text(lat_deg, lon_deg)})", allowed)
     return Point(lat_deg, lon_deg)
+
+
+def number_of(field: str, value: object) -> float:
+    """A number as the planner takes it; raises QueryError naming the field."""
+    if isinstance(value, (bool, np.bool_)) or not isinstance(value, (int, float, np.integer, np.floating)):
+        raise QueryError(field, repr(value), "a number")
+    return float(value)
+
+
+def numbers_of(field: str, values: Iterable[object]) -> tuple[float, ...]:
+    """Numbers as the planner takes them; raises QueryError naming the field."""
+    if isinstance(values, str) or not isinstance(values, Iterable):
+        raise QueryError(field, repr(values), "a list of numbers")
+    return tuple(number_of(f"{field}[{k}]", value) for k, value in enumerate(values))
 
 
 def one_of(field: str, value: str, choices: type[Choice]) -> Choice:

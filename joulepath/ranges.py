@@ -8,10 +8,21 @@ from typing import TYPE_CHECKING
 from shapely.geometry import mapping
 
 from energy.chain.chain import LinkModel, StopRule
-from energy.units import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_MINUTE
+from energy.units import JOULE_PER_KWH, METRE_PER_KM
 from joulepath.conditions import conditions_in_si
-from joulepath.figures import Feature, MapFeature, MapFeatures, Snapped, feature, one_of, point_of, snapped_of
-from routing.queries import By, Outline, RangeQuery, Trip
+from joulepath.figures import (
+    Feature,
+    MapFeature,
+    MapFeatures,
+    Snapped,
+    feature,
+    number_of,
+    numbers_of,
+    one_of,
+    point_of,
+    snapped_of,
+)
+from routing.queries import LIMIT_UNITS, By, Outline, RangeQuery, Trip
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,7 +34,6 @@ if TYPE_CHECKING:
     from joulepath.vehicle import Vehicle
     from routing.range.bands import RangeBand
 
-LIMIT_UNITS = {By.ENERGY: JOULE_PER_KWH, By.TIME: SECOND_PER_MINUTE, By.DISTANCE: METRE_PER_KM}
 M2_PER_KM2 = 1e6
 SHAPES = ("geometry", "map_edge")
 
@@ -107,10 +117,10 @@ def range(  # the name of the question; within this package nothing counts
     measure = one_of("by", by, By)
     query = RangeQuery(
         origin=point_of("origin", origin),
-        soc_frac=soc_frac,
+        soc_frac=number_of("soc_frac", soc_frac),
         vehicle=vehicle.model,
-        reserve_soc_frac=reserve_soc_frac,
-        bands_soc_frac=tuple(sorted(set(bands_soc_frac))),
+        reserve_soc_frac=number_of("reserve_soc_frac", reserve_soc_frac),
+        bands_soc_frac=tuple(sorted(set(numbers_of("bands_soc_frac", bands_soc_frac)))),
         link_model=one_of("link_model", link_model, LinkModel),
         stop_rule=one_of("stops", stops, StopRule),
         conditions=conditions_in_si(conditions),
@@ -118,7 +128,7 @@ def range(  # the name of the question; within this package nothing counts
         trip=one_of("trip", trip, Trip),
         outline=one_of("outline", outline, Outline),
         by=measure,
-        limits=tuple(limit * LIMIT_UNITS[measure] for limit in limits) if measure in LIMIT_UNITS else (),
+        limits=tuple(limit * LIMIT_UNITS.get(measure, 1.0) for limit in numbers_of("limits", limits)),
     )
     answer = graph.planner.range(query)
     return Range(tuple(_band(band, query.by) for band in answer.bands), snapped_of(answer.origin), answer.warnings)

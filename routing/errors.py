@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 
 from energy.errors import Refusal
+from routing.numerals import text_above, text_below
 from routing.places import degrees_text, place_text, swapped_question
 
 
@@ -117,8 +118,7 @@ class NearestRoad:
 
     def distance_text(self, limit_m: float = 0.0) -> str:
         """The distance [m] with as many decimals as tell it from a limit below it."""
-        digits = next((d for d in range(16) if float(f"{self.distance_m:.{d}f}") > limit_m), 16)
-        return f"{self.distance_m:.{digits}f}"
+        return text_above(self.distance_m, limit_m)
 
     def text(self, limit_m: float = 0.0) -> str:
         """How far the road is, its name and place."""
@@ -162,8 +162,9 @@ class NegativeCycleError(Refusal, RoutingError):
         self.link_idx = link_idx
         self.least_load_n = least_load_n
         if least_load_n < 0.0:
-            refused = ("conditions", f"road load of {least_load_n:.1f} N", "a road load of at least 0 N")
-            gains = f"the road load, {least_load_n:.1f} N at its least under these conditions,"
+            below_0_n = text_below(least_load_n, 0.0, 1)
+            refused = ("conditions", f"road load of {below_0_n} N", "a road load of at least 0 N")
+            gains = f"the road load, {below_0_n} N at its least under these conditions,"
             remedy = "choose conditions in which it is at least 0 N"
         else:
             refused = ("link_model", "printed", "integrated")

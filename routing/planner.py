@@ -14,6 +14,7 @@ from routing.graph.practice import practice_graph
 from routing.graph.rim import RimFinder
 from routing.graph.snap import RoadIndex, moved_warnings
 from routing.links.spans import ChainMaker
+from routing.numerals import text_above
 from routing.pareto.all_ways import warm_up_labels
 from routing.pareto.front import ParetoSearch, names_of
 from routing.places import LinkPosition, LinkSpan, Point
@@ -172,7 +173,8 @@ class Planner:
             warnings += (f"nothing is proven of this Pareto set: {front.claim.unproven}",)
         elif front.claim.epsilon_frac is not None and front.claim.epsilon_frac > settings.epsilon_frac:
             warnings += (
-                f"the Pareto set is proven within {front.claim.epsilon_frac:.3g} only, not {settings.epsilon_frac:g}: "
+                f"the Pareto set is proven within {text_above(front.claim.epsilon_frac, settings.epsilon_frac, 3)} "
+                f"only, not {settings.epsilon_frac:g}: "
                 f"{len(routes)} of {front.claim.found} routes found are answered",
             )
         warnings += self._beyond_map(points, routes) + ferry_warnings(self.graph, routes) + _moved(points)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from energy.chain.chain import LinkModel, StopRule
 from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
+from energy.units import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_MINUTE
 from routing.places import Point
 from routing.weights import ECO, Weights
 
@@ -79,6 +80,9 @@ class Outline(StrEnum):
 
     ROADS = "roads"
     FILLED = "filled"
+
+
+LIMIT_UNITS = {By.ENERGY: JOULE_PER_KWH, By.TIME: SECOND_PER_MINUTE, By.DISTANCE: METRE_PER_KM}  # kWh, min, km
 
 
 @dataclass(frozen=True, slots=True)

@@ -24,8 +24,8 @@ from app.schemas.range import (
     bands_from_text,
     limits_from_text,
 )
-from energy.units import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_MINUTE
-from routing.queries import By, RangeQuery, Trip
+from energy.units import JOULE_PER_KWH
+from routing.queries import LIMIT_UNITS, By, RangeQuery, Trip
 
 if TYPE_CHECKING:
     from shapely import MultiLineString, MultiPolygon
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from routing.range.bands import RangeAnswer, RangeBand
 
 DECIMALS_OF_KM: Final = 3
-LIMIT_UNITS: Final = {By.ENERGY: JOULE_PER_KWH, By.TIME: SECOND_PER_MINUTE, By.DISTANCE: METRE_PER_KM}
 
 
 def request_from_parameters(sent: RangeParameters) -> RangeRequest:

@@ -15,8 +15,9 @@ from energy.units import JOULE_PER_KWH, JOULE_PER_WH
 from energy.vehicle.pessimistic import FACTOR_RANGE, pessimistic
 from routing.errors import QueryError
 from routing.links.spans import ChainMaker
+from routing.numerals import text_above, text_below
 from routing.places import LinkPosition, Point
-from routing.queries import RANGE_PROBABILITIES, By, Outline, Trip
+from routing.queries import LIMIT_UNITS, RANGE_PROBABILITIES, By, Outline, Trip
 from routing.range.area import AreaMaker, RoadEnergies, energies_of_reach
 from routing.range.bands import RangeAnswer, RangeBand
 from routing.range.filled import filled_areas, filling_of
@@ -46,6 +47,7 @@ if TYPE_CHECKING:
 
 SAMPLE_LINKS: Final = 300  # on which the spread of what driving dissipates is taken
 LEAST_FACTOR: Final = FACTOR_RANGE[0]
+ROUNDING_FRAC: Final = 1e-9  # of all that the battery may give, by which a limit of energy may be above it
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,24 +98,33 @@ class RangeSearch:
             raise QueryError("link_model", "'printed'", f"'integrated' with {query.trip.value}")
         least_n = self._search.space_of(query, query.vehicle).least_load_n
         if query.trip is not Trip.OUT and least_n < -LOAD_NOISE_N:
-            raise QueryError("conditions", f"a road load of {least_n:.1f} N", f"at least 0 N with {query.trip.value}")
+            raise QueryError(
+                "conditions", f"a road load of {text_below(least_n, 0.0, 1)} N", f"at least 0 N with {query.trip.value}"
+            )
         if query.by is not By.CHARGE:
             self._check_limits(query)
+        elif query.limits:
+            raise QueryError("limits", list(query.limits), "left out with by charge, which takes bands")
         for band in query.bands_soc_frac:
             if not query.reserve_soc_frac <= band <= query.soc_frac:
-                raise QueryError("bands", band, f"{query.reserve_soc_frac:g} (reserve_soc)..{query.soc_frac:g} (soc)")
+                allowed = f"{query.reserve_soc_frac} (reserve_soc_frac)..{query.soc_frac} (soc_frac)"
+                raise QueryError("bands_soc_frac", band, allowed)
 
     def _check_limits(self, query: RangeQuery) -> None:
         """Raise QueryError where bands by energy, time or distance can't be drawn."""
         if not query.limits:
             raise QueryError("limits", "empty", f"at least one limit with bands by {query.by.value}")
+        if query.bands_soc_frac:
+            allowed = f"left out with by {query.by.value}, which takes limits"
+            raise QueryError("bands_soc_frac", list(query.bands_soc_frac), allowed)
         most_j = (query.soc_frac - query.reserve_soc_frac) * query.vehicle.usable_capacity_wh * JOULE_PER_WH
+        unit = LIMIT_UNITS[query.by]
         for limit in query.limits:
             if not 0.0 < limit < math.inf:
-                raise QueryError("limits", limit, "above 0")
-            if query.by is By.ENERGY and limit > most_j:
-                allowed = f"at most the {most_j / JOULE_PER_KWH:g} kWh between soc and reserve_soc"
-                raise QueryError("limits", limit / JOULE_PER_KWH, allowed)
+                raise QueryError("limits", limit / unit, "above 0")
+            if query.by is By.ENERGY and limit > most_j * (1.0 + ROUNDING_FRAC):
+                allowed = f"at most the {most_j / unit:.9g} kWh between soc and reserve_soc"  # as exact as the limit
+                raise QueryError("limits", limit / unit, allowed)
         if query.by is not By.ENERGY:
             if query.trip is not Trip.OUT:
                 raise QueryError("by", f"'{query.by.value}'", f"'charge' or 'energy' with {query.trip.value}")
@@ -171,7 +182,8 @@ class RangeSearch:
         capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
         if query.by is By.ENERGY:
             wanted: list[tuple[float, float | None]] = [
-                (query.soc_frac - limit / capacity_j, limit) for limit in sorted(set(query.limits), reverse=True)
+                (max(query.soc_frac - limit / capacity_j, query.reserve_soc_frac), limit)
+                for limit in sorted(set(query.limits), reverse=True)
             ]
         else:
             wanted = [(left, None) for left in sorted({query.reserve_soc_frac, *query.bands_soc_frac})]
@@ -277,7 +289,7 @@ def _map_ends(query: RangeQuery, bands: Sequence[RangeBand]) -> tuple[str, ...]:
             Trip.REVERSE: "at the origin after coming from there",
             Trip.ROUND: "at the origin after going there and back",
         }[query.trip]
-        spare = f"with up to {max(left_j) / JOULE_PER_KWH:.1f} kWh left {where}"
+        spare = f"with up to {text_above(max(left_j) / JOULE_PER_KWH, 0.0, 1)} kWh left {where}"
     if any(band.map_edge is not None and band.map_edge.whole_map for band in ended):
         return (
             f"every road of this map is reached with {what} to spare: the area ends where the map ends, {spare}; "

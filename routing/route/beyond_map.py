@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from routing.graph.earth import great_circle_m
+from routing.numerals import decimals_apart
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -49,9 +50,10 @@ def beyond_map_warnings(
             driven_m = leg.to_m - leg.from_m
             least_m = beyond_map_m(graph, rim, start, goal, driven_m)
             if least_m < driven_m:
+                decimals = decimals_apart(least_m / 1000.0, driven_m / 1000.0, 1)
                 return (
-                    f"the best way may leave this map: route {route.name!r} has {driven_m / 1000.0:.1f} km where a way "
-                    f"over roads that the map cuts off could have {least_m / 1000.0:.1f} km or more; roads beyond "
-                    "are not known",
+                    f"the best way may leave this map: route {route.name!r} has {driven_m / 1000.0:.{decimals}f} km "
+                    f"where a way over roads that the map cuts off could have {least_m / 1000.0:.{decimals}f} km or "
+                    "more; roads beyond are not known",
                 )
     return ()

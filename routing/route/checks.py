@@ -15,9 +15,9 @@ if TYPE_CHECKING:
 def check_charge(soc_frac: float, reserve_frac: float) -> None:
     """Raise QueryError unless 0 ≤ reserve ≤ charge ≤ 1."""
     if not 0.0 <= soc_frac <= 1.0:
-        raise QueryError("soc", soc_frac, "0..1")
+        raise QueryError("soc_frac", soc_frac, "0..1")
     if not 0.0 <= reserve_frac <= soc_frac:
-        raise QueryError("reserve_soc", reserve_frac, f"0..{soc_frac:g} (soc)")
+        raise QueryError("reserve_soc_frac", reserve_frac, f"0..{soc_frac} (soc_frac)")
 
 
 def check_pareto(settings: ParetoSettings) -> None:

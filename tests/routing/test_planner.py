@@ -287,7 +287,7 @@ def test_charge_outside_its_range_is_refused(planner, soc):
         with pytest.raises(QueryError) as refusal:
             ask()
         error = refusal.value
-        assert (error.field, error.allowed) == ("soc", "0..1")
+        assert (error.field, error.allowed) == ("soc_frac", "0..1")
         assert str(soc) in str(error)
 
 
@@ -299,8 +299,8 @@ def test_reserve_above_the_charge_is_refused(planner, reserve):
     ):
         with pytest.raises(QueryError) as refusal:
             ask()
-        assert refusal.value.field == "reserve_soc"
-        assert refusal.value.allowed == "0..0.5 (soc)"
+        assert refusal.value.field == "reserve_soc_frac"
+        assert refusal.value.allowed == "0..0.5 (soc_frac)"
         assert str(reserve) in str(refusal.value)
 
 
@@ -330,9 +330,9 @@ def test_query_without_weightings_is_refused(planner):
 def test_bands_outside_reserve_and_charge_are_refused(planner, band):
     with pytest.raises(QueryError) as refusal:
         planner.range(RangeQuery(ENDS[0], 0.6, car(), 0.1, (0.3, band)))
-    assert refusal.value.field == "bands"
+    assert refusal.value.field == "bands_soc_frac"
     assert refusal.value.value is band
-    assert refusal.value.allowed == "0.1 (reserve_soc)..0.6 (soc)"
+    assert refusal.value.allowed == "0.1 (reserve_soc_frac)..0.6 (soc_frac)"
 
 
 OUTSIDE = Point(45.0, 8.005)

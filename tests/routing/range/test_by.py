@@ -77,6 +77,15 @@ def test_bands_by_energy_are_those_of_the_charge_that_it_leaves(planner, trip):
     assert [band.limit for band in by_energy.bands] == [most_j, 0.5 * most_j]
 
 
+@pytest.mark.parametrize(("soc", "reserve", "share"), [(0.3, 0.1, 0.2), (0.55, 0.0, 0.55), (0.29, 0.1, 0.19)])
+def test_limit_of_all_that_the_battery_may_give_is_taken_however_it_rounds(planner, soc, reserve, share):
+    changes = {"soc_frac": soc, "reserve_soc_frac": reserve, "by": By.ENERGY}
+    (band,) = planner.range(replace(QUERY, **changes, limits=(share * CAPACITY_J,))).bands
+    assert band.soc_left_frac == pytest.approx(reserve)
+    with pytest.raises(QueryError, match=rf"allowed: at most the {share * CAPACITY_J / 3.6e6:.9g} kWh"):
+        planner.range(replace(QUERY, **changes, limits=(share * CAPACITY_J * (1.0 + 1e-8),)))
+
+
 def test_places_that_the_charge_does_not_suffice_for_are_warned_of(planner):
     short = planner.range(replace(QUERY, soc_frac=0.005, by=By.TIME, limits=(900.0,)))
     assert any("do not look at the charge" in warning for warning in short.warnings)
@@ -95,6 +104,8 @@ def test_area_by_time_that_the_map_ends_says_so(planner):
         ({"by": By.TIME}, "limits"),
         ({"by": By.DISTANCE, "limits": (0.0,)}, "limits"),
         ({"by": By.ENERGY, "limits": (1.1 * CAPACITY_J,)}, "limits"),
+        ({"limits": (60.0,)}, "limits"),
+        ({"by": By.TIME, "limits": (60.0,), "bands_soc_frac": (0.5,)}, "bands_soc_frac"),
         ({"by": By.TIME, "limits": (60.0,), "trip": Trip.REVERSE}, "by"),
         ({"by": By.DISTANCE, "limits": (60.0,), "uncertainty": True}, "by"),
     ],

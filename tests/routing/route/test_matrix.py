@@ -253,8 +253,8 @@ def test_place_that_can_not_be_snapped_is_named_by_its_list_and_number(planner) 
     [
         ({"sources": ()}, "sources is empty, allowed: at least one place"),
         ({"targets": ()}, "targets is empty"),
-        ({"soc_frac": 1.2}, "soc is 1.2, allowed: 0..1"),
-        ({"reserve_soc_frac": 0.6}, "reserve_soc is 0.6, allowed: 0..0.5"),
+        ({"soc_frac": 1.2}, "soc_frac is 1.2, allowed: 0..1"),
+        ({"reserve_soc_frac": 0.6}, "reserve_soc_frac is 0.6, allowed: 0..0.5"),
         ({"weights": Weights(0.0)}, "at least one above 0"),
     ],
 )
