@@ -83,7 +83,11 @@ class Conditions:
 
 def conditions_in_si(given: Conditions | None) -> ConditionsInSi:
     """Conditions as the energy package takes them; without any, those of the source."""
-    return STILL if given is None else given.in_si()
+    if given is None:
+        return STILL
+    if not isinstance(given, Conditions):
+        raise ConditionsError("conditions", repr(given), "a joulepath.Conditions")
+    return given.in_si()
 
 
 def _kelvin(celsius: float | None) -> float | None:

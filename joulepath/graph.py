@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from energy.folders import bundled_folder, user_graphs_folder
-from routing.errors import GraphNotFoundError
+from routing.errors import GraphNotFoundError, QueryError
 from routing.graph.files import load_graph
 from routing.graph.folders import graph_folders
 from routing.planner import Planner
@@ -27,8 +27,10 @@ class Graph:
         """A stored graph by its name or its folder.
 
         Names are looked for among the user's own graphs, then among those that come with joulepath. snap_limit_m: the
-        farthest road that a place is moved to. Raises GraphNotFoundError or GraphFormatError.
+        farthest road that a place is moved to, above 0. Raises GraphNotFoundError, GraphFormatError or QueryError.
         """
+        if not snap_limit_m > 0.0:
+            raise QueryError("snap_limit_m", snap_limit_m, "above 0")
         folder = Path(graph)
         if not (isinstance(graph, Path) or len(folder.parts) > 1 or (folder / "meta.json").is_file()):
             known = cls.stored()

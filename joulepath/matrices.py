@@ -10,7 +10,18 @@ import numpy as np
 from energy.chain.chain import LinkModel, StopRule
 from energy.units import JOULE_PER_KWH
 from joulepath.conditions import conditions_in_si
-from joulepath.figures import Feature, MapFeatures, Snapped, feature, frozen, line, one_of, point_of, snapped_of
+from joulepath.figures import (
+    Feature,
+    MapFeatures,
+    Snapped,
+    feature,
+    frozen,
+    line,
+    number_of,
+    one_of,
+    point_of,
+    snapped_of,
+)
 from routing.queries import MatrixQuery
 from routing.weights import ECO
 
@@ -93,9 +104,9 @@ def matrix(
         targets=tuple(
             point_of(f"targets[{k}]", place) for k, place in enumerate(sources if targets is None else targets)
         ),
-        soc_frac=soc_frac,
+        soc_frac=number_of("soc_frac", soc_frac),
         vehicle=vehicle.model,
-        reserve_soc_frac=reserve_soc_frac,
+        reserve_soc_frac=number_of("reserve_soc_frac", reserve_soc_frac),
         weights=weights,
         link_model=one_of("link_model", link_model, LinkModel),
         stop_rule=one_of("stops", stops, StopRule),

@@ -21,6 +21,7 @@ from joulepath.figures import (
     feature,
     frozen,
     line,
+    number_of,
     one_of,
     parts_of,
     place_of,
@@ -209,6 +210,8 @@ def route(
     Raises QueryError for a value out of range, PointOutsideMapError, PointFarFromRoadError, NoPathError,
     NegativeCycleError, SearchLimitError.
     """
+    if isinstance(alternatives, str) or (weights is None and pareto is None and not alternatives):
+        raise QueryError("alternatives", repr(alternatives), f"at least one of {', '.join(NAMED_WEIGHTS)}, in a list")
     for name in alternatives:
         if name not in NAMED_WEIGHTS:
             raise QueryError("alternatives", repr(name), ", ".join(NAMED_WEIGHTS))
@@ -216,9 +219,9 @@ def route(
         start=point_of("start", start),
         goal=point_of("goal", goal),
         via=tuple(point_of(f"via[{k}]", place) for k, place in enumerate(via)),
-        soc_frac=soc_frac,
+        soc_frac=number_of("soc_frac", soc_frac),
         vehicle=vehicle.model,
-        reserve_soc_frac=reserve_soc_frac,
+        reserve_soc_frac=number_of("reserve_soc_frac", reserve_soc_frac),
         weightings=tuple((name, NAMED_WEIGHTS[name]) for name in alternatives)
         if weights is None
         else (("custom", weights),),

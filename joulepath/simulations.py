@@ -12,7 +12,7 @@ from energy.chain.chain import LinkModel, StopRule
 from energy.chain.timestep import simulate_timestep
 from energy.units import JOULE_PER_KWH, JOULE_PER_WH, KMH_PER_MPS
 from joulepath.conditions import conditions_in_si
-from joulepath.figures import EnergyParts, frozen, one_of, parts_of
+from joulepath.figures import EnergyParts, frozen, number_of, one_of, parts_of
 from joulepath.routes import Route
 from routing.errors import QueryError
 from routing.places import LinkSpan
@@ -74,7 +74,7 @@ def simulate(
     """
     if model not in ("fast", "timestep"):
         raise QueryError("model", repr(model), "fast, timestep")
-    if soc_frac is not None and not 0.0 <= soc_frac <= 1.0:
+    if soc_frac is not None and not 0.0 <= number_of("soc_frac", soc_frac) <= 1.0:
         raise QueryError("soc_frac", soc_frac, "0..1")
     fast = model == "fast"
     rule = one_of("stops", stops or ("expected" if fast else "crossings"), StopRule)
@@ -127,5 +127,7 @@ def simulate(
 def _span(graph: Graph, link: LinkSpan | int) -> LinkSpan:
     if isinstance(link, LinkSpan):
         return link
+    if isinstance(link, bool) or not isinstance(link, (int, np.integer)):
+        raise QueryError("links", repr(link), "a route, or a list of LinkSpan and numbers of links")
     known = 0 <= link < graph.link_count  # of others the planner says so
-    return LinkSpan(link, 0.0, float(graph.planner.graph.length_m[link]) if known else 0.0)
+    return LinkSpan(int(link), 0.0, float(graph.planner.graph.length_m[link]) if known else 0.0)
