@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from rich.table import Table
 
-from app.cli.tables import parts_table
+from app.cli.tables import missing_text, parts_table
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -34,7 +34,7 @@ def print_routes(console: Console, file: RouteResponse, learned: RouteResponse) 
                 f"{found.soc_end:.3f}",
                 f"{found.duration_s / 60.0:.1f}",
                 f"{found.distance_m / 1000.0:.2f}",
-                "yes" if found.feasible else f"no, {found.deficit_kwh:.2f} kWh missing",
+                "yes" if found.feasible else missing_text(found.deficit_kwh),
             )
             parts.append((f"{found.name}, {which}", found.energy_parts_kwh))
     console.print(table)

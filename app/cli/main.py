@@ -23,7 +23,7 @@ from app.cli.commands.vehicles import vehicles
 from app.errors.raised import CommandError
 from app.store.errors import StoreError
 from energy.compiled.progress import Display, compilations
-from energy.errors import EnergyError
+from energy.errors import EnergyError, Refusal
 from routing.errors import RoutingError
 
 
@@ -45,7 +45,7 @@ class ReportingGroup(TyperGroup):
             return super().invoke(ctx)
         except ValidationError as error:
             message = _validation_message(error)
-        except (EnergyError, RoutingError, StoreError, CommandError) as error:
+        except (Refusal, EnergyError, RoutingError, StoreError, CommandError) as error:
             message = str(error)
         except json.JSONDecodeError as error:
             message = f"not valid JSON: {error}"

@@ -8,6 +8,7 @@ from rich.markup import escape
 from rich.table import Table
 
 from energy.force.parts import SOURCE_PART_COUNT
+from routing.numerals import text_above, text_below
 
 if TYPE_CHECKING:
     from app.schemas.graph import GraphDetail, GraphList, TerrainNote
@@ -21,6 +22,17 @@ if TYPE_CHECKING:
 SHOWN_LINKS = 40
 SHOWN_PLACES = 8
 SHOWN_KWH = 0.0005
+SOC_ROUNDING = 1e-9  # within which a charge counts as kept
+
+
+def missing_text(deficit_kwh: float) -> str:
+    """What is said of a route that the charge does not suffice for."""
+    return f"no, {text_above(deficit_kwh, 0.0, 2)} kWh missing"
+
+
+def _charge_text(soc: float) -> str:
+    """A state of charge; one below 0 never reads as 0."""
+    return f"{soc:.3f}" if soc > -SOC_ROUNDING else text_below(soc, 0.0, 3)
 
 
 def routes_table(answer: RouteResponse) -> Table:
@@ -28,15 +40,15 @@ def routes_table(answer: RouteResponse) -> Table:
     table = _table("route", "km", "min", "kWh", "kWh/100 km", "SoC", "lowest", "climb m", "feasible")
     for route in answer.routes:
         km = route.distance_m / 1000.0
-        feasible = "yes" if route.feasible else f"no, {route.deficit_kwh:.2f} kWh missing"
+        feasible = "yes" if route.feasible else missing_text(route.deficit_kwh)
         table.add_row(
             route.name,
             f"{km:.2f}",
             f"{route.duration_s / 60.0:.1f}",
             f"{route.battery_kwh:.3f}",
             f"{100.0 * route.battery_kwh / km:.2f}" if km > 0.0 else "–",
-            f"{route.soc_start:.3f} → {route.soc_end:.3f}",
-            f"{route.soc_min:.3f}",
+            f"{route.soc_start:.3f} → {_charge_text(route.soc_end)}",
+            _charge_text(route.soc_min),
             f"{route.climb_m:.0f}",
             feasible,
         )
@@ -109,7 +121,7 @@ def bands_table(answer: RangeFeatureCollection) -> Table:
                 str(band.node_count),
                 f"{band.false_in_share:.2%}",
                 f"{band.false_out_share:.2%}",
-                "–" if band.map_edge_left_kwh is None else f"{band.map_edge_left_kwh:.1f} kWh",
+                "–" if band.map_edge_left_kwh is None else f"{text_above(band.map_edge_left_kwh, 0.0, 1)} kWh",
             )
     return table
 

@@ -10,7 +10,9 @@ import pytest
 from typer.testing import CliRunner
 
 from app.cli.main import cli
+from routing.graph.files import save_graph
 from tests.app.expected import VEHICLE
+from tests.app.service.test_graph_choice import moved
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -20,6 +22,7 @@ if TYPE_CHECKING:
 
     from app.settings import Settings
 
+USABLE_KWH = 64.0  # of the default vehicle
 PLACES = ("--start", "46.5,8.003", "--goal", "46.518,8.02")
 
 
@@ -245,6 +248,26 @@ def test_error_of_a_command_is_one_line_on_stderr_and_exit_code_2(arguments: tup
     assert message in result.stderr
     assert result.stderr.strip().count("\n") == 0
     assert result.stdout == ""
+
+
+def test_places_on_different_graphs_end_in_one_line_that_names_both(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    save_graph(moved("grid", 0.0), tmp_path / "grid")
+    save_graph(moved("apart", 1.0), tmp_path / "apart")
+    monkeypatch.setenv("JOULEPATH_GRAPH_DIRS", str(tmp_path))
+    result = run("route", "--start", "46.5,8.003", "--goal", "46.5,9.003", "--soc", "0.5")
+    assert (result.exit_code, result.stderr.count("\n")) == (2, 1)
+    assert "goal (lat 46.5, lon 9.003) is on graph 'apart', but start (lat 46.5, lon 8.003) is on graph 'grid'" in (
+        result.stderr
+    )
+
+
+def test_charge_that_hardly_does_not_suffice_never_reads_as_if_nothing_were_missing() -> None:
+    needed = 0.5 - run_json("route", *PLACES, "--soc", "0.5")["routes"][0]["soc_min"]
+    shown = run("route", *PLACES, "--soc", str(needed - 2e-6)).stdout
+    assert f"no, {2e-6 * USABLE_KWH:.4f} kWh missing" in shown
+    assert "-0.000002" in shown
 
 
 def test_simulate_of_text_that_is_not_json_ends_in_one_line() -> None:
