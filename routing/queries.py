@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
-from energy.chain.chain import LinkModel, StopRule
+from energy.chain.chain import DriveSettings, LinkModel, StopRule
 from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
 from energy.units import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_MINUTE
@@ -126,3 +126,8 @@ class MatrixQuery:
     stop_rule: StopRule = StopRule.EXPECTED
     stop_settings: StopSettings = field(default_factory=StopSettings)
     conditions: Conditions = STILL
+
+
+def drive_settings(query: RouteQuery | RangeQuery) -> DriveSettings:
+    """How the chains of a query are driven, of which energies are sampled."""
+    return DriveSettings(query.conditions, query.link_model, query.stop_rule)

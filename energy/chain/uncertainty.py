@@ -103,9 +103,9 @@ def chain_distribution(
     drives = _driven(vehicle, chain, drive, sampling, soc_start_frac)
     for at, energy, lost, capacity_j, chunk_s in drives:
         duration_s = chunk_s
-        dissipated[at] = [row.sum() for row in lost]
+        dissipated[at] = _sums_j(lost)
         energy += residual[at, None] * lost
-        total[at] = [row.sum() for row in energy]
+        total[at] = _sums_j(energy)
         kept = None if charge is None else charge[:, at]
         arrival[at], lowest[at] = _soc(energy, soc_start_frac, capacity_j, kept)
     energy_p10_j, energy_p50_j, energy_p90_j = np.quantile(total, QUANTILES).tolist()
@@ -143,7 +143,7 @@ def dissipation_sd_frac(
     check_within("residual_sd_frac", sampling.residual_sd_frac, 0.0, MOST_RESIDUAL_SD_FRAC)
     dissipated = np.empty(sampling.samples)
     for at, _, lost, _, _ in _driven(vehicle, chain, drive, sampling):
-        dissipated[at] = [row.sum() for row in lost]
+        dissipated[at] = _sums_j(lost)
     s2, r2 = _spread_frac(dissipated) ** 2, sampling.residual_sd_frac**2
     return float(np.sqrt(s2 + r2 + s2 * r2))
 
@@ -184,6 +184,11 @@ def _driven(
             dissipated_j(of.physics, links, way, driven, lost[row])
         capacity_j = np.array([sampled.usable_capacity_wh * JOULE_PER_WH for sampled in chosen])
         yield slice(begin, begin + len(chosen)), energy, lost, capacity_j, float(duration_s)
+
+
+def _sums_j(rows: NDArray[np.float64]) -> list[float]:
+    """The sum of each row, as that of a single chain is made."""
+    return [row.sum() for row in rows]
 
 
 def _soc(

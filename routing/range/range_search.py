@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.chain.chain import DriveSettings, LinkModel
+from energy.chain.chain import LinkModel
 from energy.chain.sampling import SEED
 from energy.chain.uncertainty import dissipation_sd_frac
 from energy.units import JOULE_PER_KWH, JOULE_PER_WH
@@ -17,7 +17,7 @@ from routing.errors import QueryError
 from routing.links.spans import ChainMaker
 from routing.numerals import text_above, text_below
 from routing.places import LinkPosition, Point
-from routing.queries import LIMIT_UNITS, RANGE_PROBABILITIES, By, Outline, Trip
+from routing.queries import LIMIT_UNITS, RANGE_PROBABILITIES, By, Outline, Trip, drive_settings
 from routing.range.area import AreaMaker, RoadEnergies, energies_of_reach
 from routing.range.bands import RangeAnswer, RangeBand
 from routing.range.filled import filled_areas, filling_of
@@ -270,9 +270,7 @@ class RangeSearch:
         road_m = np.where(graph.is_ferry(), 0.0, graph.length_m)
         idx = rng.choice(graph.link_count, SAMPLE_LINKS, p=road_m / road_m.sum())
         chain = self._chains.of_links(idx, graph.length_m[idx], query.stop_settings, query.conditions)
-        return dissipation_sd_frac(
-            query.vehicle, chain, DriveSettings(query.conditions, query.link_model, query.stop_rule)
-        )
+        return dissipation_sd_frac(query.vehicle, chain, drive_settings(query))
 
 
 def _map_ends(query: RangeQuery, bands: Sequence[RangeBand]) -> tuple[str, ...]:

@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from energy.battery import soc_along
-from energy.chain.chain import DriveSettings, LinkResults, simulate_chain
+from energy.chain.chain import LinkResults, simulate_chain
 from energy.chain.uncertainty import chain_distribution
 from energy.force.parts import PART_NAMES, EnergyParts
 from energy.units import JOULE_PER_WH
 from routing.graph.earth import E7
 from routing.graph.snap import part_of_line
 from routing.places import Point
+from routing.queries import drive_settings
 from routing.route.hot_links import RouteLinks, hot_stretches
 from routing.route.route import DrivenLinks, Remedy, Route, RouteLeg
 
@@ -123,7 +124,7 @@ def _distribution(query: RouteQuery, chain: Chain) -> EnergyDistribution:
     return chain_distribution(
         query.vehicle,
         chain,
-        DriveSettings(query.conditions, query.link_model, query.stop_rule),
+        drive_settings(query),
         soc_start_frac=query.soc_frac,
         reserve_soc_frac=query.reserve_soc_frac,
         along=True,
