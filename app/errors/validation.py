@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 
+LEAST_PERCENT: Final = 2.0  # that a share above 1 is taken for; assumed
 # parts of a location that name a branch of a union, not a field
 BRANCHES: Final = frozenset(
     {
@@ -66,7 +67,18 @@ def _validation_field(error: Any) -> FieldProblem:
         return field_problem(
             path, value.decode("utf-8", "replace"), "a JSON object, sent with Content-Type: application/json"
         )
-    return field_problem(path, value, _allowed(kind, context, str(error["msg"])))
+    return field_problem(path, value, _allowed(kind, context, str(error["msg"])) + _share_question(context, value))
+
+
+def _share_question(context: Mapping[str, object], value: object) -> str:
+    """What is asked of a share up to 1 that seems to be in percent; a text, as in an address, holds a number."""
+    if context.get("le") != 1 or not isinstance(value, (int, float, str)):
+        return ""
+    try:
+        percent = float(value)
+    except (OverflowError, ValueError):
+        return ""
+    return f"; did you mean {percent / 100.0:g}?" if LEAST_PERCENT <= percent <= 100.0 else ""
 
 
 def _allowed(kind: str, context: Mapping[str, object], message: str) -> str:
@@ -74,7 +86,8 @@ def _allowed(kind: str, context: Mapping[str, object], message: str) -> str:
         return "an object"
     if kind in ("too_short", "too_long"):
         few = kind == "too_short"
-        return f"at least {context['min_length']} items" if few else f"at most {context['max_length']} items"
+        count = context["min_length" if few else "max_length"]
+        return f"at {'least' if few else 'most'} {count} item{'' if count == 1 else 's'}"
     if kind == "string_pattern_mismatch":
         return f"text that matches {context['pattern']}"
     for start in ("Input should be ", "String should have ", "Value error, "):

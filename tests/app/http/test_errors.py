@@ -33,6 +33,8 @@ JSON_HEADER = {"Content-Type": "application/json"}
     ("change", "field", "value", "allowed"),
     [
         ({"soc": 1.4}, "soc", 1.4, "at most 1"),
+        ({"soc": 80}, "soc", 80, "at most 1; did you mean 0.8?"),
+        ({"soc": 101}, "soc", 101, "at most 1"),
         ({"soc": -0.1}, "soc", -0.1, "at least 0"),
         ({"soc": "0.5"}, "soc", "0.5", "a valid number"),
         ({"soc": True}, "soc", True, "a valid number"),

@@ -231,7 +231,7 @@ def test_put_under_an_id_that_no_vehicle_file_could_have_is_refused(shop: TestCl
         (TABLE | {"mass_kg": 1500}, "mass_kg", "no field of this name"),
         (TABLE | {"sd": {"mass_kg": 1}}, "sd.mass_kg", "no field of this name"),
         ({key: TABLE[key] for key in TABLE if key != "kind"}, "kind", "required"),
-        (TABLE | {"consumption": {"speed_kmh": [], "kwh_per_100km": []}}, "consumption.speed_kmh", "at least 1 items"),
+        (TABLE | {"consumption": {"speed_kmh": [], "kwh_per_100km": []}}, "consumption.speed_kmh", "at least 1 item"),
     ],
 )
 def test_put_of_a_bad_field_names_it(shop: TestClient, body: object, field: str, allowed: str) -> None:
