@@ -92,6 +92,7 @@ def _allowed(kind: str, context: Mapping[str, object], message: str) -> str:
         return f"text that matches {context['pattern']}"
     for start in ("Input should be ", "String should have ", "Value error, "):
         message = message.removeprefix(start)
+    message = message.partition(", unable to parse ")[0]
     message = message.replace("greater than or equal to", "at least").replace("less than or equal to", "at most")
     return message.replace("greater than", "above").replace("less than", "below")
 
