@@ -222,3 +222,122 @@ def test_miles_are_shown_in_place_of_kilometres(visit: Visit):
     assert shown_number(text, "mi²")[0] == pytest.approx(km2 / 1.609344**2, rel=0.01, abs=1)
     assert page.address_query()["units"] == "mi"
     expect(page.page.locator(".maplibregl-ctrl-scale")).to_contain_text("mi")
+
+
+def test_bands_by_energy_time_and_distance_are_asked_for_and_shown_in_their_units(visit: Visit, served: ServedMap):
+    page = visit(QUERY)
+    shown = page.page
+    legend, panel = shown.locator("#legend"), shown.locator("#range")
+    plain = {key: value for key, value in ASKED.items() if key != "bands"}
+    by = {
+        "Energy": ({"by": "energy", "limits": [3, 6, 9, 12]}, "Energy taken", "kWh"),
+        "Minutes": ({"by": "time", "limits": [15, 30, 45, 60]}, "Driving time", "min"),
+        "km": ({"by": "distance", "limits": [20, 40, 60, 80]}, "Distance driven", "km"),
+    }
+    with page.asking("/range"):
+        shown.get_by_role("radio", name="Round trip").check()
+    for label, (asked, head, unit) in by.items():
+        with page.asking("/range") as found:
+            shown.get_by_role("radio", name=label, exact=True).check()
+        assert found.body == {**plain, **asked, **({"round_trip": True} if label == "Energy" else {})}
+        bands = bands_of(served.ask("/range", found.body))
+        expect(legend.get_by_role("heading")).to_have_text(head)
+        for lines in (legend.get_by_role("listitem"), shown.locator("#range tbody tr")):
+            expect(lines).to_have_count(len(bands))
+            for line, band in zip(lines.all_inner_texts(), bands, strict=True):
+                check_shown(line, unit, band["limit"])
+                check_shown(line, "km²", band["area_km2"])
+        for trip in ("To here", "Round trip"):
+            expect(shown.get_by_role("radio", name=trip)).to_be_enabled(enabled=label == "Energy")
+        check_shown(panel.inner_text().split("Farthest")[1], "km", bands[0]["reach_farthest_km"])
+        expect(shown.locator("#announcer")).to_contain_text(f"{bands[0]['limit']:g} {unit}")
+    with page.asking("/range") as miles:
+        shown.get_by_role("button", name="Units: kilometres").click()
+    assert miles.body["limits"] == pytest.approx([10 * k * 1.609344 for k in (1, 2, 3, 4)])
+    expect(legend.get_by_role("listitem").first).to_contain_text("≤ 40 mi")
+    with page.asking("/range") as back:
+        shown.get_by_role("radio", name="Charge", exact=True).check()
+    assert back.body == {**ASKED, "round_trip": True}
+
+
+def test_values_of_ones_own_and_the_outline_are_in_the_link(visit: Visit):
+    page = visit(QUERY)
+    values = page.page.get_by_label("Values of your own")
+    values.fill("twelve")
+    values.press("Enter")
+    expect(page.page.locator("#range .message")).to_contain_text("“twelve” is no number")
+    expect(values).to_have_attribute("aria-invalid", "true")
+    with page.asking("/range") as left:
+        values.fill("12.5; 5, 20 %")
+        values.press("Enter")
+    assert left.body == {**ASKED, "bands": [0.1, 0.125, 0.2]}
+    expect(page.page.locator("#range")).to_contain_text("Not drawn: 5 %, for the reserve is 10 %")
+    expect(page.page.locator("#legend")).to_contain_text("≥ 12.5 %")
+    with page.asking("/range"):
+        page.page.get_by_role("radio", name="Minutes").check()
+    expect(values).to_have_value("")
+    with page.asking("/range"):
+        values.fill("12,7.5")
+        values.press("Enter")
+    with page.asking("/range") as filled:
+        page.page.get_by_role("radio", name="Filled").check()
+    assert (filled.body["limits"], filled.body["outline"]) == ([7.5, 12], "filled")
+    outline = page.page.locator("#range p").filter(has_text="Filled: gaps narrower than")
+    worst = max(band["false_in_share"] for band in bands_of(filled.answer))
+    check_shown(outline.inner_text(), "%", 100 * worst)
+    check_shown(outline.inner_text(), "m", filled.answer["filling"]["gap_m"])
+    assert page.address_query()["left"] == "5,12.5,20"
+
+    other = visit(page.page.url.removeprefix(f"{page.address}/"))
+    assert other.sent[-1] == page.sent[-1]
+    expect(other.page.get_by_label("Values of your own")).to_have_value("7.5, 12")
+    with other.asking("/range") as again:
+        other.page.get_by_role("radio", name="Charge", exact=True).check()
+    assert again.body == {**left.body, "outline": "filled"}
+    with other.asking("/range") as automatic:
+        other.page.get_by_role("button", name="Back to automatic values").click()
+    assert automatic.body == {**ASKED, "outline": "filled"}
+
+
+VALUES = (  # text, what it is of, the values read, or part of what is said
+    ("10, 20 30", "time", [10, 20, 30]),
+    ("30;10;10", "time", [10, 30]),
+    ("7,5; 10 kWh", "energy", [7.5, 10]),
+    ("0", "charge", [0]),
+    ("  ", "time", None),
+    ("0", "time", "A value is 0, allowed: 0.01 to 10,000"),
+    ("101", "charge", "A value is 101, allowed: 0 to 100"),
+    ("-5", "distance", "A value is -5"),
+    ("1e3", "distance", "“1e3” is no number"),
+    ("1,2,3,4,5,6,7,8,9", "energy", "There are 9 values, allowed: at most 8"),
+)
+AUTOMATIC = (  # of the reserve 10 % and four bands: what it is of, charge, battery [kWh], the values
+    ("energy", 0.8, 64.0, [10, 20, 30, 40]),
+    ("energy", 0.11, 64.0, [0.15, 0.3, 0.45, 0.6]),
+    ("energy", 0.1, 64.0, []),
+    ("energy", 0.05, 64.0, []),
+    ("energy", 0.8, None, [10, 20, 30, 40]),
+    ("time", 0.0, 64.0, [15, 30, 45, 60]),
+    ("charge", 0.11, 64.0, [10, 11]),
+    ("charge", 0.1034, 64.0, [10]),
+)
+
+
+def test_values_are_read_and_made_as_they_should_be(page: MapPage):
+    read, made = page.page.evaluate(
+        """async ([texts, journeys]) => {
+          const { automaticValues, valuesFromText } = await import("/web/js/journey/limits.js");
+          const { INITIAL } = await import("/web/js/journey/journey.js");
+          return [
+            texts.map(([text, by]) => valuesFromText(text, by, { unit: { energy: "kWh" }[by] })),
+            journeys.map(([by, soc, kwh]) => automaticValues({ ...INITIAL, by, soc }, kwh)),
+          ];
+        }""",
+        [VALUES, AUTOMATIC],
+    )
+    for (text, _, expected), found in zip(VALUES, read, strict=True):
+        if isinstance(expected, str):
+            assert expected in found["error"], text
+        else:
+            assert found == {"values": expected, "error": ""}, text
+    assert made == [values for *_, values in AUTOMATIC]

@@ -59,6 +59,12 @@ export function durationText(seconds) {
   return minutes < 60 ? `${minutes} min` : `${Math.floor(minutes / 60)} h ${String(minutes % 60).padStart(2, "0")} min`;
 }
 
+/** Eight directions from north on, clockwise. */
+export const DIRECTIONS = ["north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west"];
+
+/** The direction of a bearing, clockwise from north. */
+export const directionText = (degrees) => DIRECTIONS[Math.round(degrees / 45) % DIRECTIONS.length];
+
 /** A place as it is typed: latitude, longitude. */
 export const placeText = (place) => (place ? `${place.lat.toFixed(5)}, ${place.lon.toFixed(5)}` : "");
 

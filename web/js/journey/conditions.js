@@ -1,11 +1,10 @@
 /** Weather, load and habits; what stays at its default is not sent at all. */
 
 import { el, fill, newId } from "../dom.js";
-import { number } from "../units.js";
+import { DIRECTIONS, directionText, number } from "../units.js";
 import { CONDITIONS, withCondition } from "./journey.js";
 
 const ROADS = { dry: "Dry", wet: "Wet", snow: "Snow" };
-const WINDS = ["north", "north-east", "east", "south-east", "south", "south-west", "west", "north-west"];
 const REFERENCE_C = 20;
 
 export function conditionsPanel(app, element) {
@@ -50,7 +49,7 @@ function summaryOf(conditions, units) {
   const said = [];
   if (conditions.ambient_c !== undefined) said.push(`${number(conditions.ambient_c)} °C`);
   if (conditions.road) said.push(conditions.road);
-  if (conditions.wind_speed_mps) said.push(`wind ${units.speedText(3.6 * conditions.wind_speed_mps)} from ${windName(conditions.wind_from_deg ?? 0)}`);
+  if (conditions.wind_speed_mps) said.push(`wind ${units.speedText(3.6 * conditions.wind_speed_mps)} from ${directionText(conditions.wind_from_deg ?? 0)}`);
   if (conditions.payload_kg) said.push(`${number(conditions.payload_kg)} kg`);
   if (conditions.drag_factor) said.push(`drag × ${number(conditions.drag_factor, 2)}`);
   if (conditions.speed_factor) said.push(`speed ${number(100 * conditions.speed_factor)} %`);
@@ -58,8 +57,6 @@ function summaryOf(conditions, units) {
   if (conditions.regen_limited) said.push("limited recuperation");
   return said.length ? said.join(", ") : "none assumed";
 }
-
-const windName = (degrees) => WINDS[Math.round(degrees / 45) % 8];
 
 function temperature(set) {
   const slider = amount("Air temperature", "ambient_c", 1, (v) => `${number(v)} °C`, set, REFERENCE_C);
@@ -83,7 +80,7 @@ function wind(app, set) {
 
 function windFrom(set) {
   const id = newId("wind");
-  const input = el("select", { id, on: { change: () => set("wind_from_deg", Number(input.value)) } }, WINDS.map((name, i) => el("option", { value: String(45 * i) }, name)));
+  const input = el("select", { id, on: { change: () => set("wind_from_deg", Number(input.value)) } }, DIRECTIONS.map((name, i) => el("option", { value: String(45 * i) }, name)));
   return {
     field: el("div", { class: "field" }, el("label", { for: id }, "Wind from"), input),
     show(conditions) {

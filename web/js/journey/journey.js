@@ -1,6 +1,7 @@
 /** What the user has chosen: kept in one store, written into the address, sent as requests. */
 
 import { placeFromText } from "../units.js";
+import { bandValues, BY, knowsCharge, MAX_BANDS, OUTLINES, VALUE_KEYS, valuesFromText } from "./limits.js";
 
 export const TABS = ["route", "range", "diagnosis"];
 export const ALTERNATIVES = ["eco", "balanced", "fastest"];
@@ -37,6 +38,9 @@ export const INITIAL = {
   colour: "soc",
   rangeMode: "from",
   bands: 4,
+  by: "charge", // what bands are of
+  values: { charge: null, energy: null, time: null, distance: null }, // typed ones, in the units of VALUE_KEYS
+  outline: "roads",
   diagnosis: null, // id of the diagnosis that is looked at
   units: "km",
 };
@@ -66,9 +70,10 @@ export function addressOf(journey) {
   if (conditions.length) put("conditions", conditions.map(([name, value]) => `${name}:${value}`).join(","));
   for (const key of ["effects", "diagnosis"]) if (journey[key]) put(key, journey[key]);
   if (journey.uncertainty) put("uncertainty", "1");
-  for (const key of ["route", "colour", "rangeMode", "bands", "units"]) {
+  for (const key of ["route", "colour", "rangeMode", "bands", "by", "outline", "units"]) {
     if (journey[key] !== INITIAL[key]) put(key === "rangeMode" ? "range" : key, journey[key]);
   }
+  for (const by of BY) if (journey.values[by]) put(VALUE_KEYS[by], journey.values[by].join(","));
   return out.length ? `?${out.join("&")}` : "";
 }
 
@@ -83,7 +88,7 @@ export function journeyOf(search) {
   };
   const percent = (key, field) => {
     const value = Number(given.get(key));
-    if (given.get(key) && value >= 0 && value <= 100) journey[field] = value / 100;
+    if (given.get(key) && value >= 0 && value <= 100) journey[field] = Number((value / 100).toFixed(4));
   };
   oneOf("tab", "tab", TABS);
   for (const key of ["graph", "vehicle", "effects", "diagnosis"]) journey[key] = given.get(key) || null;
@@ -100,7 +105,10 @@ export function journeyOf(search) {
   oneOf("range", "rangeMode", RANGE_MODES);
   oneOf("units", "units", ["km", "mi"]);
   const bands = Number(given.get("bands"));
-  if (Number.isInteger(bands) && bands >= 1 && bands <= 8) journey.bands = bands;
+  if (Number.isInteger(bands) && bands >= 1 && bands <= MAX_BANDS) journey.bands = bands;
+  oneOf("by", "by", BY);
+  oneOf("outline", "outline", OUTLINES);
+  journey.values = Object.fromEntries(BY.map((by) => [by, valuesFromText(given.get(VALUE_KEYS[by]) ?? "", by).values]));
   return journey;
 }
 
@@ -144,16 +152,23 @@ export function routeRequest(journey) {
   return { start: journey.start, goal: journey.goal, ...(via.length ? { via } : {}), ...shared(journey), alternatives: ALTERNATIVES };
 }
 
-/** Charges left of the bands: from the reserve upwards, evenly spaced, as whole per cents. */
-function bandsOf({ soc, reserve, bands }) {
-  const [low, high] = [100 * Math.min(reserve, soc), 100 * soc];
-  const left = Array.from({ length: bands }, (_, i) => (i === 0 ? low : Math.round(low + (i * (high - low)) / bands)) / 100);
-  return [...new Set(left.map((share) => Number(share.toFixed(4))))];
-}
+/** Which area is asked for; by time and distance only that from here is known. */
+export const rangeModeOf = (journey) => (knowsCharge(journey) ? journey.rangeMode : "from");
 
-/** The body of POST /range, or null while there is no start. */
-export function rangeRequest(journey) {
-  if (!journey.start) return null;
-  const mode = journey.rangeMode === "from" ? {} : { [journey.rangeMode]: true };
-  return { origin: journey.start, ...shared(journey), bands: bandsOf(journey), ...mode };
+/**
+ * The body of POST /range, or null while there is no start, or no band to draw.
+ * @param {object} journey
+ * @param {number|null} [capacityKwh] what the battery holds, null where that is not known
+ */
+export function rangeRequest(journey, capacityKwh = null) {
+  const { start, by, outline } = journey;
+  const { values } = bandValues(journey, capacityKwh);
+  if (!start || !values.length) return null;
+  const mode = rangeModeOf(journey);
+  const { uncertainty, ...asked } = { origin: start, ...shared(journey) };
+  if (uncertainty && knowsCharge(journey)) asked.uncertainty = true;
+  if (by === "charge") asked.bands = values.map((percent) => Number((percent / 100).toFixed(6)));
+  else Object.assign(asked, { by, limits: values });
+  if (mode !== "from") asked[mode] = true;
+  return outline === "roads" ? asked : { ...asked, outline };
 }

@@ -1,30 +1,27 @@
 /** The area that can be reached: asked for while the user changes things, drawn as nested bands, told as a table. */
 
 import { ApiError, call, latest } from "../api.js";
-import { byId, el, fill, newId } from "../dom.js";
+import { byId, el, fill } from "../dom.js";
 import { saveGeoJson } from "../download.js";
-import { RANGE_MODES, rangeRequest } from "../journey/journey.js";
+import { rangeRequest } from "../journey/journey.js";
 import { extentOf } from "../map/view.js";
 import { failure, working, warningsOf } from "../notices.js";
-import { energyText, percentText } from "../units.js";
-import { areaFeatures, bandColour, bandsOf, endsWithMap, mapEdgeFeatures } from "./bands.js";
+import { percentText } from "../units.js";
+import { areaFeatures, bandColour, bandsOf, endsWithMap, mapEdgeFeatures, outerBand } from "./bands.js";
+import { batteryCapacity } from "./capacity.js";
+import { rangeChoices } from "./choices.js";
+import { explainedText, outlineText, reachText, termsOf, valueText } from "./words.js";
 
-const MODES = { from: "From here", reverse: "To here", round_trip: "Round trip" };
-const EXPLAINED = {
-  from: "Places that can be reached from here",
-  reverse: "Places from which this one can still be reached, leaving there with this charge",
-  round_trip: "Places that can be visited and returned from without charging",
-};
-const ASKED_BY = ["start", "soc", "reserve", "vehicle", "graph", "conditions", "effects", "uncertainty", "rangeMode", "bands"];
+const OF_ROUTES = { rangeMode: "from", by: "charge", outline: "roads" }; // what is shown in the tab of routes, which offers no others
+const ASKED_BY = ["start", "soc", "reserve", "vehicle", "graph", "conditions", "effects", "uncertainty", "rangeMode", "bands", "by", "values", "outline"];
 
 export function rangePanel(app, element) {
   const { journey, session, view } = app;
-  const controls = el("div", { class: "stack" });
   const results = el("div", { class: "stack" });
-  fill(element, el("div", { class: "card stack" }, el("h2", { class: "unseen" }, "Range"), controls, results));
-  const mode = modeChoice(journey);
-  const bands = bandChoice(journey);
-  fill(controls, mode.field, bands.field);
+  const battery = batteryCapacity(app, () => journey.get().by === "energy" && renew());
+  const capacity = () => (journey.get().by === "energy" ? battery.kwh() : null);
+  const choices = rangeChoices(app, capacity);
+  fill(element, el("div", { class: "card stack" }, el("h2", { class: "unseen" }, "Range"), choices.element, results));
 
   const asking = latest(ask);
   const wanted = () => {
@@ -32,31 +29,33 @@ export function rangePanel(app, element) {
     return tab === "range" || (tab === "route" && !goal); // with a start alone, the area is shown in the tab of routes too
   };
   const renew = () => {
-    mode.show();
-    bands.show();
-    if (wanted() && rangeRequest(asked())) asking.ask();
+    choices.show();
+    if (wanted() && request()) asking.ask();
     else {
       asking.cancel();
       session.set({ range: { status: "none", answer: null, error: null } });
+      show(); // what is missing may have become another thing
     }
   };
   journey.on([...ASKED_BY, "tab", "goal"], renew);
   session.on(["range", "theme"], show);
-  journey.on(["units"], show);
+  journey.on(["units"], () => (journey.get().by === "distance" ? renew() : show())); // whose automatic values are round in either
   show();
   renew();
 
-  /** In the tab of routes it is always the area that can be reached from the start. */
-  function asked() {
+  /** What is asked for, null where something is missing. */
+  function request() {
     const chosen = journey.get();
-    return chosen.tab === "route" ? { ...chosen, rangeMode: "from" } : chosen;
+    if (chosen.tab === "route") return rangeRequest({ ...chosen, ...OF_ROUTES });
+    const held = capacity();
+    return held === undefined ? null : rangeRequest(chosen, held);
   }
 
   async function ask(signal) {
     const { answer } = session.get().range;
     session.set({ range: { status: "loading", answer, error: null } });
     try {
-      const found = await call("range", { body: rangeRequest(asked()), signal });
+      const found = await call("range", { body: request(), signal });
       session.set({ range: { status: "done", answer: found, error: null } });
       announce(found);
     } catch (error) {
@@ -65,9 +64,10 @@ export function rangePanel(app, element) {
     }
   }
 
-  function announce(answer) {
-    const [outer] = bandsOf(answer);
-    app.say(`${EXPLAINED[modeOf(answer)]}: ${app.units().areaText(outer.area_km2)} with at least ${percentText(outer.soc_left)} left.`);
+  function announce({ request: asked, ...answer }) {
+    const outer = outerBand(answer);
+    const units = app.units();
+    app.say(`${explainedText(asked)}: ${units.areaText(outer.area_km2)} ${termsOf(asked).said(valueText(outer, asked, units))}.`);
   }
 
   function show() {
@@ -79,7 +79,7 @@ export function rangePanel(app, element) {
     view.draw("map-edge", answer ? mapEdgeFeatures(answer) : []);
     fill(
       results,
-      status === "none" && el("p", { class: "dim" }, "Click the map, or type a place above."),
+      status === "none" && missing(),
       status === "loading" && working("Searching the area …"),
       status === "failed" && failure(error, () => asking.ask()),
       answer && table(answer, theme),
@@ -87,24 +87,34 @@ export function rangePanel(app, element) {
     legend(answer, theme);
   }
 
+  /** What is to be done before an area can be drawn. */
+  function missing() {
+    if (!journey.get().start) return el("p", { class: "dim" }, "Click the map, or type a place above.");
+    if (capacity() === undefined) return working("Looking up the battery …");
+    return el("p", { class: "dim" }, "No band can be drawn: the battery holds no more than the reserve, or less than all values.");
+  }
+
   function table(answer, theme) {
+    const { request: asked } = answer;
     const rows = bandsOf(answer);
     const units = app.units();
+    const { head, row } = termsOf(asked);
     return [
-      el("p", { class: "small dim" }, EXPLAINED[modeOf(answer)], "."),
+      el("p", { class: "small dim" }, explainedText(asked), "."),
       el(
         "table",
         {},
-        el("caption", { class: "unseen" }, "Area by charge left"),
-        el("thead", {}, el("tr", {}, ["Charge left", "Area", "Sureness"].slice(0, rows[0].probability === null ? 2 : 3).map((text, i) => el("th", { scope: "col", class: i ? "num" : null }, text)))),
+        el("caption", { class: "unseen" }, `Area by ${head.toLowerCase()}`),
+        el("thead", {}, el("tr", {}, [head, "Area", "Sureness"].slice(0, rows[0].probability === null ? 2 : 3).map((text, i) => el("th", { scope: "col", class: i ? "num" : null }, text)))),
         el("tbody", {}, rows.map((band, i) => el(
           "tr", {},
-          el("td", {}, el("span", { class: "row" }, swatch(band, i, rows, theme), `at least ${percentText(band.soc_left)}`)),
+          el("td", {}, el("span", { class: "row" }, swatch(band, i, rows, theme), row(valueText(band, asked, units)))),
           el("td", { class: "num" }, units.areaText(band.area_km2)),
           band.probability !== null && el("td", { class: "num" }, percentText(band.probability)),
         ))),
       ),
-      el("p", { class: "small dim" }, reachText(rows[0], units)),
+      el("p", { class: "small dim" }, reachText(outerBand(answer), units)),
+      el("p", { class: "small dim" }, outlineText(rows, answer.filling, units)),
       warningsOf(answer.warnings),
       el(
         "div",
@@ -121,49 +131,20 @@ export function rangePanel(app, element) {
       if (box.dataset.of === "range") box.hidden = true;
       return;
     }
+    const { request: asked } = answer;
     const rows = bandsOf(answer).filter(({ probability }) => probability === null || probability === 0.5);
+    const { head, mark } = termsOf(asked);
+    const units = app.units();
     box.dataset.of = "range";
     box.hidden = false;
     fill(
       box,
-      el("h2", {}, "Charge left"),
-      el("ul", {}, rows.map((band, i) => el("li", {}, swatch(band, i, rows, theme), `≥ ${percentText(band.soc_left)}`, el("span", { class: "dim num" }, app.units().areaText(band.area_km2)))),
+      el("h2", {}, head),
+      el("ul", {}, rows.map((band, i) => el("li", {}, swatch(band, i, rows, theme), `${mark} ${valueText(band, asked, units)}`, el("span", { class: "dim num" }, units.areaText(band.area_km2)))),
         endsWithMap(answer) && el("li", {}, el("span", { class: "swatch beyond-map" }), "beyond this map")),
     );
   }
 }
 
-/** How far the outermost band reaches. */
-function reachText({ reach_nearest_km: near, reach_farthest_km: far, road_farthest_km: road, map_edge_left_kwh: left }, units) {
-  const text = `${units.lengthText(1000 * near)} to ${units.lengthText(1000 * far)} as the crow flies, up to ${units.lengthText(1000 * road)} along roads`;
-  return left === null ? `${text}.` : `${text}, and beyond this map with up to ${energyText(left)} left at its edge.`;
-}
-
-const modeOf = ({ request }) => RANGE_MODES.find((mode) => request[mode]) ?? "from";
 const swatch = (band, i, rows, theme) => el("span", { class: "swatch", style: { "background-color": bandColour(band, rows, theme) } });
 const positionsOf = (answer) => answer.features.filter(({ geometry }) => geometry.type === "MultiPolygon").flatMap(({ geometry }) => geometry.coordinates.flatMap(([shell]) => shell));
-
-function modeChoice(journey) {
-  const group = newId("mode");
-  const inputs = RANGE_MODES.map((mode) => el("input", { type: "radio", name: group, value: mode, on: { change: () => journey.set({ rangeMode: mode }) } }));
-  return {
-    field: el("fieldset", {}, el("legend", { class: "unseen" }, "Which area"), el("div", { class: "segments" }, inputs.map((input, i) => el("label", {}, input, el("span", {}, MODES[RANGE_MODES[i]]))))),
-    show() {
-      for (const input of inputs) input.checked = input.value === journey.get().rangeMode;
-    },
-  };
-}
-
-function bandChoice(journey) {
-  const id = newId("bands");
-  const input = el("input", { type: "range", id, min: 1, max: 8, step: 1, on: { input: () => journey.set({ bands: Number(input.value) }) } });
-  const output = el("output", { for: id });
-  return {
-    field: el("div", { class: "slider" }, el("label", { for: id }, "Bands"), output, input),
-    show() {
-      const { bands } = journey.get();
-      input.value = String(bands);
-      output.textContent = String(bands);
-    },
-  };
-}
