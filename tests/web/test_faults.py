@@ -85,7 +85,7 @@ def test_every_documented_problem_is_shown_and_goes_away_with_a_good_answer(visi
     for i, problem in enumerate(documented):
         refuse(page, path, problem["status"], problem)
         page.page.get_by_label("Charge now").fill(str(40 + i))
-        unknown = problem["code"] == "unknown_vehicle" and path == "/route"
+        unknown = problem["code"] == "unknown_vehicle"
         expect(alert(page)).to_contain_text("does not know the vehicle" if unknown else problem["detail"])
         page.page.unroute(f"**{path}")
     with page.asking(path):

@@ -1,6 +1,10 @@
 /** What stands in place of a result: work under way, errors, warnings. */
 
-import { el } from "./dom.js";
+import { ApiError } from "./api.js";
+import { byId, el } from "./dom.js";
+
+export const PHONE = matchMedia("(max-width: 760px)");
+const CALM = matchMedia("(prefers-reduced-motion: reduce)");
 
 /** Work under way. */
 export const working = (text) => el("div", { class: "busy-line" }, el("span", { class: "spinner", "aria-hidden": "true" }), text);
@@ -14,6 +18,24 @@ export function failure(error, again) {
     el("p", {}, error.message),
     retry && again && el("button", { type: "button", class: "button", on: { click: again } }, "Try again"),
   );
+}
+
+/** Why something chosen can't be answered, and what helps where the service does not know what the address names. */
+export function refusal(journey, error, again) {
+  const [text, patch] = { unknown_vehicle: ["Take the default vehicle", { vehicle: null }], unknown_effects: ["Leave the learned effects out", { effects: null }] }[error.code] ?? [];
+  const change = text && el("button", { type: "button", class: "button", on: { click: () => journey.set(patch) } }, text);
+  return [failure(plainly(journey, error), again), change && el("p", {}, change)];
+}
+
+/** The service lists all vehicles that it knows, which is too much to read. */
+function plainly(journey, error) {
+  return error.code === "unknown_vehicle" ? new ApiError(`The service does not know the vehicle ${journey.get().vehicle}.`, error) : error;
+}
+
+/** On a phone, answers lie below all inputs, where nobody who taps the map would see them. */
+export function bringToPhone(element) {
+  if (!PHONE.matches || !navigator.userActivation?.hasBeenActive || byId("panel").contains(document.activeElement)) return;
+  element.scrollIntoView({ block: "end", behavior: CALM.matches ? "auto" : "smooth" });
 }
 
 /** Warnings of an answer, folded where they are many. */

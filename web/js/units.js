@@ -39,7 +39,7 @@ export function unitsOf(choice) {
     heightText: (m) => `${format(miles ? m / 0.3048 : m, 0)} ${miles ? "ft" : "m"}`,
     areaText: (km2) => {
       const value = miles ? km2 / KM_PER_MI ** 2 : km2;
-      return `${format(value, value < 10 ? 1 : 0)} ${miles ? "mi²" : "km²"}`;
+      return `${format(value, value < 0.1 ? 3 : value < 10 ? 1 : 0)} ${miles ? "mi²" : "km²"}`;
     },
     consumptionText: (kwhPer100km) =>
       miles ? `${format(kwhPer100km * 10 * KM_PER_MI, 0)} Wh/mi` : `${format(kwhPer100km, 1)} kWh/100 km`,

@@ -5,7 +5,7 @@ import { byId, el, fill } from "../dom.js";
 import { saveGeoJson } from "../download.js";
 import { rangeRequest } from "../journey/journey.js";
 import { extentOf } from "../map/view.js";
-import { failure, working, warningsOf } from "../notices.js";
+import { bringToPhone, refusal, working, warningsOf } from "../notices.js";
 import { percentText } from "../units.js";
 import { areaFeatures, bandColour, bandsOf, endsWithMap, mapEdgeFeatures, outerBand } from "./bands.js";
 import { batteryCapacity } from "./capacity.js";
@@ -81,17 +81,19 @@ export function rangePanel(app, element) {
       results,
       status === "none" && missing(),
       status === "loading" && working("Searching the area …"),
-      status === "failed" && failure(error, () => asking.ask()),
+      status === "failed" && refusal(journey, error, () => asking.ask()),
       answer && table(answer, theme),
     );
     legend(answer, theme);
+    if (status === "failed" && journey.get().tab === "range") bringToPhone(results);
   }
 
   /** What is to be done before an area can be drawn. */
   function missing() {
     if (!journey.get().start) return el("p", { class: "dim" }, "Click the map, or type a place above.");
     if (capacity() === undefined) return working("Looking up the battery …");
-    return el("p", { class: "dim" }, "No band can be drawn: the battery holds no more than the reserve, or less than all values.");
+    const { soc, reserve } = journey.get();
+    return el("p", { class: "dim" }, soc <= reserve ? "The charge now is the reserve: there is no energy to take." : "None of the values can be drawn.");
   }
 
   function table(answer, theme) {

@@ -4,7 +4,7 @@ import { ApiError, call, latest } from "../api.js";
 import { byId, el, fill } from "../dom.js";
 import { icon } from "../icons.js";
 import { routeRequest } from "../journey/journey.js";
-import { failure, warningsOf, working } from "../notices.js";
+import { bringToPhone, PHONE, refusal, warningsOf, working } from "../notices.js";
 import { createCards } from "./cards.js";
 import { createChart } from "./chart.js";
 import { answerText, chosenOf, isSame, NAMES } from "./compare.js";
@@ -19,8 +19,6 @@ import { stretchList } from "./stretches.js";
 const ASKED_BY = ["start", "goal", "via", "soc", "reserve", "vehicle", "graph", "conditions", "effects", "uncertainty"];
 const NONE = { status: "none", answer: null, error: null };
 const OF = "routes";
-const PHONE = matchMedia("(max-width: 760px)");
-const CALM = matchMedia("(prefers-reduced-motion: reduce)");
 
 export function routesPanel(app, element) {
   const { journey, session } = app;
@@ -68,22 +66,11 @@ export function routesPanel(app, element) {
     fill(
       status,
       state === "loading" && !answer && working("Searching routes …"),
-      state === "failed" && [failure(plainly(error), () => asking.ask()), wayOut(error)],
+      state === "failed" && refusal(journey, error, () => asking.ask()),
       state === "none" && journey.get().tab === "route" && el("p", { class: "dim" }, missingText(journey.get())),
-      state === "none" && range.status === "failed" && [failure(plainly(range.error)), wayOut(range.error)],
+      state === "none" && range.status === "failed" && refusal(journey, range.error),
     );
-    if (status.querySelector(".notice")) scrollTo(status);
-  }
-
-  /** The service lists all vehicles that it knows, which is too much to read. */
-  function plainly(error) {
-    return error.code === "unknown_vehicle" ? new ApiError(`The service does not know the vehicle ${journey.get().vehicle}.`, error) : error;
-  }
-
-  /** What helps where the service does not know something that the address names. */
-  function wayOut({ code }) {
-    const [text, patch] = { unknown_vehicle: ["Take the default vehicle", { vehicle: null }], unknown_effects: ["Leave the learned effects out", { effects: null }] }[code] ?? [];
-    return text && el("p", {}, button(() => journey.set(patch), text));
+    if (status.querySelector(".notice")) bringToPhone(status);
   }
 }
 
@@ -137,7 +124,7 @@ function createResults(app) {
     const isNew = onMap.fitWhereNew();
     showNotice();
     showBelow();
-    if (isNew) scrollTo(cards.element);
+    if (isNew) bringToPhone(cards.element);
   }
 
   function showNotice() {
@@ -242,12 +229,6 @@ function createResults(app) {
   }
 
   return { element, show };
-}
-
-/** On a phone, answers lie below all inputs, where nobody who taps the map would see them. */
-function scrollTo(element) {
-  if (!PHONE.matches || !navigator.userActivation?.hasBeenActive || byId("panel").contains(document.activeElement)) return;
-  element.scrollIntoView({ block: "end", behavior: CALM.matches ? "auto" : "smooth" });
 }
 
 const button = (click, ...content) => el("button", { type: "button", class: "button", on: { click } }, content);
