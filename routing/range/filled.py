@@ -44,11 +44,12 @@ def filled_areas(
     cases: Sequence[tuple[RoadEnergies, float]],
     areas: Sequence[ReachableArea],
     filling: Filling,
+    cases_a_level: int,
 ) -> tuple[ReachableArea, ...]:
     """The areas of cases with their gaps and holes closed, and shares counted anew on all nodes.
 
     Widened by half a gap and narrowed again, in a plane that touches the earth at the origin. Each holds the area that
-    it is made of. They nest as these do, but for twice their tolerance.
+    it is made of. They nest as these do: each lies within that of the level before, which is so many cases before it.
     """
     scale = METRE_PER_DEGREE * np.array((np.cos(np.radians(origin.lat_deg)), 1.0))
     home = np.array((origin.lon_deg, origin.lat_deg))
@@ -57,11 +58,16 @@ def filled_areas(
     ashore = np.zeros(graph.node_count, np.bool_)
     ashore[graph.tail[~graph.is_ferry()]] = True
     ashore[graph.head[~graph.is_ferry()]] = True
+    filled: list[ReachableArea] = []
+    wholes: list[shapely.MultiPolygon] = []
     for (energies, budget_j), drawn in zip(cases, areas, strict=True):
         flat = shapely.transform(drawn.area, lambda lonlat: (lonlat - home) * scale)
         wide = shapely.buffer(shapely.simplify(flat, tolerance_m), 0.5 * filling.gap_m + tolerance_m)
         closed = shapely.union(shapely.buffer(wide, -0.5 * filling.gap_m), flat)
         whole = shapely.MultiPolygon([_without_holes(part, filling.hole_m2) for part in shapely.get_parts(closed)])
+        if len(wholes) >= cases_a_level:
+            whole = _multi(shapely.intersection(whole, wholes[-cases_a_level]))
+        wholes.append(whole)
         lonlat = shapely.transform(whole, lambda place_m: place_m / scale + home)
         shape = _multi(shapely.set_precision(lonlat, 1e-7))
         shapely.prepare(shape)

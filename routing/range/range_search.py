@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from routing.search.space import SearchSpace
 
 SAMPLE_LINKS: Final = 300  # on which the spread of what driving dissipates is taken
+LOOSE: Final = 1.0 + 1e-9  # so that rounding does not refuse a limit as large as the error says
 LEAST_FACTOR: Final = FACTOR_RANGE[0]
 ROUNDING_FRAC: Final = 1e-9  # of all that the battery may give, by which a limit of energy may be above it
 
@@ -63,9 +64,10 @@ class _Case:
 
 @dataclass(frozen=True, slots=True)
 class _Found:
-    """Bands before they are drawn, the outermost first."""
+    """Bands before they are drawn, the outermost level first; cases_a_level: how many each has, by probability."""
 
     bands: list[_Case]
+    cases_a_level: int
     counts: list[SearchCounts]
     warnings: tuple[str, ...]
 
@@ -125,6 +127,10 @@ class RangeSearch:
             if query.by is By.ENERGY and limit > most_j * (1.0 + ROUNDING_FRAC):
                 allowed = f"at most the {most_j / unit:.9g} kWh between soc and reserve_soc"  # as exact as the limit
                 raise QueryError("limits", limit / unit, allowed)
+                raise QueryError("limits", limit, "above 0")
+            if query.by is By.ENERGY and limit > most_j * LOOSE:
+                allowed = f"at most the {most_j / JOULE_PER_KWH:g} kWh between soc and reserve_soc"
+                raise QueryError("limits", limit / JOULE_PER_KWH, allowed)
         if query.by is not By.ENERGY:
             if query.trip is not Trip.OUT:
                 raise QueryError("by", f"'{query.by.value}'", f"'charge' or 'energy' with {query.trip.value}")
@@ -138,7 +144,7 @@ class RangeSearch:
         areas = self._areas.areas(cases, origin.on_road)
         filling = filling_of(areas[0]) if query.outline is Outline.FILLED else None
         if filling is not None:
-            areas = filled_areas(self.graph, origin.on_road, cases, areas, filling)
+            areas = filled_areas(self.graph, origin.on_road, cases, areas, filling, found.cases_a_level)
         soc_j = query.soc_frac * query.vehicle.usable_capacity_wh * JOULE_PER_WH
         homeward = query.trip is Trip.REVERSE
         node_m = self._distances.of_nodes(starts, homeward=homeward)
@@ -196,7 +202,7 @@ class RangeSearch:
             for left, limit in wanted
             for probability, (energies, _) in searched.items()
         ]
-        return _Found(bands, [counts for _, counts in searched.values()], ())
+        return _Found(bands, len(searched), [counts for _, counts in searched.values()], ())
 
     def _by_way(self, query: RangeQuery, starts: tuple[LinkPosition, ...]) -> _Found:
         """Bands by time or distance, the outermost first."""
@@ -229,7 +235,7 @@ class RangeSearch:
                 f"bands by {query.by.value} do not look at the charge: for {beyond} of {int(within.sum())} places in "
                 f"them it does not suffice on the {'fastest' if query.by is By.TIME else 'shortest'} way",
             )
-        return _Found([_Case(values, limit, None, limit, None) for limit in limits], [reached.counts], warnings)
+        return _Found([_Case(values, limit, None, limit, None) for limit in limits], 1, [reached.counts], warnings)
 
     def _energies(
         self, query: RangeQuery, levels: Sequence[float], vehicle: AnyVehicle, places: tuple[LinkPosition, ...]
@@ -279,8 +285,8 @@ def _map_ends(query: RangeQuery, bands: Sequence[RangeBand]) -> tuple[str, ...]:
     if not ended:
         return ()
     what = "charge" if query.by is By.CHARGE else query.by.value
-    spare = f"with {what} to spare"
     left_j = [band.edge_left_j for band in ended if band.edge_left_j is not None]
+    spare = ""
     if left_j:
         where = {
             Trip.OUT: "there",
@@ -290,9 +296,10 @@ def _map_ends(query: RangeQuery, bands: Sequence[RangeBand]) -> tuple[str, ...]:
         spare = f"with up to {text_above(max(left_j) / JOULE_PER_KWH, 0.0, 1)} kWh left {where}"
     if any(band.map_edge is not None and band.map_edge.whole_map for band in ended):
         return (
-            f"every road of this map is reached with {what} to spare: the area ends where the map ends, {spare}; "
-            "what lies beyond this map is not known",
+            f"every road of this map is reached with {what} to spare: the area ends where the map ends"
+            f"{spare and f', {spare}'}; what lies beyond this map is not known",
         )
+    spare = spare or f"with {what} to spare"
     return (
         f"the map ends before the {what} does: at roads that it cuts off the area ends {spare}; what lies beyond this "
         "map is not known",

@@ -98,6 +98,15 @@ def test_area_by_time_that_the_map_ends_says_so(planner):
     assert any("reached with time to spare" in warning for warning in answer.warnings)
 
 
+@pytest.mark.parametrize(("soc", "reserve"), [(0.3, 0.1), (0.7, 0.1), (0.9, 0.2)])
+def test_energy_limit_may_be_all_that_is_held_above_the_reserve(planner, soc, reserve):
+    held_j = round((soc - reserve) * 64.0, 9) * 3.6e6  # of the Kona's 64 kWh, as it is typed
+    limits = {"by": By.ENERGY, "limits": (held_j,)}
+    (band,) = planner.range(replace(QUERY, soc_frac=soc, reserve_soc_frac=reserve, **limits)).bands
+    assert band.soc_left_frac == pytest.approx(reserve)
+    assert band.soc_left_frac >= reserve
+
+
 @pytest.mark.parametrize(
     ("changes", "field"),
     [

@@ -54,8 +54,18 @@ def test_filled_areas_are_valid_right_handed_nested_and_hold_the_others(planner,
             assert polygon.exterior.is_ccw
             assert not any(ring.is_ccw for ring in polygon.interiors)
     for outer, inner in pairwise(filled.bands):
-        assert in_metres(inner.area).difference(in_metres(outer.area).buffer(2.0 * outer.tolerance_m)).is_empty
+        assert inner.area.difference(outer.area.buffer(2e-7)).is_empty
+        assert inner.area_m2 <= outer.area_m2 * (1.0 + 1e-9)
         assert outer.tolerance_m < 0.02 * filled.filling.gap_m
+
+
+def test_filled_levels_nest_at_each_probability_though_the_whole_map_is_reached(planner):
+    _, filled = both(planner, 0.5, uncertainty=True)
+    for probability in {band.probability_frac for band in filled.bands}:
+        bands = [band for band in filled.bands if band.probability_frac == probability]
+        assert len(bands) == 3
+        for outer, inner in pairwise(bands):
+            assert inner.area.difference(outer.area.buffer(2e-7)).is_empty
 
 
 def test_filled_areas_have_no_holes_below_the_stated_size_and_no_narrow_gaps(planner):
