@@ -18,6 +18,7 @@ from routing.numerals import text_above
 from routing.pareto.all_ways import warm_up_labels
 from routing.pareto.front import ParetoSearch, names_of
 from routing.places import LinkPosition, LinkSpan, Point
+from routing.range.antimeridian import half_turned
 from routing.range.area import AreaMaker
 from routing.range.bands import RangeAnswer
 from routing.range.range_search import RangeSearch
@@ -55,8 +56,10 @@ class Planner:
         self._roads = RoadIndex(graph)
         self._chains = ChainMaker(graph)
         self._search = RouteSearch(graph, self._chains, label_limit)
-        self._rim = RimFinder(graph)
-        self._ranges = RangeSearch(graph, self._search, self._chains, AreaMaker(graph, self._roads), self._rim)
+        drawn = half_turned(graph)
+        self._rim = RimFinder(drawn)
+        areas = AreaMaker(drawn, self._roads if drawn is graph else RoadIndex(drawn))
+        self._ranges = RangeSearch(graph, self._search, self._chains, areas, self._rim, drawn)
 
     def warm_up(self, vehicle: AnyVehicle) -> None:
         """Compile the kernels on a few links, and make what the first query of a vehicle needs of this graph."""

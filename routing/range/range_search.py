@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -18,6 +18,8 @@ from routing.links.spans import ChainMaker
 from routing.numerals import text_above, text_below
 from routing.places import LinkPosition, Point
 from routing.queries import LIMIT_UNITS, RANGE_PROBABILITIES, By, Outline, Trip, drive_settings
+from routing.queries import RANGE_PROBABILITIES, By, Outline, Trip
+from routing.range.antimeridian import half_turned_point, turned_back, turned_back_lines
 from routing.range.area import AreaMaker, RoadEnergies, energies_of_reach
 from routing.range.bands import RangeAnswer, RangeBand
 from routing.range.filled import filled_areas, filling_of
@@ -73,12 +75,21 @@ class _Found:
 
 
 class RangeSearch:
-    """Answers range queries on one graph; safe to share between threads."""
+    """Answers range queries on one graph; safe to share between threads.
+
+    drawn: the graph itself, or half a turn around (antimeridian.half_turned); areas and rim are made on it.
+    """
 
     def __init__(
-        self, graph: RoadGraph, search: RouteSearch, chains: ChainMaker, areas: AreaMaker, rim: RimFinder
+        self,
+        graph: RoadGraph,
+        search: RouteSearch,
+        chains: ChainMaker,
+        areas: AreaMaker,
+        rim: RimFinder,
+        drawn: RoadGraph,
     ) -> None:
-        self.graph = graph
+        self.graph, self._drawn = graph, drawn
         self._search, self._chains, self._areas, self._rim = search, chains, areas, rim
         self._distances = RoadDistances(graph)
         self._reverse = ReverseSearch(graph, search.label_limit)
@@ -87,7 +98,7 @@ class RangeSearch:
         """Run every kernel of ranges once."""
         graph = self.graph
         reached = reach(space, self._search.pool, Limits(0.0, 0.0), [place], graph.head, graph.node_count)
-        home = Point(float(graph.node_lat_deg[0]), float(graph.node_lon_deg[0]))
+        home = Point(float(graph.node_lat_deg[0]), float(self._drawn.node_lon_deg[0]))
         self._areas.areas([(energies_of_reach(graph, reached), 0.0)], home)
         self._reverse.warm_up(space, place)
         for measure in Measure:
@@ -141,30 +152,32 @@ class RangeSearch:
         """The bands of a checked query; origin: where it met the road, starts: its position on both directions."""
         found = self._by_charge(query, starts) if query.by in (By.CHARGE, By.ENERGY) else self._by_way(query, starts)
         cases = [(band.energies, band.budget) for band in found.bands]
-        areas = self._areas.areas(cases, origin.on_road)
+        is_turned = self._drawn is not self.graph
+        home = half_turned_point(origin.on_road) if is_turned else origin.on_road
+        areas = self._areas.areas(cases, home)
         filling = filling_of(areas[0]) if query.outline is Outline.FILLED else None
         if filling is not None:
-            areas = filled_areas(self.graph, origin.on_road, cases, areas, filling, found.cases_a_level)
+            areas = filled_areas(self._drawn, home, cases, areas, filling, found.cases_a_level)
         soc_j = query.soc_frac * query.vehicle.usable_capacity_wh * JOULE_PER_WH
         homeward = query.trip is Trip.REVERSE
         node_m = self._distances.of_nodes(starts, homeward=homeward)
         bands = []
         for band, drawn in zip(found.bands, areas, strict=True):
-            edge = map_edge(self.graph, self._rim.rim(), band.energies, band.budget, drawn)
+            edge = map_edge(self._drawn, self._rim.rim(), band.energies, band.budget, drawn)
             bands.append(
                 RangeBand(
                     soc_left_frac=band.left_frac,
                     limit=band.limit,
-                    area=drawn.area,
+                    area=turned_back(drawn.area) if is_turned else drawn.area,
                     area_m2=drawn.area_m2,
                     tolerance_m=drawn.tolerance_m,
                     node_count=drawn.node_count,
                     false_in_frac=drawn.false_in_frac,
                     false_out_frac=drawn.false_out_frac,
                     probability_frac=band.probability_frac,
-                    map_edge=edge,
+                    map_edge=replace(edge, line=turned_back_lines(edge.line)) if edge and is_turned else edge,
                     edge_left_j=None if edge is None or band.left_frac is None else soc_j - edge.least_energy_j,
-                    bearing_reach_m=bearing_reach_m(drawn.area, origin.on_road),
+                    bearing_reach_m=bearing_reach_m(drawn.area, home),
                     road_reach=self._distances.reach(node_m, band.energies, band.budget, starts, homeward=homeward),
                 )
             )
