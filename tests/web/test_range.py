@@ -208,6 +208,14 @@ def test_range_that_ends_with_the_map_is_dashed_there_and_says_so(visit: Visit):
     check_shown(told.split("along roads")[0].split("up to")[1], "km", outer["road_farthest_km"])
     page.changed_frac(before, 0.01)
     assert dark_frac(page.picture()) > dark_frac(before) + 1e-4
+    for by, outline in (("Minutes", "Filled"), ("km", "Along roads")):
+        page.page.get_by_role("radio", name=outline).check()
+        with page.asking("/range") as found:
+            page.page.get_by_role("radio", name=by, exact=True).check()
+        assert bands_of(found.answer)[0]["reaches_map_edge"] is True
+        expect(legend.get_by_role("listitem")).to_have_text([re.compile("≤"), "beyond this map"])
+        expect(page.page.locator("#range")).to_contain_text("along roads, and beyond this map.")
+        assert dark_frac(page.picture()) > dark_frac(before) + 1e-4
     page.page.get_by_role("button", name="Remove place").click()
     expect(legend).to_be_hidden()
 
