@@ -204,9 +204,9 @@ class RangeParameters(ConditionsParameters):
 def bands_from_text(text: str) -> int | list[float]:
     """Bands out of a query parameter: a whole number is a count, all else comma-separated charges left."""
     try:
-        if text.isdecimal() and len(text) <= 9:
+        if text.isascii() and text.isdecimal() and len(text) <= 9:
             return int(text)
-        return [float(part) for part in text.split(",")]
+        return [_number(part) for part in text.split(",")]
     except ValueError:
         raise PydanticCustomError("bands", "a whole number 1..20, or fractions 0..1 separated by commas") from None
 
@@ -214,9 +214,16 @@ def bands_from_text(text: str) -> int | list[float]:
 def limits_from_text(text: str | None) -> list[float] | None:
     """Limits out of a query parameter, separated by commas."""
     try:
-        return None if text is None else [float(part) for part in text.split(",")]
+        return None if text is None else [_number(part) for part in text.split(",")]
     except ValueError:
         raise PydanticCustomError("limits", "numbers above 0 separated by commas") from None
+
+
+def _number(text: str) -> float:
+    """A number in figures; raises ValueError, for 1_0 and figures of other scripts too, which float() takes."""
+    if "_" in text or not text.isascii():
+        raise ValueError(text)
+    return float(text)
 
 
 class BandProperties(Answered):

@@ -131,7 +131,7 @@ function valuesField(app, capacity) {
       say("");
     }
     shown = { by, units, text: written };
-    label.textContent = `Values of your own [${unit}]`;
+    label.textContent = `Values of your own [${by === "charge" ? "% left" : unit}]`;
     const held = capacity();
     input.placeholder = held === undefined ? "" : text(automaticValues(chosen, held));
     clear.disabled = !own && !input.value;
