@@ -145,11 +145,12 @@ class Planner:
         check_weights("matrix", query.weights)
         sources, targets = self._snap_all("sources", query.sources), self._snap_all("targets", query.targets)
         note = ferry_note(self.graph)
-        return MatrixSearch(self._search, query, sources, targets, lambda *found: self._search.warnings(*found) + note)
         moved = _moved_all("sources", sources)
         if query.targets != query.sources:
             moved += _moved_all("targets", targets)
-        return MatrixSearch(self._search, query, sources, targets, self._search.warnings, moved)
+        return MatrixSearch(
+            self._search, query, sources, targets, lambda *found: self._search.warnings(*found) + note, moved
+        )
 
     def _snap_all(self, field: str, places: tuple[Point, ...]) -> list[SnappedPlace]:
         if not places:

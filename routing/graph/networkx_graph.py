@@ -6,8 +6,8 @@ import gzip
 import json
 import os
 import tempfile
-from dataclasses import replace
 import zlib
+from dataclasses import replace
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final

@@ -102,14 +102,11 @@ def read_osm(path: Path, progress: Callable[[float], None] | None = None, *, fer
         raise ImportFailedError("map", path, f"not a readable OSM file ({error})") from error
     reader.cut_ways()
     if not set(reader.way_id) - set(reader.ferries):
-        raise ImportFailedError("map", path, "no way in it may be driven by car, needed: at least one drivable highway")
+        raise ImportFailedError("map", path, reader.why_none())
     lacking = reader.lacking()
     boxes = header_boxes(path, processor.header)
     region = None if lacking else region_boundary(file, reader.lon_e7, reader.lat_e7)
     return replace(reader.roads(path.name), extent=Extent(boxes, region, lacking))
-    if not reader.way_id:
-        raise ImportFailedError("map", path, reader.why_none())
-    return reader.roads(path.name)
 
 
 class _Reader:

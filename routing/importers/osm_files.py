@@ -182,7 +182,9 @@ def header_boxes(path: Path, header: osmium.io.Header) -> tuple[Box, ...]:
     return tuple(boxes)
 
 
-def region_boundary(file: osmium.io.File, lon_e7: Sequence[int], lat_e7: Sequence[int]) -> shapely.MultiPolygon | None:
+def region_boundary(
+    file: osmium.io.File | osmium.io.FileBuffer, lon_e7: Sequence[int], lat_e7: Sequence[int]
+) -> shapely.MultiPolygon | None:
     """The area of the smallest administrative boundary in a file that holds nearly all of its points, and is filled.
 
     Extracts of countries and regions reach a little beyond the boundary, which they hold as a whole. None where the

@@ -72,10 +72,9 @@ def import_region(
         return report
 
     report = stage("read map")
-    if map_path.suffix.lower() == ".graphml":
+    if map_path.suffix.lower() == ".graphml" or is_graphml(map_path):
         if ferries:
             raise ImportFailedError("ferries", "on", f"{map_path.name} is GraphML, allowed: an OpenStreetMap file")
-    if map_path.suffix.lower() == ".graphml" or is_graphml(map_path):
         if not map_path.is_file():
             raise ImportFailedError("map", map_path, "no such file")
         loaded = load_networkx(map_path)

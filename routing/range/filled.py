@@ -54,7 +54,6 @@ def filled_areas(
     scale = METRE_PER_DEGREE * np.array((np.cos(np.radians(origin.lat_deg)), 1.0))
     home = np.array((origin.lon_deg, origin.lat_deg))
     tolerance_m = SIMPLER * filling.gap_m
-    filled = []
     ashore = np.zeros(graph.node_count, np.bool_)
     ashore[graph.tail[~graph.is_ferry()]] = True
     ashore[graph.head[~graph.is_ferry()]] = True

@@ -18,7 +18,6 @@ from routing.links.spans import ChainMaker
 from routing.numerals import text_above, text_below
 from routing.places import LinkPosition, Point
 from routing.queries import LIMIT_UNITS, RANGE_PROBABILITIES, By, Outline, Trip, drive_settings
-from routing.queries import RANGE_PROBABILITIES, By, Outline, Trip
 from routing.range.antimeridian import half_turned_point, turned_back, turned_back_lines
 from routing.range.area import AreaMaker, RoadEnergies, energies_of_reach
 from routing.range.bands import RangeAnswer, RangeBand
@@ -48,7 +47,6 @@ if TYPE_CHECKING:
     from routing.search.space import SearchSpace
 
 SAMPLE_LINKS: Final = 300  # on which the spread of what driving dissipates is taken
-LOOSE: Final = 1.0 + 1e-9  # so that rounding does not refuse a limit as large as the error says
 LEAST_FACTOR: Final = FACTOR_RANGE[0]
 ROUNDING_FRAC: Final = 1e-9  # of all that the battery may give, by which a limit of energy may be above it
 
@@ -138,10 +136,6 @@ class RangeSearch:
             if query.by is By.ENERGY and limit > most_j * (1.0 + ROUNDING_FRAC):
                 allowed = f"at most the {most_j / unit:.9g} kWh between soc and reserve_soc"  # as exact as the limit
                 raise QueryError("limits", limit / unit, allowed)
-                raise QueryError("limits", limit, "above 0")
-            if query.by is By.ENERGY and limit > most_j * LOOSE:
-                allowed = f"at most the {most_j / JOULE_PER_KWH:g} kWh between soc and reserve_soc"
-                raise QueryError("limits", limit / JOULE_PER_KWH, allowed)
         if query.by is not By.ENERGY:
             if query.trip is not Trip.OUT:
                 raise QueryError("by", f"'{query.by.value}'", f"'charge' or 'energy' with {query.trip.value}")
