@@ -189,3 +189,21 @@ class SearchLimitError(Refusal, RoutingError):
             f"at most {limit} labels",
             message=f"the search needed {labels} labels, allowed: at most {limit}",
         )
+
+
+class TimeUpError(Refusal, RoutingError):
+    """The time that a query may take is used up."""
+
+    code = "time_limit"
+
+    def __init__(self, limit_s: float) -> None:
+        self.limit_s = limit_s
+        remedy = "ask for a shorter route, less charge, fewer alternatives or places"
+        super().__init__("", None, f"at most {limit_s:g} s", message=f"no answer within {limit_s:g} s; {remedy}")
+
+
+class AbandonedError(RoutingError):
+    """A query that was stopped because nobody waits for its answer any more."""
+
+    def __init__(self) -> None:
+        super().__init__("nobody waits for the answer any more")

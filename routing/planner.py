@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from energy.chain.chain import LinkModel, StopRule, simulate_chain
 from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
-from routing.errors import PointFarFromRoadError, PointOutsideMapError, QueryError
+from routing.errors import PointFarFromRoadError, PointOutsideMapError, QueryError, TimeUpError
 from routing.graph.practice import practice_graph
 from routing.graph.rim import RimFinder
 from routing.graph.snap import RoadIndex, moved_warnings
@@ -32,6 +32,7 @@ from routing.route.via import WayFinder
 from routing.route.warnings import ferry_note, ferry_warnings
 from routing.search.found import Limits, PathOptions
 from routing.search.search import find_path
+from routing.time_budget import time_budget
 from routing.weights import ECO
 
 if TYPE_CHECKING:
@@ -97,8 +98,9 @@ class Planner:
         """One route for each weighting of the query, from rest at the start over its via points to rest at the goal.
 
         Or the routes of the Pareto set that it asks for. Raises QueryError, PointOutsideMapError,
-        PointFarFromRoadError, NoPathError, NegativeCycleError, SearchLimitError. A goal out of reach on this charge is
-        an answer, with `feasible` false.
+        PointFarFromRoadError, NoPathError, NegativeCycleError, SearchLimitError, TimeUpError, AbandonedError. A goal
+        out of reach on this charge is an answer, with `feasible` false. Where time is up after the first route, the
+        answer has those found, and a warning.
         """
         check_charge(query.soc_frac, query.reserve_soc_frac)
         if not query.weightings:
@@ -112,11 +114,22 @@ class Planner:
         points, places = [point for point, _ in snapped], [positions for _, positions in snapped]
         if query.pareto is not None:
             return self._pareto(query, query.pareto, points, places)
-        routes, stats, unproven = [], [], []
+        routes: list[Route] = []
+        stats: list[SearchStats] = []
+        unproven: list[str] = []
         finder = WayFinder(self._search, query, places)
         crowded, unpaid_j = False, 0.0
         for name, weights in query.weightings:
-            way = finder.best(weights)
+            try:
+                if routes:
+                    time_budget().check()
+                way = finder.best(weights)
+            except TimeUpError as error:
+                if not routes:
+                    raise
+                rest = ", ".join(repr(missing) for missing, _ in query.weightings[len(routes) :])
+                unproven.append(f"routes {rest} are not answered: {error.limit_s:g} s were not enough")
+                break
             crowded |= any(found.counts.crowded > 0 for found in way.found)
             unpaid_j = max(unpaid_j, *(found.counts.unpaid_j for found in way.found), 0.0)
             if way.spans:

@@ -17,6 +17,7 @@ from routing.pareto import kernels_labels as kernels
 from routing.pareto import kernels_states
 from routing.search.found import FoundPath
 from routing.search.space import potential_share
+from routing.time_budget import time_budget
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -89,7 +90,7 @@ def uncovered_ways(
     """Ways from rest to rest that the points do not cover, none covered by another; None where it takes too much room.
 
     Without battery limits: what a full battery refuses and what the reserve forbids only ever makes a way worse. For
-    physics that are applicable. O(S log S + L log L) for S states and L labels.
+    physics that are applicable. Raises TimeUpError, AbandonedError. O(S log S + L log L) for S states and L labels.
     """
     began = time.perf_counter()
     ends = kernels_states.Ends(_positions(starts), _positions(goals))
@@ -99,16 +100,13 @@ def uncovered_ways(
     to_goal = kernels.ToGoal(_least_to_goal(sg, sg.time_s), _least_to_goal(sg, sg.energy_j))
     gain_j = float(sg.number[kernels_states.GOAL, kernels_states.POTENTIAL] - sg.number[1, kernels_states.POTENTIAL])
     lb = _labels(cover, gain_j)
-    full = kernels.explore(
-        sg,
-        space.physics,
-        to_goal,
-        kernels.CoverRules(cover.epsilon_frac, cover.slack_j, cover.most_s, cover.most_j - gain_j),
-        len(starts),
-        np.full(sg.link.size, math.inf),
-        lb,
-    )
-    if full:
+    rules = kernels.CoverRules(cover.epsilon_frac, cover.slack_j, cover.most_s, cover.most_j - gain_j)
+    state_j = np.full(sg.link.size, math.inf)
+    status = kernels_states.PAUSED
+    while status == kernels_states.PAUSED:
+        time_budget().check()
+        status = kernels.explore(sg, space.physics, to_goal, rules, len(starts), state_j, lb)
+    if status == kernels_states.FULL:
         return None
     found = lb.solution[: lb.counter[kernels.SOLUTIONS]].tolist()
     return Uncovered(
@@ -168,12 +166,15 @@ def _states(
         head=np.empty(arcs, np.int32),
         energy_j=np.empty(arcs),
         time_s=np.empty(arcs),
-        counter=np.zeros(4, np.int64),
+        counter=np.zeros(5, np.int64),
     )
     latest = np.full(allowed.size, -1, np.int32)
     rules = kernels_states.StateRules(potential_share(physics), space.half_inertia_kg, states_a_link)
-    full = kernels_states.expand(g, physics, rules, ends, allowed, latest, sg)
-    if full or sg.counter[kernels_states.NEGATIVE] > 0:
+    status = kernels_states.PAUSED
+    while status == kernels_states.PAUSED:
+        time_budget().check()
+        status = kernels_states.expand(g, physics, rules, ends, allowed, latest, sg)
+    if status == kernels_states.FULL or sg.counter[kernels_states.NEGATIVE] > 0:
         return None
     states, used = int(sg.counter[kernels_states.STATES]), int(sg.counter[kernels_states.ARCS])
     return kernels_states.StateGraph(
@@ -216,7 +217,7 @@ def _labels(cover: Cover, gain_j: float) -> Labels:
         point_s=np.empty(MOST_POINTS),
         point_j=np.empty(MOST_POINTS),
         solution=np.empty(MOST_POINTS, np.int32),
-        counter=np.zeros(4, np.int64),
+        counter=np.zeros(5, np.int64),
     )
     for time_s, energy_j in cover.points:
         kernels.add_point(lb, time_s, energy_j - gain_j)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from energy.battery import soc_along
 from energy.chain.chain import LinkModel, StopRule
 from energy.units import JOULE_PER_KWH, JOULE_PER_WH, SECOND_PER_HOUR
-from routing.errors import NoPathError
+from routing.errors import NoPathError, TimeUpError
 from routing.pareto.all_ways import Cover, is_applicable, uncovered_ways
 from routing.pareto.bounds import ROUNDING_FRAC, LowerBounds, Trade, chosen, undominated
 from routing.route.best_path import method_name
@@ -114,16 +114,34 @@ class ParetoSearch:
             if any(self._compare_all(share, longest_s, reference_j) for share in shares if share < gap):
                 proof = ParetoProof.ALL_WAYS
         return self._answered(reference_j, proof, unproven)
+        compares = unproven is None and len(self._places) == 2 and is_applicable(self._space.physics)
+        proof, slow = ParetoProof.WEIGHTINGS, ""
+        try:
+            self._sweep(reference_j, SWEEPS if compares else SWEEPS_ALONE)
+            gap = self._gap(reference_j)
+            if compares and gap > self._settings.epsilon_frac:
+                longest_s = eco.trade.time_s * (1.0 + ROUNDING_FRAC) if least_proven else math.inf
+                shares = (share * self._settings.epsilon_frac for share in COVERED_SHARES)
+                if any(self._compare_all(share, longest_s, reference_j) for share in shares if share < gap):
+                    proof = ParetoProof.ALL_WAYS
+        except TimeUpError as error:  # what is found is answered, with what is proven of it
+            slow = f"after {error.limit_s:g} s too few ways are found"
+        return self._answered(
+            reference_j, proof, unproven, slow or "too many states on very short links to compare all ways"
+        )
 
-    def _answered(self, reference_j: float, proof: ParetoProof, unproven: str | None) -> ParetoFront:
-        """The choice among the ways found, and the claim on it."""
+    def _answered(self, reference_j: float, proof: ParetoProof, unproven: str | None, boundless: str) -> ParetoFront:
+        """The choice among the ways found, and the claim on it.
+
+        unproven: why nothing can be claimed, boundless: why there may be no bound.
+        """
         front = _undominated([way for way in self._ways.values() if way.kept])
         trades = [way.trade for way in front]
         asked = self._settings
         few = chosen(self._bounds, trades, reference_j, self._most_j, asked.epsilon_frac, asked.most)
         gap = self._bounds.gap([trades[k] for k in few], reference_j, self._most_j)
         if unproven is None and not math.isfinite(gap):
-            unproven = "too many states on very short links to compare all ways"
+            unproven = boundless
         if unproven is None:
             claim = ParetoClaim(gap, gap * reference_j, reference_j, len(front), proof)
         else:

@@ -17,17 +17,18 @@ from numpy.typing import NDArray
 from energy.compiled.kernels_borrow import borrowed
 from energy.force.kernels_physics import LinkPhysics, borrowed_physics, cabin_energy_j
 from routing.kernels_heap import drop, push
-from routing.pareto.kernels_states import DONE, FULL, GOAL, StateGraph, borrowed_state_graph
+from routing.pareto.kernels_states import DONE, FULL, GOAL, PAUSED, StateGraph, borrowed_state_graph
 
 # counters of Labels
-MADE, SETTLED, POINTS, SOLUTIONS = range(4)
+MADE, SETTLED, POINTS, SOLUTIONS, HEAP = range(5)
+PAUSE_LABELS = 65_536  # taken from the heap before explore pauses, so that its caller may stop it
 
 
 class Labels(NamedTuple):
     """Labels of one search, room for L of them, and the points (time, energy) that ways are compared with, room for C.
 
     state, parent: (L,). time_s, energy_j: (L,), so far. key_s, key_j, item: (L,) of the heap. point_s: (C,) ascending;
-    point_j: (C,) the least energy of the points up to there. solution: (C,) labels that arrived. counter: (4,).
+    point_j: (C,) the least energy of the points up to there. solution: (C,) labels that arrived. counter: (5,).
     """
 
     state: NDArray[np.int32]
@@ -116,20 +117,24 @@ def explore(
     """Settle labels in the order of time, then energy, until each way is covered by a point or by a label that arrived.
 
     Energies of labels and points are less the gain in potential, those of points with climate. Ways longer than most_s
-    or beyond most_j need not be covered. state_j: (S,) of inf. Returns FULL where labels or points have no room. The
-    energy of a state's labels falls from one that is settled to the next, so that one number tells whether a label is
-    dominated (Hernández et al. 2023, doi:10.1016/j.artint.2022.103807).
+    or beyond most_j need not be covered. state_j: (S,), inf before the first call. Returns FULL where labels or points
+    have no room, and PAUSED after PAUSE_LABELS, to be called again for the rest. The energy of a state's labels falls
+    from one that is settled to the next, so that one number tells whether a label is dominated (Hernández et al. 2023,
+    doi:10.1016/j.artint.2022.103807).
     """
     p, sg, lb = borrowed_physics(p), borrowed_state_graph(sg), borrowed_labels(lb)
     least_s, least_j, state_j = borrowed(to_goal.time_s), borrowed(to_goal.energy_j), borrowed(state_j)
-    size = 0
-    for k in range(1, 1 + starts):
-        lb.state[size], lb.parent[size], lb.time_s[size], lb.energy_j[size] = k, -1, 0.0, 0.0
-        if least_s[k] < math.inf:
-            push(lb.key_s, lb.key_j, lb.item, size, least_s[k], least_j[k], size)
-            size += 1
-    lb.counter[MADE] = size
-    while size > 0:
+    size = lb.counter[HEAP]
+    if lb.counter[MADE] == 0:
+        for k in range(1, 1 + starts):
+            lb.state[size], lb.parent[size], lb.time_s[size], lb.energy_j[size] = k, -1, 0.0, 0.0
+            if least_s[k] < math.inf:
+                push(lb.key_s, lb.key_j, lb.item, size, least_s[k], least_j[k], size)
+                size += 1
+        lb.counter[MADE] = size
+    for _ in range(PAUSE_LABELS):
+        if size == 0:
+            return DONE
         time, energy, label = lb.key_s[0], lb.key_j[0], lb.item[0]
         drop(lb.key_s, lb.key_j, lb.item, size)
         size -= 1
@@ -165,4 +170,5 @@ def explore(
             lb.state[made], lb.parent[made], lb.time_s[made], lb.energy_j[made] = to, label, so_far_s, so_far_j
             push(lb.key_s, lb.key_j, lb.item, size, whole_s, so_far_j + least_j[to], made)
             size += 1
-    return DONE
+    lb.counter[HEAP] = size
+    return PAUSED

@@ -19,9 +19,10 @@ LEVEL_MPS = 1.0  # least speeds of shared states are multiples of it
 # columns of StateGraph.number
 ENTRY_MPS, STOPPED, OFFSET, POTENTIAL = range(4)
 # counters of StateGraph
-STATES, ARCS, SHARED, NEGATIVE = range(4)
+STATES, ARCS, SHARED, NEGATIVE, EXPANDED = range(5)
 NEGATIVE_J = 1e-3  # more than rounding
-DONE, FULL = range(2)
+DONE, FULL, PAUSED = range(3)
+PAUSE_STATES = 65_536  # expanded before expand pauses, so that its caller may stop it
 
 
 class StateGraph(NamedTuple):
@@ -31,7 +32,7 @@ class StateGraph(NamedTuple):
     state; probability of having stopped, offset on the link [m], potential [J]. earlier: (S,), the state of the same
     link made before it, -1 for none. first: (S + 1,), the arcs of state k are first[k]..first[k + 1]. head: (A,) the
     state that an arc leads to. energy_j: (A,) without climate, less the gain in potential, ≥ 0. time_s: (A,).
-    counter: (4,).
+    counter: (5,).
     """
 
     link: NDArray[np.int32]
@@ -193,22 +194,25 @@ def expand(
 ) -> int:
     """Every state that a drive from rest at a start can be in, on allowed links, and every drive between two of them.
 
-    latest: (M,) of -1. State 0 is the goal at rest, the next ones are the starts. Returns FULL where states or arcs
-    have no room.
+    latest: (M,), -1 before the first call. State 0 is the goal at rest, the next ones are the starts. Returns FULL
+    where states or arcs have no room, and PAUSED after PAUSE_STATES, to be called again for the rest.
     """
     p, links, sg = borrowed_physics(p), borrowed_links(g), borrowed_state_graph(sg)
     starts, goals, allowed, latest = borrowed(ends.starts), borrowed(ends.goals), borrowed(allowed), borrowed(latest)
     alpha = rules.alpha
-    place, offset = int(goals[0, 0]), goals[0, 1]
-    place_state(sg, GOAL, place, offset, potential_j(p, links, alpha, place, offset))
-    for k in range(starts.shape[0]):
-        place, offset = int(starts[k, 0]), starts[k, 1]
-        place_state(sg, 1 + k, place, offset, potential_j(p, links, alpha, place, offset))
-    sg.counter[:] = 0
-    sg.counter[STATES] = 1 + starts.shape[0]
-    sg.first[0] = sg.first[1] = 0
-    state = 1
-    while state < sg.counter[STATES]:
+    if sg.counter[STATES] == 0:
+        place, offset = int(goals[0, 0]), goals[0, 1]
+        place_state(sg, GOAL, place, offset, potential_j(p, links, alpha, place, offset))
+        for k in range(starts.shape[0]):
+            place, offset = int(starts[k, 0]), starts[k, 1]
+            place_state(sg, 1 + k, place, offset, potential_j(p, links, alpha, place, offset))
+        sg.counter[STATES] = 1 + starts.shape[0]
+        sg.counter[EXPANDED] = 1
+        sg.first[0] = sg.first[1] = 0
+    for _ in range(PAUSE_STATES):
+        state = sg.counter[EXPANDED]
+        if state == sg.counter[STATES]:
+            return DONE
         link = sg.link[state]
         turns = links.successor_first[link + 1] - links.successor_first[link]
         if sg.counter[STATES] + turns + 1 > sg.link.size or sg.counter[ARCS] + turns + goals.shape[0] > sg.head.size:
@@ -253,6 +257,6 @@ def expand(
             after_j = alpha * (p.weight_n * links.row[successor, HEIGHT] + kinetic)
             to = state_at(sg, latest, successor, end, p_stop, rules.most, after_j)
             add_arc(sg, to, e if v < 0.0 else e + before_j - after_j, t)
-        state += 1
-        sg.first[state] = sg.counter[ARCS]
-    return DONE
+        sg.first[state + 1] = sg.counter[ARCS]
+        sg.counter[EXPANDED] = state + 1
+    return PAUSED

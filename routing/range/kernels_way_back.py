@@ -31,7 +31,8 @@ NUMBERS = 17
 NONE, ARRIVED = -1, -2
 # counters
 PUSHED, SETTLED = range(2)
-DONE, TOO_MANY = range(2)
+DONE, TOO_MANY, PAUSED = range(3)
+PAUSE_LABELS = 8192  # settled before a search pauses, so that its caller may stop it
 
 
 class Passage(NamedTuple):
@@ -304,6 +305,8 @@ def own_leg(b: BorrowedReverse, label: int, successor: int) -> tuple[Passage, fl
 def search_back(arrays: ReverseArrays) -> int:
     """Settle labels from the goal backwards in the order of their reduced cost; TOO_MANY beyond the label limit.
 
+    Returns PAUSED after PAUSE_LABELS, to be called again for the rest.
+
     Precondition: reduced costs are not negative. A settled label is never changed, so that each label's passage is
     that of driving along its chain of next labels, whatever the order. O(L log L) for L labels pushed. Ties: the first
     stays.
@@ -311,11 +314,15 @@ def search_back(arrays: ReverseArrays) -> int:
     b = borrowed_reverse(arrays)
     e, h, goal = b.entries, b.labels, b.goal
     nothing = Passage(0.0, 0.0, math.inf, 0.0, 0.0)
-    for k in range(goal.link.size):
+    begun = h.counter[SETTLED] > 0
+    for k in range(0 if begun else goal.link.size):
         for label in range(e.first[goal.link[k]], e.first[goal.link[k] + 1]):
             _, way = drive_in(b, goal.link[k], 0.0, e.speed_mps[label], e.stopped_frac[label])
             offer(b, label, int64_of(ARRIVED), 0.0, way, nothing)
+    pause = h.counter[SETTLED] + PAUSE_LABELS
     while h.counter[PUSHED] > 0:
+        if h.counter[SETTLED] == pause:
+            return PAUSED
         label = int64_of(h.heap_label[0])
         heap_drop(h.heap_key, h.heap_label, h.counter[PUSHED])
         h.counter[PUSHED] -= 1

@@ -16,6 +16,7 @@ from routing.range.kernels_entries import Entries, EntryList
 from routing.range.kernels_way_back import Goal, Homeward, ReverseArrays, ReverseRules
 from routing.search.found import Reach, SearchCounts
 from routing.search.space import potential_share
+from routing.time_budget import time_budget
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -247,7 +248,10 @@ class WayBack:
         labels.number[:, kernels_way_back.BEST] = np.inf
         labels.number[:, kernels_way_back.LEG_TARGET] = -1.0
         began = time.perf_counter()
-        status = kernels_way_back.search_back(self._arrays(rules, labels))
+        status = kernels_way_back.PAUSED
+        while status == kernels_way_back.PAUSED:
+            time_budget().check()
+            status = kernels_way_back.search_back(self._arrays(rules, labels))
         made = int(labels.counter[kernels_way_back.SETTLED])
         if status == kernels_way_back.TOO_MANY:
             raise SearchLimitError(made, self._label_limit)

@@ -14,7 +14,7 @@ from energy.conditions import STILL, Conditions
 from energy.force.effects import drive_of
 from energy.units import JOULE_PER_WH
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
-from routing.errors import NoPathError, SearchLimitError
+from routing.errors import NoPathError, SearchLimitError, TimeUpError
 from routing.places import LinkPosition, LinkSpan
 from routing.route.limits import charge_limits, is_best_within
 from routing.route.warnings import search_warnings
@@ -150,7 +150,7 @@ class RouteSearch:
                 if path is not None:
                     try:
                         best, counts = find(weights, limits, pareto=True)
-                    except SearchLimitError:
+                    except (SearchLimitError, TimeUpError):
                         return self._nearly_best(query, weights, leg, limits, free, path, counts)
                     best = path if best is None else best
                     return BestPath(best, counts, method_name(counts, pareto=True), free_cost=free_cost)

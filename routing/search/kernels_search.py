@@ -70,6 +70,8 @@ from routing.search.kernels_workspace import (
     NEXT,
     OFFSET,
     PARENT,
+    PAUSE_LABELS,
+    PAUSED,
     REDUCED_BELOW_ZERO,
     REFUSED_S,
     SETTLED,
@@ -224,7 +226,8 @@ def run(
 
     Precondition: reduced costs are not negative, or r.correcting. d: drives known from earlier searches, to which this
     one adds if it fills. Returns FOUND (counter[GOAL] is the label), DONE, or FULL or CRAMPED when the workspace or the
-    table of drives must grow before going on. O(L log L) for L labels made. Ties: the label met first stays.
+    table of drives must grow before going on, and PAUSED after PAUSE_LABELS, to be called again for the rest.
+    O(L log L) for L labels made. Ties: the label met first stays.
 
     Arrays are borrowed and read by row and column: counting references and views of rows in and out with locked
     instructions took a third of the time.
@@ -241,6 +244,7 @@ def run(
     goal_row = links.row.shape[0]
     capacity = pointer.shape[0]
     heap_size, made, settled = counter[HEAP], counter[LABELS], counter[SETTLED]
+    pause = settled + PAUSE_LABELS
     status = DONE
     if h.used and h.reach[FARTHEST] == math.inf:  # not yet, and not again after making room
         look_ahead(r, ws, h, heap_size)
@@ -269,6 +273,9 @@ def run(
             break
         if room > 0 and drives.used[0] + s.turns * (drives.most_turns + 2) > room:
             status = CRAMPED
+            break
+        if settled >= pause:
+            status = PAUSED
             break
         heap_drop(ws.heap_key, ws.heap_label, heap_size)
         heap_size -= 1

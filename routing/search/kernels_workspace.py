@@ -19,7 +19,8 @@ DEAD = -2  # as the next label of its link: another one dominates it
 # counters; REFUSED_S: when the battery first refused something while cabin or tyres warm up [s], -1 for never
 LABELS, HEAP, SETTLED, GOAL, CYCLE, REDUCED_BELOW_ZERO, CROWDED, REFUSED_S = range(8)
 BAG_LABEL, BAG_EPOCH, BAG_STATE, BAG_COST = range(4)
-DONE, FOUND, FULL, NEGATIVE_CYCLE, TOO_MANY, CRAMPED = range(6)
+DONE, FOUND, FULL, NEGATIVE_CYCLE, TOO_MANY, CRAMPED, PAUSED = range(7)
+PAUSE_LABELS = 8192  # settled before a kernel pauses, 10 to 20 ms, so that its caller may stop it
 
 
 class Workspace(NamedTuple):

@@ -11,7 +11,7 @@ import numpy as np
 
 from energy.units import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_HOUR
 from routing.dominance.kernels_rules import SearchRules
-from routing.errors import NegativeCycleError, SearchLimitError
+from routing.errors import NegativeCycleError, SearchLimitError, TimeUpError
 from routing.links.drives import LentDrives
 from routing.lower_bound.lower_bound import MOST_GOALS
 from routing.places import LinkPosition
@@ -22,6 +22,7 @@ from routing.search.kernels_stops import stops_by
 from routing.search.kernels_workspace import Workspace
 from routing.search.space import potential_share
 from routing.search.workspaces import WorkspacePool, grown
+from routing.time_budget import time_budget
 from routing.weights import FASTEST, SHORTEST
 
 if TYPE_CHECKING:
@@ -75,9 +76,10 @@ def _proven(
     began = time.perf_counter()
     try:
         found, strict = search(rules._replace(descent=space.lower_bound.descent(), label_limit=most))
-    except SearchLimitError as error:
+    except (SearchLimitError, TimeUpError) as error:
         seconds = counts.seconds + time.perf_counter() - began
-        return found, replace(counts, labels_made=counts.labels_made + error.labels, seconds=seconds)
+        made = error.labels if isinstance(error, SearchLimitError) else 0
+        return found, replace(counts, labels_made=counts.labels_made + made, seconds=seconds)
     return found, replace(
         strict,
         labels_made=counts.labels_made + strict.labels_made,
@@ -125,10 +127,11 @@ def _settle(
     bound: GoalBound,
     epoch: int,
 ) -> tuple[Workspace, int]:
-    """Run the kernel until it is done or has met a goal, with more room wherever it asks for it."""
+    """Run the kernel until it is done, has met a goal or time is up, with more room wherever it asks for it."""
     places = kernels_search.Goals(
         np.array([g.link_idx for g in goals], np.int64), np.array([g.offset_m for g in goals], np.float64)
     )
+    budget = time_budget()
     while True:
         status = kernels_search.run(
             space.arrays,
@@ -145,7 +148,7 @@ def _settle(
             ws = grown(ws)
         elif status == kernels_workspace.CRAMPED:
             lent.grow()
-        else:
+        elif status != kernels_workspace.PAUSED or budget.is_over:
             return ws, status
 
 
@@ -161,6 +164,9 @@ def _check_settled(
         made = int(ws.counter[kernels_workspace.LABELS])
         pool.give_back(ws, epoch)
         raise SearchLimitError(made, rules.label_limit)
+    if status == kernels_workspace.PAUSED:
+        pool.give_back(ws, epoch)
+        time_budget().check()
 
 
 def _counts(space: SearchSpace, ws: Workspace, rules: SearchRules, began: float) -> SearchCounts:
