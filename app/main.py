@@ -18,8 +18,8 @@ from app import VERSION
 from app.diagnosing.use_cases import Diagnoses
 from app.errors.handlers import install_error_handlers
 from app.errors.problems import PROBLEM_TYPE
+from app.http.admission import Admission
 from app.http.body_limit import BodyLimit
-from app.http.deadline import DeadlinePool
 from app.http.routes import diagnoses, graphs, health, matrix, range, route, simulate, tiles, vehicles
 from app.http.web import install_web
 from app.schemas.diagnosis import DiagnosisRequest
@@ -87,14 +87,14 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
         if running is None:
             running = Service(chosen)
             running.load_all()
-        pool = DeadlinePool(chosen.search_threads, chosen.time_limit_s)
+        admission = Admission(chosen.search_threads, chosen.time_limit_s, chosen.search_queue_limit)
         running_diagnoses = Diagnoses(running)
-        app.state.service, app.state.pool, app.state.diagnoses = running, pool, running_diagnoses
+        app.state.service, app.state.admission, app.state.diagnoses = running, admission, running_diagnoses
         try:
             yield
         finally:
-            app.state.service = app.state.pool = app.state.diagnoses = None
-            pool.close()
+            app.state.service = app.state.admission = app.state.diagnoses = None
+            admission.close()
             running_diagnoses.close()
             if service is None:
                 running.close()

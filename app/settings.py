@@ -77,6 +77,9 @@ class Settings(BaseSettings):
     search_threads: int = Field(
         default=max(os.cpu_count() or 1, 1), ge=1, description="searches that run at the same time"
     )
+    search_queue_limit: int = Field(
+        default=256, ge=1, le=100_000, description="most searches that wait for a thread; more are refused"
+    )
     cors_origins: Annotated[tuple[str, ...], NoDecode] = Field(
         default=(), description="web origins that may call the service from a browser; * for all"
     )

@@ -2,18 +2,23 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 
 from app.errors.problems import PROBLEM_TYPE, problem_bytes
+from app.errors.raised import OverloadedError, RefusedBodyError
 from app.errors.table import TABLE, problem_of
 from energy.errors import Refusal
+from routing.errors import AbandonedError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
+
+RETRY_S: Final = 5
+CLIENT_GONE: Final = 499  # for logs, as other servers have it
 
 
 def problem_response(error: Exception, instance: str, headers: Mapping[str, str] | None = None) -> Response:
@@ -21,7 +26,7 @@ def problem_response(error: Exception, instance: str, headers: Mapping[str, str]
     problem = problem_of(error, instance)
     sent = dict(headers or {})
     if problem.status in (429, 503):
-        sent.setdefault("Retry-After", "5")
+        sent.setdefault("Retry-After", str(error.retry_s if isinstance(error, OverloadedError) else RETRY_S))
     return Response(problem_bytes(problem), problem.status, sent, media_type=PROBLEM_TYPE)
 
 
@@ -36,13 +41,18 @@ def install_error_handlers(app: FastAPI, allowed_methods: Callable[[str], set[st
         if isinstance(error, HTTPException) and error.status_code == 405:
             methods = allowed_methods(request.url.path)
             headers |= {"Allow": ", ".join(sorted(methods))} if methods else {}
-        return problem_response(error, request.url.path, headers)
+        refused = error.refusal if isinstance(error, RefusedBodyError) else error
+        return problem_response(refused, request.url.path, headers)
 
     def handle_refusal(request: Request, error: Exception) -> Response:
         if isinstance(error, Refusal) and not error.code:
             raise error  # a fault of the service, to be logged as one
         return handle(request, error)
 
+    def handle_abandoned(request: Request, error: Exception) -> Response:
+        return Response(status_code=CLIENT_GONE)  # which nobody reads
+
+    app.add_exception_handler(AbandonedError, handle_abandoned)
     app.add_exception_handler(Refusal, handle_refusal)
     for kind in (*TABLE, RequestValidationError, HTTPException, Exception):
         app.add_exception_handler(kind, handle)

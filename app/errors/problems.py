@@ -58,6 +58,7 @@ KINDS: Final[Mapping[ErrorCode, ProblemKind]] = {
     ErrorCode.TOO_MANY_DIAGNOSES: ProblemKind(429, "Too many diagnoses are waiting"),
     ErrorCode.SEARCH_LIMIT: ProblemKind(503, "The search grew beyond its limit"),
     ErrorCode.TIME_LIMIT: ProblemKind(503, "The answer took longer than allowed"),
+    ErrorCode.OVERLOADED: ProblemKind(503, "More is asked than can be answered in time"),
     ErrorCode.DATABASE_UNAVAILABLE: ProblemKind(503, "The vehicle database can't be reached or written"),
     ErrorCode.NOT_READY: ProblemKind(503, "The service is starting"),
     ErrorCode.INTERNAL: ProblemKind(500, "A fault of the service"),

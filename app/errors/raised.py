@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
+import math
+
+from starlette.exceptions import HTTPException
 
 from energy.errors import LinkError, Refusal
 from routing.places import place_text
@@ -11,15 +14,15 @@ if TYPE_CHECKING:
     from routing.places import Point
 
 
-class TimeLimitError(Refusal):
-    """No answer within the time allowed."""
+class OverloadedError(Refusal):
+    """More is asked of the service than it can answer in time; retry_s: when to ask again [s]."""
 
-    code = "time_limit"
+    code = "overloaded"
 
-    def __init__(self, limit_s: float) -> None:
-        self.limit_s = limit_s
-        remedy = "ask for a shorter route, less charge, fewer alternatives or places"
-        super().__init__("", None, f"at most {limit_s:g} s", message=f"no answer within {limit_s:g} s; {remedy}")
+    def __init__(self, retry_s: float) -> None:
+        self.retry_s = max(1, math.ceil(retry_s))
+        message = f"so many requests are waiting that this one would take too long; try again in {self.retry_s} s"
+        super().__init__("", None, "fewer requests at a time", message=message)
 
 
 class PlacesApartError(Refusal):
@@ -62,6 +65,23 @@ class BodyTooLargeError(Refusal):
         self.limit_bytes = limit_bytes
         allowed = f"at most {limit_bytes} bytes"
         super().__init__("", None, allowed, message=f"the request body is too large, allowed: {allowed}")
+
+
+class OversizedBodyError(Refusal):
+    """A list or an object in a request that is longer than any request needs."""
+
+    code = "invalid_request"
+
+    def __init__(self, field: str, value: str, allowed: str) -> None:
+        super().__init__(field, value, allowed, subject=field or "the body")
+
+
+class RefusedBodyError(HTTPException):
+    """Carries a refusal through the framework, which takes any other error of reading a body for malformed JSON."""
+
+    def __init__(self, refusal: Refusal) -> None:
+        self.refusal = refusal
+        super().__init__(422)
 
 
 class CommandError(Exception):

@@ -41,6 +41,7 @@ class ErrorCode(StrEnum):
     TOO_MANY_DIAGNOSES = "too_many_diagnoses"
     SEARCH_LIMIT = "search_limit"
     TIME_LIMIT = "time_limit"
+    OVERLOADED = "overloaded"
     DATABASE_UNAVAILABLE = "database_unavailable"
     NOT_READY = "not_ready"
     INTERNAL = "internal"

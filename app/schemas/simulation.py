@@ -104,10 +104,10 @@ class SimulateRequest(DriveRequest):
     graph: str | None = Field(
         default=None, max_length=200, description="graph of the links; without it, the default graph"
     )
-    links: Annotated[list[GraphLinkSent], Field(min_length=1, max_length=MAX_LINKS)] | None = Field(
+    links: Annotated[list[GraphLinkSent], Field(min_length=1, max_length=MAX_LINKS, fail_fast=True)] | None = Field(
         None, description="consecutive links of the graph; excludes chain"
     )
-    chain: Annotated[list[ChainLinkSent], Field(min_length=1, max_length=MAX_LINKS)] | None = Field(
+    chain: Annotated[list[ChainLinkSent], Field(min_length=1, max_length=MAX_LINKS, fail_fast=True)] | None = Field(
         None, description="links by their numbers; excludes links and graph"
     )
     soc: Fraction | None = Field(

@@ -79,6 +79,10 @@ EXAMPLES: Final = {
         "no answer within 30 s; ask for a shorter route, less charge, fewer alternatives or places",
         FieldProblem(field="", value=None, allowed="at most 30 s"),
     ),
+    ErrorCode.OVERLOADED: (
+        "so many requests are waiting that this one would take too long; try again in 4 s",
+        FieldProblem(field="", value=None, allowed="fewer requests at a time"),
+    ),
     ErrorCode.DATABASE_UNAVAILABLE: (
         "the vehicle database postgresql+psycopg://joulepath:***@db/vehicles is not available: connection refused",
         None,
@@ -130,6 +134,7 @@ DRIVE_CODES: Final = (
     ErrorCode.DATABASE_UNAVAILABLE,
     ErrorCode.UNKNOWN_GRAPH,
     ErrorCode.TIME_LIMIT,
+    ErrorCode.OVERLOADED,
     ErrorCode.NOT_READY,
 )  # of whatever asks what a vehicle takes on a graph
 SEARCH_CODES: Final = (

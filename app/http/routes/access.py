@@ -8,7 +8,7 @@ from fastapi import Depends, Request, Response
 from fastapi.responses import JSONResponse
 
 from app.errors.raised import NotReadyError
-from app.http.deadline import DeadlinePool
+from app.http.admission import Admission
 from app.service.service import Service
 
 if TYPE_CHECKING:
@@ -28,16 +28,16 @@ async def running_service(request: Request) -> Service:
     return service
 
 
-async def search_pool(request: Request) -> DeadlinePool:
-    """The threads that searches run on; raises NotReadyError as running_service does."""
-    pool = getattr(request.app.state, "pool", None)
-    if not isinstance(pool, DeadlinePool):
+async def search_admission(request: Request) -> Admission:
+    """What lets searches to their threads; raises NotReadyError as running_service does."""
+    admission = getattr(request.app.state, "admission", None)
+    if not isinstance(admission, Admission):
         raise NotReadyError
-    return pool
+    return admission
 
 
 RunningService = Annotated[Service, Depends(running_service)]
-SearchPool = Annotated[DeadlinePool, Depends(search_pool)]
+Searches = Annotated[Admission, Depends(search_admission)]
 
 
 class GeoJSONResponse(JSONResponse):

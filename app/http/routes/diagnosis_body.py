@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from contextlib import aclosing
+from contextlib import aclosing, suppress
 from typing import TYPE_CHECKING, Any, Final
 
 from fastapi.exceptions import RequestValidationError
@@ -13,6 +13,7 @@ from starlette.formparsers import MultiPartException, MultiPartParser
 
 from app.errors.diagnosing import MalformedFormError, SourceError, UnsupportedMediaTypeError
 from app.errors.raised import BodyTooLargeError
+from app.http.json_body import read_json
 from app.schemas.diagnosis import MAX_PATTERNS, MAX_RECORDINGS, DiagnosisOptions, DiagnosisRequest
 from diagnosis.holdout import MOST_FRAC
 
@@ -85,8 +86,11 @@ async def received_body(request: Request, limit_bytes: int) -> tuple[DiagnosisOp
         return await _form(request, limit_bytes)
     if media_type != JSON:
         raise UnsupportedMediaTypeError(media_type)
+    body = await request.body()
+    with suppress(ValueError, RecursionError):  # of malformed JSON, which pydantic says in its words
+        await read_json(body)
     try:
-        return DiagnosisRequest.model_validate_json(await request.body()), []
+        return DiagnosisRequest.model_validate_json(body), []
     except ValidationError as error:
         raise RequestValidationError(error.errors()) from error
 

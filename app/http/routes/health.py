@@ -19,7 +19,7 @@ router = APIRouter(tags=["health"])
     response_model=Alive,
     responses={200: {"content": {"application/json": {"example": {"status": "ok"}}}}},
 )
-def healthz() -> Alive:
+async def healthz() -> Alive:
     """Always 200 while the process answers."""
     return Alive()
 
@@ -44,6 +44,6 @@ def healthz() -> Alive:
         **problems("/readyz", ErrorCode.NOT_READY),
     },
 )
-def readyz(service: RunningService) -> Ready:
+async def readyz(service: RunningService) -> Ready:
     """200 once all graphs are loaded and the kernels are compiled, 503 before."""
     return Ready(version=VERSION, graphs=list(service.atlas.names), vehicle_count=len(service.vehicles))

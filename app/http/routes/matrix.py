@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Body, Response
+from fastapi import APIRouter, Body, Request, Response
 
 from app.http.examples.answers import MATRIX_ANSWER, MATRIX_REQUESTS
 from app.http.examples.problems import BODY_CODES, SEARCH_CODES, problems
-from app.http.routes.access import RunningService, SearchPool, answer
+from app.http.json_body import BoundedRoute
+from app.http.routes.access import RunningService, Searches, answer
 from app.schemas.matrix import MatrixRequest, MatrixResponse
 
-router = APIRouter(tags=["route"])
+router = APIRouter(route_class=BoundedRoute, tags=["route"])
 
 
 @router.post(
@@ -23,10 +24,11 @@ router = APIRouter(tags=["route"])
         **problems("/matrix", *SEARCH_CODES, *BODY_CODES),
     },
 )
-def find_matrix(
+async def find_matrix(
     sent: Annotated[MatrixRequest, Body(openapi_examples=MATRIX_REQUESTS)],
+    request: Request,
     service: RunningService,
-    pool: SearchPool,
+    searches: Searches,
 ) -> Response:
     """Each entry is what `POST /route` answers for its source and target: by default the drive of least energy.
 
@@ -34,4 +36,4 @@ def find_matrix(
     why, and `deficit_kwh` how much charge is missing. A place that is not on the map is an error that names it, such
     as `sources[3]`.
     """
-    return answer(pool.run_parts(lambda: service.matrix_work(sent)))
+    return answer(await searches.run_parts(request, lambda: service.matrix_work(sent), len(sent.sources)))

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 from typing import Annotated, Any
 
-from fastapi import APIRouter, Body, Query, Response
+from fastapi import APIRouter, Body, Query, Request, Response
 from fastapi.exceptions import RequestValidationError
 from pydantic import ValidationError
 
 from app.conversions.range import request_from_parameters
 from app.http.examples.answers import RANGE_FEATURES, RANGE_REQUESTS
 from app.http.examples.problems import BODY_CODES, SEARCH_CODES, problems
-from app.http.routes.access import GEOJSON, GeoJSONResponse, RunningService, SearchPool, answer
+from app.http.json_body import BoundedRoute
+from app.http.routes.access import GEOJSON, GeoJSONResponse, RunningService, Searches, answer
 from app.schemas.range import RangeFeatureCollection, RangeParameters, RangeRequest
 from energy.errors import ConditionsError
 
-router = APIRouter(tags=["range"], default_response_class=GeoJSONResponse)
+router = APIRouter(route_class=BoundedRoute, tags=["range"], default_response_class=GeoJSONResponse)
 
 FOUND: dict[int | str, dict[str, Any]] = {200: {"content": {GEOJSON: {"example": RANGE_FEATURES}}}}
 
@@ -26,14 +27,16 @@ FOUND: dict[int | str, dict[str, Any]] = {200: {"content": {GEOJSON: {"example":
     response_model=RangeFeatureCollection,
     responses={**FOUND, **problems("/range", *SEARCH_CODES)},
 )
-def find_range(sent: Annotated[RangeParameters, Query()], service: RunningService, pool: SearchPool) -> Response:
+async def find_range(
+    sent: Annotated[RangeParameters, Query()], request: Request, service: RunningService, searches: Searches
+) -> Response:
     """One MultiPolygon for each band of charge left on arrival, the outermost first, and the origin on its road."""
     try:
         long_form = request_from_parameters(sent)
     except ValidationError as error:
         raise RequestValidationError(error.errors()) from error
     try:
-        return answer(pool.run(lambda: service.range(long_form)), GEOJSON)
+        return await searches.run(request, lambda: answer(service.range(long_form), GEOJSON))
     except ConditionsError as error:  # names a field of the long form
         raise ConditionsError(error.field.removeprefix("conditions."), error.value, error.allowed) from error
 
@@ -47,8 +50,11 @@ def find_range(sent: Annotated[RangeParameters, Query()], service: RunningServic
         **problems("/range", *SEARCH_CODES, *BODY_CODES),
     },
 )
-def find_range_of_body(
-    sent: Annotated[RangeRequest, Body(openapi_examples=RANGE_REQUESTS)], service: RunningService, pool: SearchPool
+async def find_range_of_body(
+    sent: Annotated[RangeRequest, Body(openapi_examples=RANGE_REQUESTS)],
+    request: Request,
+    service: RunningService,
+    searches: Searches,
 ) -> Response:
     """The same as GET /range, asked for with a body."""
-    return answer(pool.run(lambda: service.range(sent)), GEOJSON)
+    return await searches.run(request, lambda: answer(service.range(sent), GEOJSON))

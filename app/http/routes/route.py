@@ -4,15 +4,17 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Body, Header, Response
+from fastapi import APIRouter, Body, Header, Request, Response
 
+from app.http.admission import Cost
 from app.http.examples.answers import ROUTE_ANSWER, ROUTE_FEATURES, ROUTE_REQUESTS
 from app.http.examples.problems import BODY_CODES, SEARCH_CODES, problems
-from app.http.routes.access import GEOJSON, JSON, RunningService, SearchPool, prefers_geojson
+from app.http.json_body import BoundedRoute
+from app.http.routes.access import GEOJSON, JSON, RunningService, Searches, prefers_geojson
 from app.schemas.problem import ErrorCode
 from app.schemas.route import RouteRequest, RouteResponse
 
-router = APIRouter(tags=["route"])
+router = APIRouter(route_class=BoundedRoute, tags=["route"])
 
 
 @router.post(
@@ -32,10 +34,11 @@ router = APIRouter(tags=["route"])
         **problems("/route", *SEARCH_CODES, *BODY_CODES, ErrorCode.NO_PATH),
     },
 )
-def find_route(
+async def find_route(
     sent: Annotated[RouteRequest, Body(openapi_examples=ROUTE_REQUESTS)],
+    request: Request,
     service: RunningService,
-    pool: SearchPool,
+    searches: Searches,
     accept: Annotated[
         str, Header(description="application/geo+json for a FeatureCollection instead", examples=["application/json"])
     ] = "application/json",
@@ -45,6 +48,7 @@ def find_route(
     A goal that can't be reached on this charge is an answer too: `feasible` is false, `deficit_kwh` says how much is
     missing, `furthest` where, and `remedy` what would make it feasible.
     """
+    cost = Cost.SHORT if sent.pareto is None else Cost.LONG
     if prefers_geojson(accept):
-        return Response(pool.run(lambda: service.route_geojson(sent)), media_type=GEOJSON)
-    return Response(pool.run(lambda: service.route_json(sent)), media_type=JSON)
+        return Response(await searches.run(request, lambda: service.route_geojson(sent), cost), media_type=GEOJSON)
+    return Response(await searches.run(request, lambda: service.route_json(sent), cost), media_type=JSON)

@@ -8,13 +8,14 @@ from fastapi import APIRouter, Body, Path, Response
 
 from app.http.examples.answers import VEHICLE_BODIES, VEHICLE_DETAIL, VEHICLE_LIST, VEHICLE_STORED
 from app.http.examples.problems import problems
+from app.http.json_body import BoundedRoute
 from app.http.routes.access import JSON, RunningService, answer
 from app.schemas.problem import ErrorCode
 from app.schemas.vehicles.answer import AnyVehicleDetail, VehicleList
 from app.schemas.vehicles.services import NewVehicleBody
 from app.schemas.vehicles.vehicle import MAX_ID_CHARS, VEHICLE_ID_PATTERN
 
-router = APIRouter(tags=["vehicles"])
+router = APIRouter(route_class=BoundedRoute, tags=["vehicles"])
 
 AnyId = Annotated[str, Path(max_length=200, description="vehicle id", examples=["hyundai-kona-64"])]
 NewId = Annotated[

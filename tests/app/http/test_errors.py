@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import time
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -12,17 +11,17 @@ from starlette.testclient import TestClient
 
 from app.errors.handlers import install_error_handlers, problem_response
 from app.errors.problems import KINDS
-from app.errors.raised import TimeLimitError
+from app.errors.raised import OverloadedError
 from app.errors.table import HTTP_CODES, TABLE
-from app.http.deadline import DeadlinePool
 from app.main import create_app
 from app.schemas.problem import ErrorCode
 from diagnosis.errors import ComparisonError
 from energy.errors import LinkError, Refusal
-from routing.errors import GraphFormatError, NegativeCycleError, NoPathError
+from routing.errors import GraphFormatError, NegativeCycleError, NoPathError, TimeUpError
 from tests.app.expected import CHAIN_LINK, VEHICLE, check_problem
 
 if TYPE_CHECKING:
+    from app.service.service import Service
     from app.settings import Settings
 
 ROUTE: dict[str, Any] = {"start": [8.0, 46.5], "goal": {"lat": 46.52, "lon": 8.02}, "soc": 0.5}
@@ -264,14 +263,35 @@ def test_search_beyond_its_label_limit_answers_503(settings: Settings) -> None:
     assert "at most 3 labels" in problem["errors"][0]["allowed"]
 
 
-def test_call_beyond_its_time_limit_raises_time_limit_error() -> None:
-    pool = DeadlinePool(threads=1, limit_s=0.01)
-    with pytest.raises(TimeLimitError) as raised:
-        pool.run(lambda: time.sleep(0.3))
-    pool.close()
-    response = problem_response(raised.value, "/route")
+@pytest.mark.parametrize(
+    ("error", "code", "retry_s"), [(TimeUpError(30.0), "time_limit", "5"), (OverloadedError(3.2), "overloaded", "4")]
+)
+def test_answer_that_takes_too_long_is_503_and_says_when_to_ask_again(
+    error: Exception, code: str, retry_s: str
+) -> None:
+    response = problem_response(error, "/route")
     assert response.status_code == 503
-    assert json.loads(bytes(response.body))["code"] == "time_limit"
+    assert json.loads(bytes(response.body))["code"] == code
+    assert response.headers["Retry-After"] == retry_s
+
+
+@pytest.mark.parametrize(
+    ("body", "field", "value"),
+    [
+        ({"start": {f"k{k}": k for k in range(1001)}}, "start", "an object of 1001 fields"),
+        ({f"k{k}": k for k in range(300_000)}, "", "an object of 300000 fields"),
+        ({"via": [[] for _ in range(50_001)]}, "via", "a list of 50001 items"),
+        ([[[0] * 50_001]], "[0][0]", "a list of 50001 items"),
+    ],
+)
+def test_list_or_object_longer_than_any_request_needs_is_refused(
+    settings: Settings, service: Service, body: object, field: str, value: str
+) -> None:
+    wide = settings.model_copy(update={"body_limit_bytes": 8_000_000})
+    with TestClient(create_app(wide, service)) as client:
+        problem = check_problem(client.post("/route", json=body), 422, "invalid_request")
+    assert problem["errors"][0]["field"] == field
+    assert problem["errors"][0]["value"] == value
 
 
 @pytest.mark.parametrize("path", ["/readyz", "/vehicles", "/graphs", "/range?lat=46.5&lon=8&soc=0.5"])
