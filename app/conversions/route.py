@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from pydantic_core import to_json
 
 from app.conversions.conditions import conditions_from
 from app.conversions.graph import terrain_note
 from app.conversions.place import DECIMALS, lat_lon, place_feature, point_from_place, snapped
+from app.schemas.as_json import as_json
 from app.schemas.route import (
     EnergyPartsKwh,
     EnergyPartsWh,
@@ -72,7 +72,7 @@ def route_response(answer: RouteAnswer, understood: RouteRequest, graph: RoadGra
 
 def route_json(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -> bytes:
     """The JSON of route_response, made without an object for each link, which would take several times as long."""
-    return _json(_response(answer, understood, graph))
+    return as_json(_response(answer, understood, graph))
 
 
 def route_features_json(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -> bytes:
@@ -90,11 +90,7 @@ def route_features_json(answer: RouteAnswer, understood: RouteRequest, graph: Ro
         *(place_feature(place, "via") for place in answer.via),
         place_feature(answer.goal, "goal"),
     ]
-    return _json(_answered(answer, understood, graph) | {"type": "FeatureCollection", "features": features})
-
-
-def _json(document: dict[str, object]) -> bytes:
-    return to_json(document, inf_nan_mode="null")  # as pydantic does
+    return as_json(_answered(answer, understood, graph) | {"type": "FeatureCollection", "features": features})
 
 
 def _response(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -> dict[str, object]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gzip
 from typing import TYPE_CHECKING, Annotated, Final
 
 from fastapi import Depends, Request, Response
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
 
 GEOJSON: Final = "application/geo+json"
 JSON: Final = "application/json"
+COMPRESSED_BYTES: Final = 1000  # least of what is compressed
+COMPRESSION: Final = 1  # a fifth of the time, 7 % larger
 
 
 async def running_service(request: Request) -> Service:
@@ -49,6 +52,16 @@ class GeoJSONResponse(JSONResponse):
 def answer(model: BaseModel, media_type: str = JSON) -> Response:
     """A schema as a response, serialised once."""
     return Response(model.model_dump_json(), media_type=media_type)
+
+
+def long_answer(request: Request, body: bytes, media_type: str = JSON) -> Response:
+    """A body as a response, compressed here where the client takes that, so that it is not on the event loop."""
+    headers = {"Vary": "Accept-Encoding"}
+    # the test of the compressing middleware, which leaves alone what is compressed
+    if len(body) < COMPRESSED_BYTES or "gzip" not in request.headers.get("Accept-Encoding", ""):
+        return Response(body, media_type=media_type, headers=headers)
+    packed = gzip.compress(body, COMPRESSION, mtime=0)
+    return Response(packed, media_type=media_type, headers={**headers, "Content-Encoding": "gzip"})
 
 
 def prefers_geojson(accept: str) -> bool:

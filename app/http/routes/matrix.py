@@ -5,11 +5,13 @@ from __future__ import annotations
 from typing import Annotated
 
 from fastapi import APIRouter, Body, Request, Response
+from starlette.concurrency import run_in_threadpool
 
 from app.http.examples.answers import MATRIX_ANSWER, MATRIX_REQUESTS
 from app.http.examples.problems import BODY_CODES, SEARCH_CODES, problems
 from app.http.json_body import BoundedRoute
-from app.http.routes.access import RunningService, Searches, answer
+from app.http.routes.access import RunningService, Searches, long_answer
+from app.schemas.as_json import as_json
 from app.schemas.matrix import MatrixRequest, MatrixResponse
 
 router = APIRouter(route_class=BoundedRoute, tags=["route"])
@@ -36,4 +38,5 @@ async def find_matrix(
     why, and `deficit_kwh` how much charge is missing. A place that is not on the map is an error that names it, such
     as `sources[3]`.
     """
-    return answer(await searches.run_parts(request, lambda: service.matrix_work(sent), len(sent.sources)))
+    found = await searches.run_parts(request, lambda: service.matrix_work(sent), len(sent.sources))
+    return await run_in_threadpool(lambda: long_answer(request, as_json(found)))

@@ -12,7 +12,8 @@ from app.conversions.range import request_from_parameters
 from app.http.examples.answers import RANGE_FEATURES, RANGE_REQUESTS
 from app.http.examples.problems import BODY_CODES, SEARCH_CODES, problems
 from app.http.json_body import BoundedRoute
-from app.http.routes.access import GEOJSON, GeoJSONResponse, RunningService, Searches, answer
+from app.http.routes.access import GEOJSON, GeoJSONResponse, RunningService, Searches, long_answer
+from app.schemas.as_json import as_json
 from app.schemas.range import RangeFeatureCollection, RangeParameters, RangeRequest
 from energy.errors import ConditionsError
 
@@ -36,7 +37,7 @@ async def find_range(
     except ValidationError as error:
         raise RequestValidationError(error.errors()) from error
     try:
-        return await searches.run(request, lambda: answer(service.range(long_form), GEOJSON))
+        return await searches.run(request, lambda: long_answer(request, as_json(service.range(long_form)), GEOJSON))
     except ConditionsError as error:  # names a field of the long form
         raise ConditionsError(error.field.removeprefix("conditions."), error.value, error.allowed) from error
 
@@ -57,4 +58,4 @@ async def find_range_of_body(
     searches: Searches,
 ) -> Response:
     """The same as GET /range, asked for with a body."""
-    return await searches.run(request, lambda: answer(service.range(sent), GEOJSON))
+    return await searches.run(request, lambda: long_answer(request, as_json(service.range(sent)), GEOJSON))

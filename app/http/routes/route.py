@@ -10,7 +10,7 @@ from app.http.admission import Cost
 from app.http.examples.answers import ROUTE_ANSWER, ROUTE_FEATURES, ROUTE_REQUESTS
 from app.http.examples.problems import BODY_CODES, SEARCH_CODES, problems
 from app.http.json_body import BoundedRoute
-from app.http.routes.access import GEOJSON, JSON, RunningService, Searches, prefers_geojson
+from app.http.routes.access import GEOJSON, JSON, RunningService, Searches, long_answer, prefers_geojson
 from app.schemas.problem import ErrorCode
 from app.schemas.route import RouteRequest, RouteResponse
 
@@ -50,5 +50,5 @@ async def find_route(
     """
     cost = Cost.SHORT if sent.pareto is None else Cost.LONG
     if prefers_geojson(accept):
-        return Response(await searches.run(request, lambda: service.route_geojson(sent), cost), media_type=GEOJSON)
-    return Response(await searches.run(request, lambda: service.route_json(sent), cost), media_type=JSON)
+        return await searches.run(request, lambda: long_answer(request, service.route_geojson(sent), GEOJSON), cost)
+    return await searches.run(request, lambda: long_answer(request, service.route_json(sent), JSON), cost)
