@@ -12,8 +12,8 @@ if TYPE_CHECKING:
 
 
 def as_json(answer: BaseModel | Mapping[str, object]) -> bytes:
-    """What pydantic's `model_dump_json` writes of models without aliases, and of dictionaries that hold such."""
-    return orjson.dumps(answer, default=_fields)
+    """What pydantic's `model_dump_json` writes of models without aliases, of dictionaries with such, and of arrays."""
+    return orjson.dumps(answer, default=_fields, option=orjson.OPT_SERIALIZE_NUMPY)
 
 
 def _fields(value: object) -> dict[str, object]:

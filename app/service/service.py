@@ -12,7 +12,7 @@ from app.conversions.conditions import conditions_from, vehicle_with_effects
 from app.conversions.course import course_of
 from app.conversions.graph import graph_detail, graph_summary
 from app.conversions.matrix import matrix_query
-from app.conversions.range import range_features, range_query
+from app.conversions.range import range_features, range_json, range_query
 from app.conversions.route import route_features_json, route_json, route_query, route_response
 from app.conversions.simulation import chain_from_numbers, chain_link_error, simulation_answer, spans_from_links
 from app.conversions.vehicle_check import vehicle_check
@@ -54,7 +54,9 @@ if TYPE_CHECKING:
     from app.settings import Settings
     from energy.chain.profile import SpeedProfile
     from energy.vehicle.files import AnyVehicle
+    from routing.graph.road_graph import RoadGraph
     from routing.planner import Planner
+    from routing.range.bands import RangeAnswer
     from routing.route.route import RouteAnswer
 
 LOG = logging.getLogger(__name__)
@@ -155,12 +157,19 @@ class Service:
 
     def range(self, sent: RangeRequest) -> RangeFeatureCollection:
         """The reachable area for a request."""
+        return range_features(*self._answered_range(sent))
+
+    def range_json(self, sent: RangeRequest) -> bytes:
+        """The reachable area for a request, as the JSON of what `range` returns."""
+        return range_json(*self._answered_range(sent))
+
+    def _answered_range(self, sent: RangeRequest) -> tuple[RangeAnswer, RangeRequest, RoadGraph]:
         planner, chosen, understood = self._understood(sent)
         query = range_query(understood, chosen.vehicle)
         answer = planner.range(query)
         area = answer.bands[0].area
         warnings = chosen.warnings_on(lambda: area_limits(area, planner.graph, chosen.vehicle, query.conditions))
-        return range_features(replace(answer, warnings=(*warnings, *answer.warnings)), understood, planner.graph)
+        return replace(answer, warnings=(*warnings, *answer.warnings)), understood, planner.graph
 
     def simulate(self, sent: SimulateRequest) -> SimulateResponse:
         """What driving given links takes."""

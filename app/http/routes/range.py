@@ -13,7 +13,6 @@ from app.http.examples.answers import RANGE_FEATURES, RANGE_REQUESTS
 from app.http.examples.problems import BODY_CODES, SEARCH_CODES, problems
 from app.http.json_body import BoundedRoute
 from app.http.routes.access import GEOJSON, GeoJSONResponse, RunningService, Searches, long_answer
-from app.schemas.as_json import as_json
 from app.schemas.range import RangeFeatureCollection, RangeParameters, RangeRequest
 from energy.errors import ConditionsError
 
@@ -37,7 +36,7 @@ async def find_range(
     except ValidationError as error:
         raise RequestValidationError(error.errors()) from error
     try:
-        return await searches.run(request, lambda: long_answer(request, as_json(service.range(long_form)), GEOJSON))
+        return await searches.run(request, lambda: long_answer(request, service.range_json(long_form), GEOJSON))
     except ConditionsError as error:  # names a field of the long form
         raise ConditionsError(error.field.removeprefix("conditions."), error.value, error.allowed) from error
 
@@ -58,4 +57,4 @@ async def find_range_of_body(
     searches: Searches,
 ) -> Response:
     """The same as GET /range, asked for with a body."""
-    return await searches.run(request, lambda: long_answer(request, as_json(service.range(sent)), GEOJSON))
+    return await searches.run(request, lambda: long_answer(request, service.range_json(sent), GEOJSON))

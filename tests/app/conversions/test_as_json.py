@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import json
+
 import pytest
 from pydantic import BaseModel
 
@@ -32,6 +34,13 @@ def answers(service: Service) -> dict[str, BaseModel]:
 def test_answers_are_those_of_pydantic_to_the_byte(service: Service) -> None:
     for kind, answer in answers(service).items():
         assert as_json(answer) == answer.model_dump_json().encode(), kind
+
+
+def test_areas_written_from_arrays_are_the_same(service: Service) -> None:
+    sent = RangeRequest.model_validate({"origin": CORNER, "soc": 0.001, "bands": 3})
+    document, model = json.loads(service.range_json(sent)), json.loads(service.range(sent).model_dump_json())
+    assert document["features"] == model["features"]
+    assert document["request"] == model["request"]
 
 
 def test_what_is_no_number_becomes_null() -> None:
