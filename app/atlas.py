@@ -5,6 +5,7 @@ from __future__ import annotations
 from threading import Lock
 from typing import TYPE_CHECKING
 
+from routing.cache_budget import DEFAULT_BYTES, CacheBudget
 from routing.errors import GraphNotFoundError
 from routing.graph.files import load_graph, load_meta
 from routing.planner import Planner
@@ -17,9 +18,20 @@ if TYPE_CHECKING:
 
 
 class Atlas:
-    """Planners by graph name; a graph is loaded when it is first asked for."""
+    """Planners by graph name; a graph is loaded when it is first asked for.
 
-    def __init__(self, folders: Mapping[str, Path], *, snap_limit_m: float, label_limit: int | None) -> None:
+    cache_limit_bytes: of what all planners keep between queries.
+    """
+
+    def __init__(
+        self,
+        folders: Mapping[str, Path],
+        *,
+        snap_limit_m: float,
+        label_limit: int | None,
+        cache_limit_bytes: int = DEFAULT_BYTES,
+    ) -> None:
+        self.budget = CacheBudget(cache_limit_bytes)
         self._folders = dict(folders)
         self._snap_limit_m = snap_limit_m
         self._label_limit = label_limit
@@ -52,7 +64,10 @@ class Atlas:
         with self._lock:
             if name not in self._planners:
                 self._planners[name] = Planner(
-                    load_graph(self._folders[name]), snap_limit_m=self._snap_limit_m, label_limit=self._label_limit
+                    load_graph(self._folders[name]),
+                    snap_limit_m=self._snap_limit_m,
+                    label_limit=self._label_limit,
+                    budget=self.budget,
                 )
             return self._planners[name]
 

@@ -13,6 +13,7 @@ from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 from app.schemas.base import refusal
 from app.schemas.place import MAX_PLACES
 from energy.folders import bundled_folder, user_folder, user_graphs_folder
+from routing.cache_budget import DEFAULT_BYTES
 
 BUNDLED_DATA = bundled_folder("data")
 STYLE_FORMS = "https://HOST/PATH, http://HOST/PATH or /PATH on this host"
@@ -60,6 +61,11 @@ class Settings(BaseSettings):
     )
     label_limit: int | None = Field(
         default=None, ge=1, description="most labels that one search may make; by default in proportion to the graph"
+    )
+    cache_limit_bytes: int = Field(
+        default=DEFAULT_BYTES,
+        ge=0,
+        description="most memory of what is kept between requests: graphs as vehicles see them, known drives [B]",
     )
     matrix_limit_places: int = Field(
         default=100, ge=1, le=MAX_PLACES, description="most sources, and most targets, of one matrix"

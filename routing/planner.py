@@ -40,6 +40,7 @@ if TYPE_CHECKING:
 
     from energy.chain.chain import Chain, ChainResult
     from energy.vehicle.files import AnyVehicle
+    from routing.cache_budget import CacheBudget
     from routing.graph.road_graph import RoadGraph
     from routing.places import SnappedPoint
     from routing.queries import MatrixQuery, ParetoSettings, RangeQuery, RouteQuery
@@ -49,9 +50,19 @@ if TYPE_CHECKING:
 
 
 class Planner:
-    """Answers queries on one frozen graph; safe to share between threads."""
+    """Answers queries on one frozen graph; safe to share between threads.
 
-    def __init__(self, graph: RoadGraph, *, snap_limit_m: float = 1000.0, label_limit: int | None = None) -> None:
+    budget: of the memory that caches may take, shared with other planners; without it one of its own.
+    """
+
+    def __init__(
+        self,
+        graph: RoadGraph,
+        *,
+        snap_limit_m: float = 1000.0,
+        label_limit: int | None = None,
+        budget: CacheBudget | None = None,
+    ) -> None:
         self.graph = graph
         self._snap_limit_m = snap_limit_m
         self._roads = RoadIndex(graph)
@@ -61,6 +72,9 @@ class Planner:
         self._rim = RimFinder(drawn)
         areas = AreaMaker(drawn, self._roads if drawn is graph else RoadIndex(drawn))
         self._ranges = RangeSearch(graph, self._search, self._chains, areas, self._rim, drawn)
+        self._search = RouteSearch(graph, self._chains, label_limit, budget)
+        self._rim = RimFinder(graph)
+        self._ranges = RangeSearch(graph, self._search, self._chains, AreaMaker(graph, self._roads), self._rim)
 
     def warm_up(self, vehicle: AnyVehicle) -> None:
         """Compile the kernels on a few links, and make what the first query of a vehicle needs of this graph."""

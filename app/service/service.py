@@ -89,7 +89,12 @@ class Service:
     def __init__(self, settings: Settings, folders: Mapping[str, Path] | None = None) -> None:
         found = graph_folders(settings.graph_dirs) if folders is None else folders
         self.settings = settings
-        self.atlas = Atlas(found, snap_limit_m=settings.snap_limit_m, label_limit=settings.label_limit)
+        self.atlas = Atlas(
+            found,
+            snap_limit_m=settings.snap_limit_m,
+            label_limit=settings.label_limit,
+            cache_limit_bytes=settings.cache_limit_bytes,
+        )
         self.tiles = TileShelf(self.atlas)
         self.vehicles: Mapping[str, AnyVehicle] = load_vehicles(settings.vehicle_dir)  # the bundled ones
         self.database = Database(settings.database_url)

@@ -40,6 +40,12 @@ class Drives:
         """States and drives that are known."""
         return int(self._table.used[0]) - 1
 
+    @property
+    def held_bytes(self) -> int:
+        """Memory of the table [B]."""
+        table = self._table
+        return table.latest.nbytes + table.row.nbytes + table.pair.nbytes
+
     @contextmanager
     def lent(self) -> Iterator[LentDrives]:
         """The table for one search, to be filled if no other search fills it."""

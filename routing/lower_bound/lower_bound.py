@@ -74,6 +74,16 @@ class LowerBound:
         self._lock = threading.Lock()
         self.undirected = _undirected(arrays, physics)
 
+    @property
+    def held_bytes(self) -> int:
+        """Memory of what is known by now [B]."""
+        costs, descent = self._costs, self._descent
+        held = 0 if descent is None else descent.nbytes
+        if costs is not None:
+            arrays = (costs.into_first, costs.into, costs.into_link, costs.entry, costs.place_m)
+            held += sum(array.nbytes for array in arrays)
+        return held
+
     def costs(self) -> LeastCosts:
         """The links by head and their entries, in O(M) the first time; no least cost is known then."""
         with self._lock:
@@ -163,6 +173,11 @@ class GoalBoundScratch:
         self.in_heap = np.zeros(1, np.int64)
         self.reach = np.zeros(2)
         self.epoch = 0.0
+
+    @property
+    def held_bytes(self) -> int:
+        """Memory of its arrays [B]."""
+        return self.node.nbytes + self.heap_key.nbytes + self.heap_node.nbytes
 
     def next_epoch(self) -> float:
         """The number of the search that begins."""

@@ -90,7 +90,7 @@ class RangeSearch:
         self.graph, self._drawn = graph, drawn
         self._search, self._chains, self._areas, self._rim = search, chains, areas, rim
         self._distances = RoadDistances(graph)
-        self._reverse = ReverseSearch(graph, search.label_limit)
+        self._reverse = ReverseSearch(graph, search.label_limit, search.budget)
 
     def warm_up(self, space: SearchSpace, place: LinkPosition) -> None:
         """Run every kernel of ranges once."""

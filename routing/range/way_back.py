@@ -5,10 +5,12 @@ from __future__ import annotations
 import threading
 import time
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from functools import partial
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from routing.cache_budget import CacheBudget
 from routing.errors import SearchLimitError
 from routing.range import kernels_departure, kernels_entries, kernels_way_back
 from routing.range.area import RoadEnergies
@@ -26,8 +28,6 @@ if TYPE_CHECKING:
     from routing.graph.road_graph import RoadGraph
     from routing.places import LinkPosition
     from routing.search.space import SearchSpace
-
-ENTRIES_KEPT: Final = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,8 +77,9 @@ def entry_states(graph: RoadGraph, space: SearchSpace) -> Entries:
 class ReverseSearch:
     """Searches back on one graph; keeps the states of entry between queries, safe between threads."""
 
-    def __init__(self, graph: RoadGraph, label_limit: int) -> None:
+    def __init__(self, graph: RoadGraph, label_limit: int, budget: CacheBudget | None = None) -> None:
         self._graph = graph
+        self._budget = CacheBudget() if budget is None else budget
         self._label_limit = label_limit
         self._entries: dict[int, tuple[SearchSpace, Entries]] = {}
         self._lock = threading.Lock()
@@ -96,13 +97,20 @@ class ReverseSearch:
         """The way back to a goal on the graph as a vehicle sees it."""
         key = id(space)  # kept beside it, so that no other space can have the same
         with self._lock:
-            kept = self._entries.pop(key, None)
-        entries = entry_states(self._graph, space) if kept is None else kept[1]
-        with self._lock:
-            self._entries[key] = space, entries
-            while len(self._entries) > ENTRIES_KEPT:
-                self._entries.pop(next(iter(self._entries)))
+            kept = self._entries.get(key)
+        if kept is None:
+            made = space, entry_states(self._graph, space)
+            with self._lock:
+                kept = self._entries.setdefault(key, made)
+        entries = kept[1]
+        self._budget.used(
+            space, "entries", "entries", lambda: sum(part.nbytes for part in entries), partial(self._drop, key)
+        )
         return WayBack(self._graph, space, entries, goals, self._label_limit)
+
+    def _drop(self, key: int) -> None:
+        with self._lock:
+            self._entries.pop(key, None)
 
 
 class WayBack:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -14,6 +15,7 @@ from energy.conditions import STILL, Conditions
 from energy.force.effects import drive_of
 from energy.units import JOULE_PER_WH
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
+from routing.cache_budget import CacheBudget
 from routing.errors import NoPathError, SearchLimitError, TimeUpError
 from routing.places import LinkPosition, LinkSpan
 from routing.route.limits import charge_limits, is_best_within
@@ -34,8 +36,6 @@ if TYPE_CHECKING:
     from routing.queries import RangeQuery, RouteQuery
     from routing.weights import Weights
 
-SPACES_KEPT: Final = 12
-TABLES_KEPT: Final = 4  # of drives, which take more memory than all else of a space
 LABELS_PER_LINK: Final = 20
 PARETO_LABELS_PER_LINK: Final = 8  # beyond it an answer with a bound beats a proof that takes many seconds
 
@@ -78,9 +78,12 @@ class BestPath:
 class RouteSearch:
     """Searches on one graph; keeps search spaces and workspaces between queries, safe between threads."""
 
-    def __init__(self, graph: RoadGraph, chains: ChainMaker, label_limit: int | None = None) -> None:
+    def __init__(
+        self, graph: RoadGraph, chains: ChainMaker, label_limit: int | None = None, budget: CacheBudget | None = None
+    ) -> None:
         self.graph = graph
-        self.pool = WorkspacePool(graph.link_count)
+        self.budget = CacheBudget() if budget is None else budget
+        self.pool = WorkspacePool(graph.link_count, self.budget)
         self.label_limit = label_limit or max(LABELS_PER_LINK * graph.link_count, 1_000_000)
         self.pareto_limit = max(PARETO_LABELS_PER_LINK * graph.link_count, 200_000)
         self._chains = chains
@@ -105,17 +108,22 @@ class RouteSearch:
         stops = (rule, settings.probability_frac.tobytes(), settings.time_s.tobytes())
         key = (_vehicle_key(vehicle), model, *stops, conditions)
         with self._lock:
-            space = self._spaces.pop(key, None)
+            space = self._spaces.get(key)
         if space is None:
-            space = search_space(self.graph, vehicle, model, rule, settings, conditions)
-        with self._lock:
-            self._spaces[key] = space  # last used is last; the first is dropped
-            while len(self._spaces) > SPACES_KEPT:
-                self._spaces.pop(next(iter(self._spaces)))
-            longest_unused = list(self._spaces.values())[:-TABLES_KEPT]
-        for unused in longest_unused:
-            unused.drives.forget()
+            made = search_space(self.graph, vehicle, model, rule, settings, conditions)
+            with self._lock:
+                space = self._spaces.setdefault(key, made)
+        # known drives take more memory than all else of a space, so that they go before it
+        drives = space.drives
+        self.budget.used(space, "drives", "drives", lambda: drives.held_bytes, drives.forget)
+        self.budget.used(self, key, "spaces", lambda: space.held_bytes, partial(self._drop, key))
         return space
+
+    def _drop(self, key: tuple[object, ...]) -> None:
+        with self._lock:
+            space = self._spaces.pop(key, None)
+        if space is not None:
+            self.budget.forget(space)  # its drives, and what areas have made of it
 
     def warnings(self, query: RouteQuery | RangeQuery, crowded: bool, unpaid_j: float) -> tuple[str, ...]:
         """What an answer to a query is to be read with; crowded, unpaid_j: as search_warnings has them."""

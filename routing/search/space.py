@@ -52,6 +52,13 @@ class SearchSpace:
     least_load_n: float
 
     @property
+    def held_bytes(self) -> int:
+        """Memory of its arrays, without known drives, which are counted on their own [B]."""
+        arrays = self.arrays
+        own = (arrays.row, arrays.roads, arrays.top_class, arrays.settling_m)
+        return sum(array.nbytes for array in own) + self.lower_bound.held_bytes
+
+    @property
     def conserving(self) -> bool:
         """Whether no link gives back more than height and speed hold, so that labels can be set (lemma 1)."""
         return not self.physics.printed and self.least_load_n >= -LOAD_NOISE_N

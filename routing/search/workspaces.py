@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import threading
 from contextlib import contextmanager
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from routing.cache_budget import CacheBudget
 from routing.links.aligned import aligned
 from routing.lower_bound.lower_bound import GoalBoundScratch
 from routing.places import LinkPosition
-from routing.search.kernels_workspace import Workspace
+from routing.search.kernels_workspace import LABELS, Workspace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -21,6 +23,7 @@ if TYPE_CHECKING:
 
 
 WORKSPACES_KEPT: Final = 4
+LABEL_BYTES: Final = 8 * 8 + 4 * 4 + 8 + 4  # of its numbers and pointers, and its place in the heap
 
 
 def new_workspace(links: int, capacity: int) -> Workspace:
@@ -46,27 +49,57 @@ def grown(ws: Workspace) -> Workspace:
     return new._replace(bag=ws.bag, counter=ws.counter)
 
 
-class WorkspacePool:
-    """Workspaces for searches on one graph, lent to one search each; safe between threads."""
+@dataclass(frozen=True, slots=True)
+class _Free:
+    """A workspace that no search has, the number of its next search, and how many labels were made in it at most."""
 
-    def __init__(self, links: int) -> None:
+    ws: Workspace
+    epoch: int
+    touched: int
+
+
+class WorkspacePool:
+    """Workspaces for searches on one graph, lent to one search each; safe between threads.
+
+    budget: of the memory that caches may take; without it one of its own.
+    """
+
+    def __init__(self, links: int, budget: CacheBudget | None = None) -> None:
         self._links = links
-        self._free: list[tuple[Workspace, int]] = []
+        self._budget = CacheBudget() if budget is None else budget
+        self._free: list[_Free] = []
+        self._touched: dict[int, int] = {}  # most labels made in a workspace, by its bag, which stays when it grows
         self._bound_scratch: list[GoalBoundScratch] = []
         self._lock = threading.Lock()
+
+    @property
+    def held_bytes(self) -> int:
+        """Memory of what is free: arrays as far as searches have touched them [B]."""
+        with self._lock:
+            touched = sum(LABEL_BYTES * free.touched + free.ws.bag.nbytes for free in self._free)
+            return touched + sum(scratch.held_bytes for scratch in self._bound_scratch)
 
     def take(self) -> tuple[Workspace, int]:
         """A workspace and the epoch number that its next search must use."""
         with self._lock:
             if self._free:
-                return self._free.pop()
+                free = self._free.pop()
+                self._touched[id(free.ws.bag)] = free.touched
+                return free.ws, free.epoch
         return new_workspace(self._links, 2 * self._links + 4096), 1
 
     def give_back(self, ws: Workspace, epoch: int) -> None:
         """Return a workspace; only a few are kept."""
         with self._lock:
+            touched = max(self._touched.pop(id(ws.bag), 0), int(ws.counter[LABELS]))
             if len(self._free) < WORKSPACES_KEPT and epoch < 2_000_000_000:
-                self._free.append((ws, epoch + 1))
+                self._free.append(_Free(ws, epoch + 1, touched))
+        self._budget.used(self, "free", "workspaces", lambda: self.held_bytes, self._drop)
+
+    def _drop(self) -> None:
+        with self._lock:
+            self._free.clear()
+            self._bound_scratch.clear()
 
     @contextmanager
     def directed(

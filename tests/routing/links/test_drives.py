@@ -17,6 +17,7 @@ from energy.stops import StopSettings
 from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from energy.vehicle.files import load_vehicles
+from routing.cache_budget import CacheBudget
 from routing.dominance.kernels_dominates import least_slack_j
 from routing.dominance.kernels_rules import UNEVEN_J
 from routing.dominance.kernels_slack import Entry, LinkAhead, greatest_of_sums, state_slack
@@ -24,7 +25,7 @@ from routing.graph.road_graph import RoadGraph
 from routing.links.drives import LEAST_ROWS, Drives
 from routing.links.spans import ChainMaker
 from routing.places import LinkPosition
-from routing.route.best_path import TABLES_KEPT, RouteSearch
+from routing.route.best_path import RouteSearch
 from routing.search.found import Limits, PathOptions
 from routing.search.search import find_path, reach
 from routing.search.space import SearchSpace, search_space
@@ -219,18 +220,24 @@ def test_forgotten_table_is_filled_anew_and_one_that_is_being_filled_is_kept(str
     assert space.drives.rows > 0
 
 
-def test_only_the_conditions_asked_for_last_keep_their_tables(streets):
-    search = RouteSearch(streets, ChainMaker(streets))
-    skies = [replace(STILL, payload_kg=100.0 * k) for k in range(TABLES_KEPT + 2)]
+def test_only_what_was_asked_for_last_is_kept_where_memory_is_short(streets):
+    skies = [replace(STILL, payload_kg=100.0 * k) for k in range(6)]
+    probe = space_of(streets)
+    reached(streets, probe)
+    table_bytes = probe.drives.held_bytes
+    budget = CacheBudget(3 * table_bytes)
+    search = RouteSearch(streets, ChainMaker(streets), budget=budget)
 
     def asked(sky):
         return search.space(vehicle(), LinkModel.INTEGRATED, StopRule.EXPECTED, StopSettings(), sky)
 
-    spaces = [asked(sky) for sky in skies[:2]]
-    for space in spaces:
-        reached(streets, space)
-    for sky in skies[2:]:
+    spaces = [asked(sky) for sky in skies]
+    for sky in skies:
         reached(streets, asked(sky))
-    assert [space.drives.rows > 0 for space in spaces] == [False, False]
-    assert all(asked(sky).drives.rows > 0 for sky in skies[-TABLES_KEPT:])
+        assert sum(budget.held_bytes().values()) <= 4 * table_bytes  # the last one has grown since
+    asked(skies[-1])
+    assert sum(budget.held_bytes().values()) <= 3 * table_bytes
+    assert budget.dropped > 0
+    assert [space.drives.rows > 0 for space in spaces[:2]] == [False, False]
+    assert asked(skies[-1]).drives.rows > 0
     same(reached(streets, asked(skies[0])), reached(streets, space_of(streets, sky=skies[0])))
