@@ -67,14 +67,11 @@ class Planner:
         self._snap_limit_m = snap_limit_m
         self._roads = RoadIndex(graph)
         self._chains = ChainMaker(graph)
-        self._search = RouteSearch(graph, self._chains, label_limit)
+        self._search = RouteSearch(graph, self._chains, label_limit, budget)
         drawn = half_turned(graph)
         self._rim = RimFinder(drawn)
         areas = AreaMaker(drawn, self._roads if drawn is graph else RoadIndex(drawn))
         self._ranges = RangeSearch(graph, self._search, self._chains, areas, self._rim, drawn)
-        self._search = RouteSearch(graph, self._chains, label_limit, budget)
-        self._rim = RimFinder(graph)
-        self._ranges = RangeSearch(graph, self._search, self._chains, AreaMaker(graph, self._roads), self._rim)
 
     def warm_up(self, vehicle: AnyVehicle) -> None:
         """Compile the kernels on a few links, and make what the first query of a vehicle needs of this graph."""

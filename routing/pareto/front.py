@@ -105,16 +105,6 @@ class ParetoSearch:
             and len(self._places) == 2
             and is_applicable(self._space.physics, carries=self._space.arrays.carries)
         )
-        self._sweep(reference_j, SWEEPS if compares else SWEEPS_ALONE)
-        proof = ParetoProof.WEIGHTINGS
-        gap = self._gap(reference_j)
-        if compares and gap > self._settings.epsilon_frac:
-            longest_s = eco.trade.time_s * (1.0 + ROUNDING_FRAC) if least_proven else math.inf
-            shares = (share * self._settings.epsilon_frac for share in COVERED_SHARES)
-            if any(self._compare_all(share, longest_s, reference_j) for share in shares if share < gap):
-                proof = ParetoProof.ALL_WAYS
-        return self._answered(reference_j, proof, unproven)
-        compares = unproven is None and len(self._places) == 2 and is_applicable(self._space.physics)
         proof, slow = ParetoProof.WEIGHTINGS, ""
         try:
             self._sweep(reference_j, SWEEPS if compares else SWEEPS_ALONE)
