@@ -1,4 +1,4 @@
-"""Graphs on disk: one folder a graph, a .npy file an array (loaded memory-mapped), names.json and meta.json."""
+"""Graphs on disk: one folder a graph, a .npy file an array, names.json, and meta.json with hashes of all of them."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import shutil
 import sys
 import tempfile
 import tokenize
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -17,6 +18,7 @@ import numpy as np
 from energy.stops import Cross, FunctionalClass
 from routing.errors import GraphFormatError
 from routing.graph.conditional_limits import ConditionalLimits, conditional_limits_from
+from routing.graph.exchange import exchanged
 from routing.graph.ferries import Ferries, ferries_from
 from routing.graph.road_graph import (
     ARRAY_NAMES,
@@ -28,6 +30,8 @@ from routing.graph.road_graph import (
     left_out_ferries,
     meta_fields,
 )
+from routing.graph.sealed import META_FILE, SEAL, WRITTEN, GraphFiles, array_bytes, seal_of
+from routing.graph.structure import check_structure
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -58,6 +62,8 @@ ARRAY_DTYPES: Final[Mapping[str, type[np.generic]]] = {
     "successor": np.int32,
 }
 
+NAMES_FILE: Final = "names.json"
+TRIES: Final = 5  # to read a graph that is replaced meanwhile
 CONDITIONAL_FILE: Final = "conditional_limits.json"
 CUT_NODE: Final = "cut_node"  # an array that not every graph has
 FERRIES_FILE: Final = "ferries.json"
@@ -90,36 +96,45 @@ def save_graph(graph: RoadGraph, folder: Path) -> None:
     new, old = scratch / "new", scratch / "old"
     try:
         new.mkdir()
-        for name in ARRAY_NAMES:
-            np.save(new / f"{name}.npy", getattr(graph, name), allow_pickle=False)
-        (new / "names.json").write_text(json.dumps(graph.names, ensure_ascii=False), encoding="utf-8")
-        if graph.conditional is not None:
-            (new / CONDITIONAL_FILE).write_text(json.dumps(graph.conditional.columns()), encoding="utf-8")
-        if graph.cut_node is not None:
-            np.save(new / f"{CUT_NODE}.npy", graph.cut_node, allow_pickle=False)
-        if graph.ferries is not None:
-            (new / FERRIES_FILE).write_text(json.dumps(graph.ferries.columns()), encoding="utf-8")
-        (new / "meta.json").write_text(_meta_json(graph), encoding="utf-8")
+        files = _files(graph)
+        for file, content in files.items():
+            (new / file).write_bytes(content)
+        (new / META_FILE).write_text(_meta_json(graph, seal_of(files)), encoding="utf-8")
         new.chmod(0o755)
-        if place.exists():
+        if not place.exists():
+            os.replace(new, place)
+        elif not exchanged(new, place):
             os.replace(place, old)
-        os.replace(new, place)
+            os.replace(new, place)
     finally:
         if old.exists() and not place.exists():
             os.replace(old, place)  # where even this fails, the old graph is left in scratch
         shutil.rmtree(scratch, ignore_errors=True)
 
 
+def _files(graph: RoadGraph) -> dict[str, bytes]:
+    """Contents of all files of a graph but meta.json."""
+    files = {f"{name}.npy": array_bytes(getattr(graph, name)) for name in ARRAY_NAMES}
+    files[NAMES_FILE] = json.dumps(graph.names, ensure_ascii=False).encode()
+    if graph.conditional is not None:
+        files[CONDITIONAL_FILE] = json.dumps(graph.conditional.columns()).encode()
+    if graph.cut_node is not None:
+        files[f"{CUT_NODE}.npy"] = array_bytes(graph.cut_node)
+    if graph.ferries is not None:
+        files[FERRIES_FILE] = json.dumps(graph.ferries.columns()).encode()
+    return files
+
+
 def _holds_graph(folder: Path) -> bool:
     """Whether joulepath wrote the folder, in whatever version."""
     try:
-        raw = json.loads((folder / "meta.json").read_text(encoding="utf-8"))
+        raw = json.loads((folder / META_FILE).read_text(encoding="utf-8"))
     except (OSError, ValueError, RecursionError):
         return False
     return isinstance(raw, dict) and "format_version" in raw and "link_count" in raw
 
 
-def _meta_json(graph: RoadGraph) -> str:
+def _meta_json(graph: RoadGraph, seal: Mapping[str, str]) -> str:
     return (
         json.dumps(
             {
@@ -127,6 +142,7 @@ def _meta_json(graph: RoadGraph) -> str:
                 **meta_fields(graph.meta),
                 "node_count": graph.node_count,
                 "link_count": graph.link_count,
+                SEAL: seal,
             },
             indent=2,
             ensure_ascii=False,
@@ -137,13 +153,11 @@ def _meta_json(graph: RoadGraph) -> str:
 
 def load_meta(folder: Path) -> GraphMeta:
     """What meta.json says; raises GraphFormatError where it is missing, damaged or of another version."""
-    path = str(folder)
-    try:
-        raw = json.loads((folder / "meta.json").read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
-        raise GraphFormatError(
-            path, "meta.json", f"unreadable ({error})", "a graph written by `joulepath import`"
-        ) from error
+    return _meta(GraphFiles(folder))
+
+
+def _meta(files: GraphFiles) -> GraphMeta:
+    path, raw = files.path, files.raw
     version = raw.get("format_version") if isinstance(raw, dict) else None
     if version != FORMAT_VERSION:
         raise GraphFormatError(path, "format_version", version, f"{FORMAT_VERSION}; import the map again")
@@ -163,39 +177,48 @@ def load_meta(folder: Path) -> GraphMeta:
             ferries_left_out=left_out_ferries(raw),
         )
     except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
-        raise GraphFormatError(
-            path, "meta.json", f"damaged ({error})", "a graph written by `joulepath import`"
-        ) from error
+        raise GraphFormatError(path, META_FILE, f"damaged ({error})", WRITTEN) from error
 
 
 def load_graph(folder: Path) -> RoadGraph:
-    """A stored graph, its arrays memory-mapped read-only.
+    """A stored graph, read into memory, its arrays read-only.
 
-    Raises GraphFormatError as load_meta does, and where a file is missing or damaged, or an array has another type,
-    another shape or values that would lead a kernel out of its arrays.
+    Raises GraphFormatError as load_meta does, and where a file is missing, damaged or not the one that meta.json has
+    the hash of, or an array has another type, another shape, values that would lead a kernel out of its arrays, or does
+    not fit the others. A graph that is replaced meanwhile is read again.
     """
-    path = str(folder)
-    meta = load_meta(folder)
-    arrays = {name: _load_array(folder, name) for name in ARRAY_NAMES}
-    _check_shapes(path, arrays)
-    _check_values(path, arrays)
-    names = _load_names(folder, count=int(arrays["name_idx"].max(initial=-1)) + 1)
+    for _ in range(TRIES):
+        files = GraphFiles(folder)
+        try:
+            return _read(files)
+        except GraphFormatError:
+            if files.is_current():
+                raise
+    raise GraphFormatError(str(folder), META_FILE, "replaced again and again while it was read", WRITTEN)
+
+
+def _read(files: GraphFiles) -> RoadGraph:
+    meta = _meta(files)
+    arrays = {name: _array(files, name) for name in ARRAY_NAMES}
+    _check_shapes(files.path, arrays)
+    _check_values(files.path, arrays)
+    check_structure(files.path, arrays)
     return RoadGraph(
         meta=meta,
-        names=names,
-        conditional=_load_conditional(folder, arrays["tail"].size),
-        cut_node=_load_cut_node(folder, arrays["node_lat_deg"].size),
-        ferries=_load_ferries(folder, arrays),
+        names=_names(files, count=int(arrays["name_idx"].max(initial=-1)) + 1),
+        conditional=_conditional(files, arrays["tail"].size),
+        cut_node=_cut_node(files, arrays["node_lat_deg"].size),
+        ferries=_ferries(files, arrays),
         **arrays,
     )
 
 
-def _load_cut_node(folder: Path, node_count: int) -> NDArray[np.int32] | None:
+def _cut_node(files: GraphFiles, node_count: int) -> NDArray[np.int32] | None:
     """Nodes at which roads are cut, None where the graph has no record of them."""
-    if not (folder / f"{CUT_NODE}.npy").exists():
+    if not files.has(f"{CUT_NODE}.npy"):
         return None
-    array = _load_array(folder, CUT_NODE)
-    path, file, allowed = str(folder), f"{CUT_NODE}.npy", f"ascending, 0..{node_count - 1}"
+    array = _array(files, CUT_NODE)
+    path, file, allowed = files.path, f"{CUT_NODE}.npy", f"ascending, 0..{node_count - 1}"
     for value in (array.min(initial=0).item(), array.max(initial=0).item()):
         if not 0 <= value < node_count:
             raise GraphFormatError(path, file, value, allowed)
@@ -206,53 +229,53 @@ def _load_cut_node(folder: Path, node_count: int) -> NDArray[np.int32] | None:
     return array
 
 
-def _load_ferries(folder: Path, arrays: Mapping[str, NDArray[Any]]) -> Ferries | None:
+def _ferries(files: GraphFiles, arrays: Mapping[str, NDArray[Any]]) -> Ferries | None:
     """Ferries, None where the graph has none."""
-    path = folder / FERRIES_FILE
-    if not path.exists():
+    if not files.has(FERRIES_FILE):
         return None
+    content = files.read(FERRIES_FILE)
     height_m = arrays["node_height_m"]
     try:
-        columns = json.loads(path.read_text(encoding="utf-8"))
-        return ferries_from(columns, height_m[arrays["head"]] - height_m[arrays["tail"]])
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, OSError, RecursionError) as error:
+        return ferries_from(json.loads(content), height_m[arrays["head"]] - height_m[arrays["tail"]])
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
         allowed = "links of the graph with both ends at one height, as `joulepath import` writes them"
-        raise GraphFormatError(str(folder), FERRIES_FILE, f"damaged ({error})", allowed) from error
+        raise GraphFormatError(files.path, FERRIES_FILE, f"damaged ({error})", allowed) from error
 
 
-def _load_conditional(folder: Path, link_count: int) -> ConditionalLimits | None:
+def _conditional(files: GraphFiles, link_count: int) -> ConditionalLimits | None:
     """Limits under a condition, None where the graph has none."""
-    path = folder / CONDITIONAL_FILE
-    if not path.exists():
+    if not files.has(CONDITIONAL_FILE):
         return None
+    content = files.read(CONDITIONAL_FILE)
     try:
-        return conditional_limits_from(json.loads(path.read_text(encoding="utf-8")), link_count)
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, OSError, RecursionError) as error:
+        return conditional_limits_from(json.loads(content), link_count)
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
         allowed = "limits of links of the graph, as `joulepath import` writes them"
-        raise GraphFormatError(str(folder), CONDITIONAL_FILE, f"damaged ({error})", allowed) from error
+        raise GraphFormatError(files.path, CONDITIONAL_FILE, f"damaged ({error})", allowed) from error
 
 
-def _load_array(folder: Path, name: str) -> NDArray[Any]:
-    """A one-dimensional array of the declared type, memory-mapped."""
+def _array(files: GraphFiles, name: str) -> NDArray[Any]:
+    """A one-dimensional array of the declared type."""
     file, dtype = f"{name}.npy", np.dtype(np.int32 if name == CUT_NODE else ARRAY_DTYPES[name])
+    content = files.read(file)
     try:
-        # np.asarray: numba compiles a plain read-only array, not the memmap subclass
-        array: NDArray[Any] = np.asarray(np.lib.format.open_memmap(folder / file, mode="r"))
+        array: NDArray[Any] = np.lib.format.read_array(BytesIO(content), allow_pickle=False)
     except _UNREADABLE as error:
-        raise GraphFormatError(str(folder), file, f"unreadable ({error})", "an array file") from error
+        raise GraphFormatError(files.path, file, f"unreadable ({error})", "an array file") from error
     if array.dtype != dtype:
-        raise GraphFormatError(str(folder), file, f"of type {array.dtype}", str(dtype))
+        raise GraphFormatError(files.path, file, f"of type {array.dtype}", str(dtype))
     if array.ndim != 1:
-        raise GraphFormatError(str(folder), file, f"of shape {array.shape}", "one dimension")
+        raise GraphFormatError(files.path, file, f"of shape {array.shape}", "one dimension")
     return array
 
 
-def _load_names(folder: Path, count: int) -> tuple[str, ...]:
+def _names(files: GraphFiles, count: int) -> tuple[str, ...]:
     """The names, at least count."""
-    path, file = str(folder), "names.json"
+    path, file = files.path, NAMES_FILE
+    content = files.read(file)
     try:
-        names = json.loads((folder / file).read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError) as error:
+        names = json.loads(content)
+    except (ValueError, RecursionError) as error:
         raise GraphFormatError(path, file, f"unreadable ({error})", "a list of names") from error
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
         raise GraphFormatError(path, file, "something else", "a list of strings")

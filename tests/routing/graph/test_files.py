@@ -1,4 +1,4 @@
-"""Graphs on disk: whole or not at all, memory-mapped, and refused when they are not what they should be."""
+"""Graphs on disk: whole or not at all, sealed, and refused when they are not what they should be."""
 
 from __future__ import annotations
 
@@ -6,11 +6,15 @@ import errno
 import json
 import os
 import shutil
-from dataclasses import fields
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from routing.errors import GraphFormatError
 from routing.graph import files
@@ -25,6 +29,7 @@ from routing.graph.road_graph import (
     Terrain,
     assemble_graph,
 )
+from tests.app.conftest import street_grid
 
 pytestmark = pytest.mark.nojit
 
@@ -83,13 +88,96 @@ def test_graph_saved_and_loaded_is_the_same(folder: Path) -> None:
     assert load_meta(folder) == triangle().meta
 
 
-def test_loaded_arrays_are_memory_mapped_and_read_only(folder: Path) -> None:
+def test_loaded_arrays_are_read_only_and_stay_when_their_files_are_cut(folder: Path) -> None:
     graph = load_graph(folder)
     for name in ARRAY_NAMES:
+        (folder / f"{name}.npy").write_bytes(b"")
         array = getattr(graph, name)
         assert type(array) is np.ndarray
-        assert isinstance(array.base, np.memmap)
         assert not array.flags.writeable
+    assert_same(graph, triangle())
+
+
+@pytest.mark.parametrize("name", ARRAY_NAMES)
+def test_array_with_one_bit_flipped_is_refused_by_its_name(folder: Path, name: str) -> None:
+    path = folder / f"{name}.npy"
+    content = bytearray(path.read_bytes())
+    content[-5] ^= 1
+    path.write_bytes(content)
+    error = refused(folder)
+    assert error.field == f"{name}.npy"
+    assert "changed" in str(error.value)
+
+
+@pytest.mark.parametrize("file", ["names.json", "cut_node.npy"])
+def test_other_file_that_is_changed_is_refused_by_its_name(tmp_path: Path, file: str) -> None:
+    save_graph(replace(triangle(), cut_node=np.array([1], np.int32)), tmp_path / "graph")
+    (tmp_path / "graph" / file).write_bytes(b"[]")
+    assert refused(tmp_path / "graph").field == file
+
+
+def test_file_that_is_not_sealed_is_passed_over(folder: Path) -> None:
+    np.save(folder / "cut_node.npy", np.array([1], np.int32))
+    assert load_graph(folder).cut_node is None
+
+
+def test_graph_of_before_without_hashes_is_read(folder: Path) -> None:
+    unseal(folder)
+    assert_same(load_graph(folder), triangle())
+
+
+def test_graph_that_is_replaced_while_it_is_read_is_one_or_the_other(folder: Path) -> None:
+    """Readers never see a folder that is missing, or files of both."""
+    stop, seen = threading.Event(), set[str]()
+
+    def read() -> None:
+        while not stop.is_set():
+            graph = load_graph(folder)
+            seen.add(graph.meta.name)
+            assert graph.names[1] == ("Carrer Major" if graph.meta.name == "triangle" else "Avinguda")
+
+    other = replace(triangle("other"), names=("", "Avinguda", "Öl-Straße"))
+    with ThreadPoolExecutor(2) as pool:
+        reading = [pool.submit(read) for _ in range(2)]
+        for k in range(60):
+            save_graph(other if k % 2 == 0 else triangle(), folder)
+        stop.set()
+        for each in reading:
+            each.result()
+    assert seen <= {"triangle", "other"}
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "field"),
+    [
+        ("reverse_idx", np.arange, "reverse_idx"),
+        ("reverse_idx", lambda size: np.roll(np.arange(size), 1), "reverse_idx"),
+        ("node_lat_deg", lambda size: np.full(size, np.nan), "node_lat_deg"),
+        ("node_lon_deg", lambda size: np.full(size, 181.0), "node_lon_deg"),
+        ("node_lat_deg", lambda size: np.linspace(46.0, 46.1, size), "geometry_lat_e7"),
+        ("geometry_lat_e7", lambda size: np.full(size, 900_000_001), "geometry_lat_e7"),
+        ("geometry_first", lambda size: np.append(np.arange(size - 1), 2 * (size - 1)), "geometry_first"),
+        ("successor", lambda size: np.zeros(size), "successor"),
+    ],
+)
+def test_arrays_that_do_not_fit_each_other_are_refused(
+    tmp_path: Path, name: str, change: Callable[[int], NDArray[np.float64]], field: str
+) -> None:
+    grid = tmp_path / "grid"
+    save_graph(street_grid("grid", Terrain.SYNTHETIC), grid)
+    before = np.load(grid / f"{name}.npy")
+    changed = change(before.size).astype(before.dtype)
+    assert (changed != before).any()
+    np.save(grid / f"{name}.npy", changed)
+    unseal(grid)
+    assert refused(grid).field == f"{field}.npy"
+
+
+def unseal(folder: Path) -> None:
+    """Take the hashes away, so that what follows them is tried."""
+    meta = json.loads((folder / "meta.json").read_text())
+    del meta["sha256"]
+    (folder / "meta.json").write_text(json.dumps(meta))
 
 
 def test_saved_folder_can_be_read_by_others_and_holds_nothing_else(folder: Path) -> None:
@@ -202,6 +290,7 @@ def fail_at(monkeypatch: pytest.MonkeyPatch, fault: str) -> None:
     else:
         failing = {"move": range(9), "second move": range(1, 2), "later moves": range(1, 9)}[fault]
         move, moves = os.replace, iter(range(1000))
+        monkeypatch.setattr(files, "exchanged", lambda *_: False)  # as on systems that can't
 
         def replace(*arguments: Path) -> None:
             (full_disk if next(moves) in failing else move)(*arguments)
@@ -279,12 +368,14 @@ def test_missing_array_is_refused_by_its_name(folder: Path, name: str) -> None:
 def test_truncated_array_is_refused_by_its_name(folder: Path, name: str) -> None:
     path = folder / f"{name}.npy"
     path.write_bytes(path.read_bytes()[:-3])
+    unseal(folder)
     assert refused(folder).field == f"{name}.npy"
 
 
 @pytest.mark.parametrize("content", [b"\x93NUMPY", b"not an array"])
 def test_damaged_array_is_refused_by_its_name(folder: Path, content: bytes) -> None:
     (folder / "length_m.npy").write_bytes(content)
+    unseal(folder)
     assert refused(folder).field == "length_m.npy"
 
 
@@ -314,6 +405,7 @@ def npy(header: str) -> bytes:
 )
 def test_array_file_without_content_or_header_is_refused_by_its_name(folder: Path, content: bytes) -> None:
     (folder / "length_m.npy").write_bytes(content)
+    unseal(folder)
     assert refused(folder).field == "length_m.npy"
 
 
@@ -322,6 +414,7 @@ def test_array_of_another_length_is_refused(folder: Path, name: str) -> None:
     path = folder / f"{name}.npy"
     array = np.load(path)
     np.save(path, np.concatenate((array, array[-1:])))
+    unseal(folder)
     assert isinstance(refused(folder), GraphFormatError)
 
 
@@ -332,6 +425,7 @@ def test_array_of_another_length_is_refused(folder: Path, name: str) -> None:
 def test_array_of_another_type_is_refused(folder: Path, name: str, dtype: str | type) -> None:
     path = folder / f"{name}.npy"
     np.save(path, np.load(path).astype(dtype))
+    unseal(folder)
     assert refused(folder).field == f"{name}.npy"
 
 
@@ -392,6 +486,7 @@ def test_row_starts_that_fall_or_do_not_begin_at_zero_are_refused(
 @pytest.mark.parametrize("name", ["successor_first", "geometry_first"])
 def test_row_starts_without_content_are_refused(folder: Path, name: str) -> None:
     np.save(folder / f"{name}.npy", np.empty(0, np.int64))
+    unseal(folder)
     assert refused(folder).field == f"{name}.npy"
 
 
@@ -399,17 +494,20 @@ def change(folder: Path, name: str, at: int, value: float) -> None:
     array = np.load(folder / f"{name}.npy")
     array[at] = value
     np.save(folder / f"{name}.npy", array)
+    unseal(folder)
 
 
 @pytest.mark.parametrize("text", ["", "[", "\x00", "[" * 100_000])
 def test_damaged_names_file_is_refused(folder: Path, text: str) -> None:
     (folder / "names.json").write_text(text)
+    unseal(folder)
     assert refused(folder).field == "names.json"
 
 
 @pytest.mark.parametrize("text", ["5", "{}", "[]", '["", "Carrer Major"]', '["", "Carrer Major", 3]', '"abc"', "null"])
 def test_names_file_without_the_names_is_refused(folder: Path, text: str) -> None:
     (folder / "names.json").write_text(text)
+    unseal(folder)
     assert refused(folder).field == "names.json"
 
 
@@ -424,6 +522,7 @@ def test_copied_graph_loads_from_its_new_place(folder: Path, tmp_path: Path) -> 
 )
 def test_cut_nodes_that_are_none_of_the_graph_are_refused(folder: Path, cut: list[int], value: str) -> None:
     np.save(folder / "cut_node.npy", np.array(cut, np.int32))
+    unseal(folder)
     with pytest.raises(GraphFormatError) as error:
         load_graph(folder)
     assert error.value.field == "cut_node.npy"
@@ -434,6 +533,7 @@ def test_graph_without_a_record_of_cut_roads_loads_as_before(folder: Path) -> No
     assert not (folder / "cut_node.npy").exists()
     assert load_graph(folder).cut_node is None
     np.save(folder / "cut_node.npy", np.empty(0, np.int32))
+    unseal(folder)
     cut = load_graph(folder).cut_node
     assert cut is not None
     assert cut.size == 0
