@@ -1,43 +1,68 @@
-"""The graphs that a process answers on, each loaded once with its planner."""
+"""The graphs that a process answers on, each loaded once with its planner, and again when it has changed on disk."""
 
 from __future__ import annotations
 
+import logging
+from dataclasses import dataclass
 from threading import Lock
 from typing import TYPE_CHECKING
 
 from routing.cache_budget import DEFAULT_BYTES, CacheBudget
-from routing.errors import GraphNotFoundError
-from routing.graph.files import load_graph, load_meta
+from routing.errors import GraphFormatError, GraphNotFoundError
+from routing.graph.files import load_meta, load_version, version_of
 from routing.planner import Planner
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from energy.vehicle.files import AnyVehicle
+
+LOG = logging.getLogger(__name__)
+
+
+@dataclass(frozen=True, slots=True)
+class Reloaded:
+    """What a reload has changed: names of graphs; refused: those that can't be read, and why."""
+
+    added: tuple[str, ...]
+    replaced: tuple[str, ...]
+    removed: tuple[str, ...]
+    refused: dict[str, str]
+
+
+@dataclass(frozen=True, slots=True)
+class _Loaded:
+    """A planner, and the version of the graph that it answers on."""
+
+    planner: Planner
+    version: str
 
 
 class Atlas:
     """Planners by graph name; a graph is loaded when it is first asked for.
 
-    cache_limit_bytes: of what all planners keep between queries.
+    find: the folder of each graph by its name, as they are now. cache_limit_bytes: of what all planners keep between
+    queries.
     """
 
     def __init__(
         self,
-        folders: Mapping[str, Path],
+        find: Callable[[], Mapping[str, Path]],
         *,
         snap_limit_m: float,
         label_limit: int | None,
         cache_limit_bytes: int = DEFAULT_BYTES,
     ) -> None:
         self.budget = CacheBudget(cache_limit_bytes)
-        self._folders = dict(folders)
+        self._find = find
+        self._folders = dict(find())
         self._snap_limit_m = snap_limit_m
         self._label_limit = label_limit
-        self._planners: dict[str, Planner] = {}
+        self._loaded: dict[str, _Loaded] = {}
         self._bbox: dict[str, tuple[float, float, float, float]] = {}
         self._lock = Lock()
+        self._reloading = Lock()
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -46,32 +71,85 @@ class Atlas:
 
     def folder(self, name: str) -> Path:
         """The folder of one graph; raises GraphNotFoundError."""
-        if name not in self._folders:
+        folder = self._folders.get(name)
+        if folder is None:
             raise GraphNotFoundError(name, self.names)
-        return self._folders[name]
+        return folder
 
     def bbox(self, name: str) -> tuple[float, float, float, float]:
         """West, south, east, north of one graph [deg], which need not be loaded for it; raises GraphNotFoundError."""
         folder = self.folder(name)
+        loaded = self._loaded.get(name)
+        if loaded is not None:
+            return loaded.planner.graph.meta.bbox
         if name not in self._bbox:
             self._bbox[name] = load_meta(folder).bbox
         return self._bbox[name]
 
     def planner(self, name: str) -> Planner:
         """The planner of one graph; raises GraphNotFoundError, or GraphFormatError while loading it."""
-        if name not in self._folders:
-            raise GraphNotFoundError(name, self.names)
+        folder = self.folder(name)
+        loaded = self._loaded.get(name)
+        if loaded is not None:
+            return loaded.planner
         with self._lock:
-            if name not in self._planners:
-                self._planners[name] = Planner(
-                    load_graph(self._folders[name]),
-                    snap_limit_m=self._snap_limit_m,
-                    label_limit=self._label_limit,
-                    budget=self.budget,
-                )
-            return self._planners[name]
+            if name not in self._loaded:
+                self._loaded[name] = self._load(folder)
+            return self._loaded[name].planner
+
+    def version(self, name: str) -> str:
+        """The version of a graph that is loaded, "" before it is; raises GraphNotFoundError."""
+        self.folder(name)
+        loaded = self._loaded.get(name)
+        return "" if loaded is None else loaded.version
 
     def load_all(self, vehicle: AnyVehicle) -> None:
         """Load every graph and compile its kernels, with a vehicle to try them on."""
         for name in self.names:
             self.planner(name).warm_up(vehicle)
+
+    def reload(self, vehicle: AnyVehicle, needed: str) -> Reloaded:
+        """Take in what has changed on disk; requests under way end on what they began with.
+
+        A graph that can't be read stays as it was, if it was there. vehicle: to warm up with. needed: a graph that must
+        be there. Raises GraphNotFoundError where it is not, and GraphFormatError where a folder can't be looked
+        through; nothing has changed then.
+        """
+        with self._reloading:
+            folders = dict(self._find())
+            if needed not in folders:
+                raise GraphNotFoundError(needed, tuple(folders))
+            fresh: dict[str, _Loaded] = {}
+            refused: dict[str, str] = {}
+            for name, folder in folders.items():
+                known = self._loaded.get(name)
+                try:
+                    if known is None or folder != self._folders.get(name) or version_of(folder) != known.version:
+                        fresh[name] = self._load(folder)
+                        fresh[name].planner.warm_up(vehicle)
+                except GraphFormatError as error:
+                    LOG.warning("graph %s is not taken in: %s", name, error)
+                    refused[name] = str(error)
+                    fresh.pop(name, None)
+            before = self._folders
+            for name in refused:
+                folders.pop(name)
+                if name in before:
+                    folders[name] = before[name]
+            old = [loaded.planner for name, loaded in self._loaded.items() if name in fresh or name not in folders]
+            with self._lock:
+                kept = {name: loaded for name, loaded in self._loaded.items() if name in folders}
+                self._loaded, self._folders, self._bbox = kept | fresh, dict(sorted(folders.items())), {}
+            for planner in old:
+                planner.forget()
+            return Reloaded(
+                added=tuple(name for name in fresh if name not in before),
+                replaced=tuple(name for name in fresh if name in before),
+                removed=tuple(name for name in before if name not in folders),
+                refused=refused,
+            )
+
+    def _load(self, folder: Path) -> _Loaded:
+        graph, version = load_version(folder)
+        planner = Planner(graph, snap_limit_m=self._snap_limit_m, label_limit=self._label_limit, budget=self.budget)
+        return _Loaded(planner, version)

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from contextlib import asynccontextmanager
+import asyncio
+import logging
+import signal
+from contextlib import asynccontextmanager, suppress
+from threading import Thread
 from typing import TYPE_CHECKING, Any, Final
 
 from fastapi import FastAPI
@@ -27,12 +31,14 @@ from app.schemas.diagnosis import DiagnosisRequest
 from app.schemas.route import RouteFeatureCollection
 from app.service.service import Service
 from app.settings import Settings
+from routing.errors import RoutingError
 
 if TYPE_CHECKING:
     from collections.abc import AsyncIterator
 
     from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
+LOG: Final = logging.getLogger(__name__)
 DESCRIPTION: Final = """Routes that take the least energy, and areas that can be reached, for electric vehicles, from
 physics.
 
@@ -91,6 +97,8 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
         admission = Admission(chosen.search_threads, chosen.time_limit_s, chosen.search_queue_limit)
         running_diagnoses = Diagnoses(running)
         app.state.service, app.state.admission, app.state.diagnoses = running, admission, running_diagnoses
+        with suppress(NotImplementedError, RuntimeError, ValueError):  # not on this system, or not the main thread
+            asyncio.get_running_loop().add_signal_handler(signal.SIGHUP, reload_soon, running)
         try:
             yield
         finally:
@@ -133,6 +141,18 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
 
     app.openapi = openapi  # type: ignore[method-assign]  # the documented way to extend the document
     return app
+
+
+def reload_soon(service: Service) -> None:
+    """Reload graphs on a thread, and log what is wrong with them."""
+
+    def reload() -> None:
+        try:
+            service.reload_graphs()
+        except RoutingError as error:
+            LOG.warning("graphs are not reloaded: %s", error)
+
+    Thread(target=reload, name="reload", daemon=True).start()
 
 
 def described_routes() -> list[APIRoute]:

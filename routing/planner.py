@@ -73,6 +73,10 @@ class Planner:
         areas = AreaMaker(drawn, self._roads if drawn is graph else RoadIndex(drawn))
         self._ranges = RangeSearch(graph, self._search, self._chains, areas, self._rim, drawn)
 
+    def forget(self) -> None:
+        """Give up what is kept between queries; what is under way goes on."""
+        self._search.forget()
+
     def warm_up(self, vehicle: AnyVehicle) -> None:
         """Compile the kernels on a few links, and make what the first query of a vehicle needs of this graph."""
         Planner(practice_graph())._ask_once(vehicle)  # compiled code is for any graph's arrays

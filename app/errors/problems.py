@@ -39,6 +39,7 @@ KINDS: Final[Mapping[ErrorCode, ProblemKind]] = {
     ErrorCode.ENERGY_GAIN: ProblemKind(422, "The chosen link model gains energy on a round trip"),
     ErrorCode.UNKNOWN_VEHICLE: ProblemKind(404, "No vehicle of that id"),
     ErrorCode.UNKNOWN_GRAPH: ProblemKind(404, "No graph of that name"),
+    ErrorCode.GRAPH_DAMAGED: ProblemKind(409, "A stored graph can't be read"),
     ErrorCode.UNKNOWN_EFFECTS: ProblemKind(404, "No learned effects of that id"),
     ErrorCode.UNKNOWN_DIAGNOSIS: ProblemKind(404, "No diagnosis of that id"),
     ErrorCode.UNKNOWN_TRIP: ProblemKind(404, "No trip of that id in the diagnosis"),

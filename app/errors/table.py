@@ -20,7 +20,7 @@ from app.schemas.problem import ErrorCode, FieldProblem, Problem
 from app.store.errors import DatabaseUnavailableError
 from diagnosis.errors import DiagnosisError
 from energy.errors import Refusal
-from routing.errors import NoPathError
+from routing.errors import GraphFormatError, NoPathError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -56,6 +56,7 @@ TABLE: Final[Mapping[type[Exception], tuple[ErrorCode, Callable[[Any], list[Fiel
     DiagnosisError: (ErrorCode.DIAGNOSIS_FAILED, _no_fields),
     DiagnosisInterruptedError: (ErrorCode.DIAGNOSIS_INTERRUPTED, _no_fields),
     MalformedFormError: (ErrorCode.MALFORMED_FORM, _no_fields),
+    GraphFormatError: (ErrorCode.GRAPH_DAMAGED, _refused_fields),
     NoPathError: (ErrorCode.NO_PATH, _no_fields),
     NotReadyError: (ErrorCode.NOT_READY, _no_fields),
     TooManyDiagnosesError: (ErrorCode.TOO_MANY_DIAGNOSES, _no_fields),

@@ -84,3 +84,19 @@ class GraphDetail(GraphSummary):
     road_classes: list[RoadClassLength]
     dropped: dict[str, int] = Field(description="what the import left out, by reason")
     cut_off: list[CutOff] = Field(description="the longest parts of the map that are not connected to the graph")
+
+
+class RefusedGraph(Answered):
+    """A graph that can't be taken in."""
+
+    name: str
+    reason: str = Field(description="what is wrong with it; an earlier version of it stays in use")
+
+
+class GraphsReloaded(Answered):
+    """What has changed since the graphs were loaded."""
+
+    added: list[str]
+    replaced: list[str]
+    removed: list[str]
+    refused: list[RefusedGraph]

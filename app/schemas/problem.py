@@ -24,6 +24,7 @@ class ErrorCode(StrEnum):
     VEHICLE_IS_BUNDLED = "vehicle_is_bundled"
     VEHICLE_DAMAGED = "vehicle_damaged"
     UNKNOWN_GRAPH = "unknown_graph"
+    GRAPH_DAMAGED = "graph_damaged"
     UNKNOWN_EFFECTS = "unknown_effects"
     UNKNOWN_DIAGNOSIS = "unknown_diagnosis"
     UNKNOWN_TRIP = "unknown_trip"

@@ -18,7 +18,7 @@ from app.conversions.simulation import chain_from_numbers, chain_link_error, sim
 from app.conversions.vehicle_check import vehicle_check
 from app.conversions.way_limits import area_limits, course_limits, route_limits
 from app.schemas.drive import DriveRequest
-from app.schemas.graph import GraphDetail, GraphList
+from app.schemas.graph import GraphDetail, GraphList, GraphsReloaded, RefusedGraph
 from app.schemas.matrix import MatrixRequest, MatrixResponse
 from app.schemas.range import RangeFeatureCollection, RangeRequest
 from app.schemas.route import RouteRequest, RouteResponse
@@ -87,10 +87,9 @@ class Service:
     """Graphs, vehicles and defaults of one process; answers from any thread."""
 
     def __init__(self, settings: Settings, folders: Mapping[str, Path] | None = None) -> None:
-        found = graph_folders(settings.graph_dirs) if folders is None else folders
         self.settings = settings
         self.atlas = Atlas(
-            found,
+            (lambda: graph_folders(settings.graph_dirs)) if folders is None else (lambda: folders),
             snap_limit_m=settings.snap_limit_m,
             label_limit=settings.label_limit,
             cache_limit_bytes=settings.cache_limit_bytes,
@@ -117,6 +116,18 @@ class Service:
         self.atlas.load_all(default)
         warm_up(default)
         self.tiles.warm_up(self.settings.default_graph)
+
+    def reload_graphs(self) -> GraphsReloaded:
+        """Take in graphs that were added, replaced or removed on disk; raises as Atlas.reload does."""
+        default = self.settings.default_graph
+        changed = self.atlas.reload(self.known_vehicle(self.settings.default_vehicle), default)
+        LOG.info("graphs reloaded: %s", changed)
+        return GraphsReloaded(
+            added=list(changed.added),
+            replaced=list(changed.replaced),
+            removed=list(changed.removed),
+            refused=[RefusedGraph(name=name, reason=reason) for name, reason in changed.refused.items()],
+        )
 
     def close(self) -> None:
         """Close what is open of the database."""

@@ -74,9 +74,10 @@ class TileShelf:
         """The tiles of one graph; raises GraphNotFoundError, or GraphFormatError while loading the graph."""
         graph = self._atlas.planner(name).graph
         with self._lock:
-            if name not in self._by_name:
-                self._by_name[name] = GraphTiles(graph, self._cache)
-            return self._by_name[name]
+            known = self._by_name.get(name)
+            if known is None or known.graph is not graph:
+                known = self._by_name[name] = GraphTiles(graph, self._cache)
+            return known
 
     def warm_up(self, name: str) -> None:
         """Make what all tiles of a graph need, so that the first ones come at once: some 0.4 s."""

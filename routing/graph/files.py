@@ -180,8 +180,18 @@ def _meta(files: GraphFiles) -> GraphMeta:
         raise GraphFormatError(path, META_FILE, f"damaged ({error})", WRITTEN) from error
 
 
+def version_of(folder: Path) -> str:
+    """A name for what is stored in a graph's folder now, of 16 letters; raises GraphFormatError as load_meta does."""
+    return GraphFiles(folder).version
+
+
 def load_graph(folder: Path) -> RoadGraph:
-    """A stored graph, read into memory, its arrays read-only.
+    """A stored graph, as load_version reads it."""
+    return load_version(folder)[0]
+
+
+def load_version(folder: Path) -> tuple[RoadGraph, str]:
+    """A stored graph, read into memory, its arrays read-only, and its version.
 
     Raises GraphFormatError as load_meta does, and where a file is missing, damaged or not the one that meta.json has
     the hash of, or an array has another type, another shape, values that would lead a kernel out of its arrays, or does
@@ -190,7 +200,7 @@ def load_graph(folder: Path) -> RoadGraph:
     for _ in range(TRIES):
         files = GraphFiles(folder)
         try:
-            return _read(files)
+            return _read(files), files.version
         except GraphFormatError:
             if files.is_current():
                 raise

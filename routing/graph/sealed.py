@@ -45,6 +45,11 @@ class GraphFiles:
         """Whether the graph has hashes of its files."""
         return self._seal is not None
 
+    @property
+    def version(self) -> str:
+        """A name for these very contents, where the graph is sealed."""
+        return hashlib.sha256(self.meta_text).hexdigest()[:16]
+
     def has(self, file: str) -> bool:
         """Whether the graph has a file that not every graph has."""
         if self._seal is not None:

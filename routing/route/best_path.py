@@ -119,6 +119,11 @@ class RouteSearch:
         self.budget.used(self, key, "spaces", lambda: space.held_bytes, partial(self._drop, key))
         return space
 
+    def forget(self) -> None:
+        """Give up what is kept between queries."""
+        self.budget.forget(self)
+        self.budget.forget(self.pool)
+
     def _drop(self, key: tuple[object, ...]) -> None:
         with self._lock:
             space = self._spaces.pop(key, None)

@@ -16,6 +16,7 @@ from app.errors.raised import CommandError
 from app.schemas.graph import GraphFolder, StoredGraphs
 from app.settings import Settings
 from energy.folders import user_graphs_folder
+from routing.graph.sealed import META_FILE, GraphFiles
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -129,6 +130,35 @@ def show_graph(name: Annotated[str, typer.Argument(metavar="NAME|DIR")], as_json
     """One graph with its extent."""
     service = service_for(name)
     show(service.show_graph(service.settings.default_graph), tables.graph_table, as_json)
+
+
+@graphs.command("check")
+def check_graphs(
+    names: Annotated[list[str] | None, typer.Argument(metavar="[NAME|DIR]...", help="without, all graphs")] = None,
+) -> None:
+    """Hold stored graphs against the hashes of their files and their parts against each other; 1 where one is wrong."""
+    from routing.errors import GraphFormatError
+    from routing.graph.files import load_version
+    from routing.graph.folders import graph_folders
+
+    known = {} if names else graph_folders(Settings().graph_dirs)
+    for name in names or ():
+        folder = Path(name)
+        is_folder = (folder / META_FILE).is_file() or len(folder.parts) > 1
+        known[name] = folder if is_folder else service_for(name).atlas.folder(name)
+    wrong = 0
+    for name, folder in known.items():
+        try:
+            graph, version = load_version(folder)
+        except GraphFormatError as error:
+            wrong += 1
+            Console(stderr=True, soft_wrap=True).print(f"{name}: {error}", style="red", markup=False, highlight=False)
+            continue
+        sealed = "as it was written" if GraphFiles(folder).sealed else "fits together; it has no hashes, import it anew"
+        said = f"{name}: {sealed}, version {version}, {graph.link_count} directed links"
+        Console(soft_wrap=True).print(said, markup=False, highlight=False)
+    if wrong:
+        raise typer.Exit(1)
 
 
 @graphs.command("export")

@@ -42,6 +42,11 @@ EXAMPLES: Final = {
         "graph 'atlantis' is unknown, known: coquimbo, highlands",
         FieldProblem(field="graph", value="atlantis", allowed="one of coquimbo, highlands"),
     ),
+    ErrorCode.GRAPH_DAMAGED: (
+        "meta.json of graph /var/lib/joulepath/graphs/andorra is unreadable (Expecting value), "
+        "allowed: a graph written by `joulepath import`",
+        FieldProblem(field="meta.json", value="unreadable (Expecting value)", allowed="a graph that can be read"),
+    ),
     ErrorCode.POINT_OUTSIDE_MAP: (
         "start (lat 60, lon -36.2) is outside the map of graph 'highlands', 1724 km away, "
         "allowed: lat 43.5077..44.4953, lon -37.0036..-35.0105",

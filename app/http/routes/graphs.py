@@ -9,7 +9,7 @@ from fastapi import APIRouter, Path, Response
 from app.http.examples.answers import GRAPH_DETAIL, GRAPH_LIST
 from app.http.examples.problems import problems
 from app.http.routes.access import RunningService, answer
-from app.schemas.graph import GraphDetail, GraphList
+from app.schemas.graph import GraphDetail, GraphList, GraphsReloaded
 from app.schemas.problem import ErrorCode
 
 router = APIRouter(tags=["graphs"])
@@ -44,3 +44,25 @@ def show_graph(
 ) -> Response:
     """Heights, lengths by road class, and what the import left out."""
     return answer(service.show_graph(name))
+
+
+@router.post(
+    "/graphs/reload",
+    summary="Take in graphs that have changed on disk",
+    response_model=GraphsReloaded,
+    responses={
+        200: {
+            "content": {
+                "application/json": {"example": {"added": ["andorra"], "replaced": [], "removed": [], "refused": []}}
+            }
+        },
+        **problems("/graphs/reload", ErrorCode.UNKNOWN_GRAPH, ErrorCode.GRAPH_DAMAGED, ErrorCode.NOT_READY),
+    },
+)
+def reload_graphs(service: RunningService) -> Response:
+    """Graphs that were added, replaced or removed since; requests under way end on what they began with.
+
+    One that can't be read is refused, and an earlier version of it stays. Where the default graph is gone, or a folder
+    can't be looked through, nothing changes.
+    """
+    return answer(service.reload_graphs())

@@ -396,7 +396,7 @@ def test_simulate_without_exactly_one_form_is_refused(client: TestClient, body: 
         (NoPathError("no road leads to the goal"), 404, "no_path"),
         (LinkError("length_m", 2, 0.0, "above 0"), 422, "invalid_link"),
         (ComparisonError("series", "absent", "a measured one"), 422, "diagnosis_failed"),
-        (GraphFormatError("grid", "version", 1, "2, by division"), 500, "internal"),
+        (GraphFormatError("grid", "version", 1, "2, by division"), 409, "graph_damaged"),
         (ZeroDivisionError("division by zero"), 500, "internal"),
     ],
 )
@@ -408,7 +408,7 @@ def test_error_of_the_packages_has_its_status_and_code(error: Exception, status:
 
 
 def test_refusal_that_no_request_can_cause_is_a_fault_that_the_server_logs() -> None:
-    damaged = GraphFormatError("grid", "version", 1, "2")
+    damaged = Refusal("version", 1, "2")  # without a code
     app = FastAPI()
     install_error_handlers(app, lambda _: set())
 
@@ -416,7 +416,7 @@ def test_refusal_that_no_request_can_cause_is_a_fault_that_the_server_logs() -> 
     def fail() -> None:
         raise damaged
 
-    with pytest.raises(GraphFormatError):  # passed on to the server after the answer
+    with pytest.raises(Refusal):  # passed on to the server after the answer
         TestClient(app).get("/")
     check_problem(TestClient(app, raise_server_exceptions=False).get("/"), 500, "internal")
 
