@@ -64,7 +64,7 @@ class Graph:
     @property
     def link_count(self) -> int:
         """Directed links."""
-        return self.planner.graph.link_count
+        return self.planner.graph.road_link_count
 
     def __repr__(self) -> str:
         return f"<Graph {self.name!r}: {self.node_count} nodes, {self.link_count} links>"

@@ -40,7 +40,7 @@ def graph_summary(graph: RoadGraph, default_name: str) -> GraphSummary:
         smoothing_m=meta.smoothing_m,
         bbox=meta.bbox,
         node_count=graph.node_count,
-        link_count=graph.link_count,
+        link_count=graph.road_link_count,
         default=meta.name == default_name,
     )
 
@@ -48,8 +48,9 @@ def graph_summary(graph: RoadGraph, default_name: str) -> GraphSummary:
 def graph_detail(graph: RoadGraph, default_name: str) -> GraphDetail:
     """A graph with its extent by road class."""
     classes = []
-    ferry = graph.is_ferry()
-    chosen_by_name = {kind.name.lower(): (graph.functional_class == kind) & ~ferry for kind in FunctionalClass}
+    own = ~graph.is_copy()
+    ferry, road = graph.is_ferry() & own, ~graph.is_ferry() & own
+    chosen_by_name = {kind.name.lower(): (graph.functional_class == kind) & road for kind in FunctionalClass}
     if graph.ferries is not None:
         chosen_by_name["ferry"] = ferry
     for name, chosen in chosen_by_name.items():
@@ -64,7 +65,7 @@ def graph_detail(graph: RoadGraph, default_name: str) -> GraphDetail:
         **graph_summary(graph, default_name).model_dump(),
         height_min_m=float(graph.node_height_m.min()),
         height_max_m=float(graph.node_height_m.max()),
-        length_km=float(graph.length_m.sum()) / 1000.0,
+        length_km=float(graph.length_m[own].sum()) / 1000.0,
         road_classes=classes,
         dropped=dict(graph.meta.dropped),
         cut_off=[

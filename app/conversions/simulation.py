@@ -55,7 +55,7 @@ def spans_from_links(sent: Sequence[GraphLinkSent], graph: RoadGraph) -> tuple[L
     """Links of a graph with their missing ends filled in; ids are left to the planner to check."""
     spans = []
     for link in sent:
-        known = link.id < graph.link_count
+        known = link.id < graph.road_link_count
         end_m = float(graph.length_m[link.id]) if known else 0.0
         spans.append(LinkSpan(link.id, link.from_m or 0.0, end_m if link.to_m is None else link.to_m, link.rest))
     return tuple(spans)

@@ -59,7 +59,7 @@ class RoadTiles:
     def __init__(self, graph: RoadGraph) -> None:
         self._graph = graph
         one_way = (graph.reverse_idx < 0) | (np.arange(graph.link_count) < graph.reverse_idx)
-        drawn = np.flatnonzero(one_way & ~graph.is_ferry())
+        drawn = np.flatnonzero(one_way & ~graph.is_ferry() & ~graph.is_copy())
         self._link_idx = drawn[np.argsort(graph.functional_class[drawn], kind="stable")]
         self._class_end = np.searchsorted(
             graph.functional_class[self._link_idx], np.arange(len(FunctionalClass)), side="right"

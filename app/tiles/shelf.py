@@ -96,6 +96,8 @@ def tiles_digest(graph: RoadGraph) -> str:
     digest.update(json.dumps([VERSION, TILE_FORMAT, meta_fields(graph.meta), graph.names]).encode())
     for name in SHOWN_ARRAYS:
         digest.update(getattr(graph, name).data)
-    if graph.ferries is not None:  # which are not drawn
+    if graph.copies is not None:  # which are not drawn
+        digest.update(graph.copies.of.data)
+    if graph.ferries is not None:  # neither
         digest.update(graph.ferries.link.data)
     return digest.hexdigest()

@@ -17,6 +17,7 @@ from diagnosis.matching.likeliest_way import MatchSettings, TrackMatcher
 from diagnosis.matching.matched_way import Gap, GapReason, PlacedWay, Stretch, place_samples
 from diagnosis.matching.tracks import NoPositionsError, Track, positions_deg, track_of
 from routing.graph.earth import E7, METRE_PER_DEGREE
+from routing.graph.link_bans import whole_successors
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -74,10 +75,11 @@ class MapMatcher:
     def __init__(self, graph: RoadGraph, settings: MatchSettings | None = None) -> None:
         self.graph = graph
         self.settings = settings or MatchSettings()
+        first, successor = whole_successors(graph)
         self._roads = RoadArrays(
             graph.length_m,
-            graph.successor_first,
-            graph.successor,
+            first,
+            successor,
             graph.geometry_first,
             graph.geometry_lon_e7,
             graph.geometry_lat_e7,
@@ -89,7 +91,7 @@ class MapMatcher:
             for values in (graph.geometry_lon_e7, graph.geometry_lat_e7)
         )
         boxes = shapely.box(west, south, east, north)
-        boxes[graph.is_ferry()] = shapely.Point()  # nobody drives there
+        boxes[graph.is_ferry() | graph.is_copy()] = shapely.Point()  # nobody drives there
         self._tree = shapely.STRtree(list(boxes))
         self._tree.query(shapely.Point(0.0, 0.0))  # it is built at the first question
         self._frontiers: list[Frontier] = []
@@ -130,7 +132,7 @@ class MapMatcher:
         with self._lock:
             if self._frontiers:
                 return self._frontiers.pop()
-        links, transitions = self.graph.link_count, self.graph.successor.size
+        links, transitions = self.graph.link_count, self._roads.successor.size
         return Frontier(
             entry_m=np.empty(links),
             parent=np.empty(links, np.int32),

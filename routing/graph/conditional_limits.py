@@ -63,6 +63,13 @@ class ConditionalLimits:
         rest = {f.name: getattr(self, f.name)[chosen] for f in fields(self)}
         return ConditionalLimits(**{**rest, "link": new[self.link[chosen]]})
 
+    def with_links(self, of: NDArray[np.int64], rank: NDArray[np.int64]) -> ConditionalLimits:
+        """These limits, and those of links again for copies of them; of, rank: int64 (C,) the links and the copies."""
+        rows = [np.flatnonzero(self.link == link) for link in of.tolist()]
+        row = np.concatenate((np.arange(self.link.size), *rows)).astype(np.int64)
+        link = np.concatenate((self.link, np.repeat(rank, [k.size for k in rows])))
+        return ConditionalLimits(**{**{f.name: getattr(self, f.name)[row] for f in fields(self)}, "link": link})
+
     def columns(self) -> dict[str, list[Any]]:
         """The columns as JSON takes them."""
         return {f.name: getattr(self, f.name).tolist() for f in fields(self)}

@@ -38,6 +38,15 @@ class Ferries:
         order = order[link[order] >= 0]
         return Ferries(link[order], duration_s[order]) if order.size else None
 
+    def with_links(self, of: NDArray[np.int64], rank: NDArray[np.int64]) -> Ferries:
+        """These ferries, and copies of some links; of, rank: int64 (C,) the links and the copies, which come last."""
+        carried_s = self.carried_s(of)
+        if carried_s is None:
+            return self
+        aboard = carried_s > 0.0
+        link = np.concatenate((self.link, rank[aboard]))
+        return Ferries(link, np.concatenate((self.duration_s, carried_s[aboard])))
+
     def columns(self) -> dict[str, list[Any]]:
         """The columns as JSON takes them."""
         return {"link": self.link.tolist(), "duration_s": self.duration_s.tolist()}

@@ -20,6 +20,7 @@ from routing.errors import GraphFormatError
 from routing.graph.conditional_limits import ConditionalLimits, conditional_limits_from
 from routing.graph.exchange import exchanged
 from routing.graph.ferries import Ferries, ferries_from
+from routing.graph.link_copies import LinkCopies, link_copies_from
 from routing.graph.road_graph import (
     ARRAY_NAMES,
     FORMAT_VERSION,
@@ -67,6 +68,7 @@ TRIES: Final = 5  # to read a graph that is replaced meanwhile
 CONDITIONAL_FILE: Final = "conditional_limits.json"
 CUT_NODE: Final = "cut_node"  # an array that not every graph has
 FERRIES_FILE: Final = "ferries.json"
+COPIES_FILE: Final = "link_copies.json"
 
 # what numpy's reader lets out when a header is damaged: it is a Python literal, evaluated
 _UNREADABLE: Final = (
@@ -100,6 +102,16 @@ def save_graph(graph: RoadGraph, folder: Path) -> None:
         for file, content in files.items():
             (new / file).write_bytes(content)
         (new / META_FILE).write_text(_meta_json(graph, seal_of(files)), encoding="utf-8")
+        for name in ARRAY_NAMES:
+            np.save(new / f"{name}.npy", getattr(graph, name), allow_pickle=False)
+        (new / "names.json").write_text(json.dumps(graph.names, ensure_ascii=False), encoding="utf-8")
+        if graph.conditional is not None:
+            (new / CONDITIONAL_FILE).write_text(json.dumps(graph.conditional.columns()), encoding="utf-8")
+        if graph.ferries is not None:
+            (new / FERRIES_FILE).write_text(json.dumps(graph.ferries.columns()), encoding="utf-8")
+        if graph.copies is not None:
+            (new / COPIES_FILE).write_text(json.dumps(graph.copies.columns()), encoding="utf-8")
+        (new / "meta.json").write_text(_meta_json(graph), encoding="utf-8")
         new.chmod(0o755)
         if not place.exists():
             os.replace(new, place)
@@ -219,6 +231,10 @@ def _read(files: GraphFiles) -> RoadGraph:
         conditional=_conditional(files, arrays["tail"].size),
         cut_node=_cut_node(files, arrays["node_lat_deg"].size),
         ferries=_ferries(files, arrays),
+        names=names,
+        conditional=_load_conditional(folder, arrays["tail"].size),
+        ferries=_load_ferries(folder, arrays),
+        copies=_load_copies(folder, arrays),
         **arrays,
     )
 
@@ -226,6 +242,22 @@ def _read(files: GraphFiles) -> RoadGraph:
 def _cut_node(files: GraphFiles, node_count: int) -> NDArray[np.int32] | None:
     """Nodes at which roads are cut, None where the graph has no record of them."""
     if not files.has(f"{CUT_NODE}.npy"):
+def _load_copies(folder: Path, arrays: Mapping[str, NDArray[Any]]) -> LinkCopies | None:
+    """Copies of links, None where the graph has none."""
+    path = folder / COPIES_FILE
+    if not path.exists():
+        return None
+    try:
+        return link_copies_from(json.loads(path.read_text(encoding="utf-8")), arrays["tail"], arrays["head"])
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, OSError, RecursionError) as error:
+        allowed = "links of the graph that its last links lie on, as `joulepath import` writes them"
+        raise GraphFormatError(str(folder), COPIES_FILE, f"damaged ({error})", allowed) from error
+
+
+def _load_ferries(folder: Path, arrays: Mapping[str, NDArray[Any]]) -> Ferries | None:
+    """Ferries, None where the graph has none."""
+    path = folder / FERRIES_FILE
+    if not path.exists():
         return None
     array = _array(files, CUT_NODE)
     path, file, allowed = files.path, f"{CUT_NODE}.npy", f"ascending, 0..{node_count - 1}"

@@ -36,9 +36,9 @@ class RoadTree:
 
 
 def _packed(graph: RoadGraph) -> Boxes:
-    """Boxes around the roads of a graph; one direction of a two-way road is enough, and a ferry is no road."""
+    """Boxes around the roads of a graph; one direction of a two-way road is enough, no ferries, no copies."""
     link = np.arange(graph.link_count, dtype=np.int32)
-    road = link[((graph.reverse_idx < 0) | (link < graph.reverse_idx)) & ~graph.is_ferry()]
+    road = link[((graph.reverse_idx < 0) | (link < graph.reverse_idx)) & ~graph.is_ferry() & ~graph.is_copy()]
     box = np.empty((road.size, 4), np.int32)
     begin = graph.geometry_first[:-1]
     for column, line in enumerate((graph.geometry_lon_e7, graph.geometry_lat_e7)):

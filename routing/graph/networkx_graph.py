@@ -22,6 +22,7 @@ from routing.errors import GraphFormatError
 from routing.graph.conditional_limits import conditional_limits_from
 from routing.graph.earth import E7
 from routing.graph.ferries import Ferries, ferries_from
+from routing.graph.link_copies import LinkCopies, link_copies_from
 from routing.graph.road_graph import (
     FORMAT_VERSION,
     GraphMeta,
@@ -44,6 +45,7 @@ _NAMESPACE: Final = "http://graphml.graphdrawing.org/xmlns"
 _NAMESPACE_WITHIN: Final = 4096  # bytes from the beginning, in which the root names it
 _GZIP_MARK: Final = b"\x1f\x8b"
 _MOST_UNPACKED_BYTES: Final = 512 << 20  # what lies behind is missing, so that the file is refused
+_COPIES_KEY: Final = "joulepath_link_copies"
 _VERSION_KEY: Final = "joulepath_format_version"
 _HIGHWAY: Final = {c: c.name.lower() for c in FunctionalClass}
 
@@ -55,7 +57,7 @@ def to_networkx(graph: RoadGraph) -> NetworkxGraph:
     x, y [deg], elevation [m], street_count. Edges: osmid, highway, name, maxspeed (text, km/h), length [m],
     speed_kph, grade (rise over length), oneway, reversed, geometry (LineString), and with the RoadGraph's names
     functional_class, cross, urban, structure, speed_limit_mps, idx, reverse_idx, successors (indices, as text). Ferries
-    have no highway but route and duration_s [s].
+    have no highway but route and duration_s [s]; copies of links name theirs as copy_of.
     """
     meta = graph.meta
     result: NetworkxGraph = nx.MultiDiGraph(
@@ -70,6 +72,8 @@ def to_networkx(graph: RoadGraph) -> NetworkxGraph:
         result.graph[_CONDITIONAL_KEY] = json.dumps(graph.conditional.columns())
     if graph.cut_node is not None:
         result.graph[_CUT_KEY] = json.dumps(graph.cut_node.tolist())
+    if graph.copies is not None:
+        result.graph[_COPIES_KEY] = json.dumps(graph.copies.columns())
     carried_s: dict[int, float] = {}
     if graph.ferries is not None:
         result.graph[_FERRIES_KEY] = json.dumps(graph.ferries.columns())
@@ -125,6 +129,8 @@ def to_networkx(graph: RoadGraph) -> NetworkxGraph:
             data["name"] = name
         if data["structure"]:
             data["bridge"] = "yes"
+        if idx >= graph.road_link_count:
+            (data["copy_of"],) = graph.originals((idx,))
         if idx in carried_s:
             data.pop("highway")
             data.pop("bridge", None)
@@ -135,7 +141,7 @@ def to_networkx(graph: RoadGraph) -> NetworkxGraph:
 
 def _street_counts(graph: RoadGraph) -> NDArray[np.int64]:
     """Number of streets at each node, a two-way one counted once, int64 (N,)."""
-    once = (graph.reverse_idx < 0) | (graph.reverse_idx > np.arange(graph.link_count))
+    once = ((graph.reverse_idx < 0) | (graph.reverse_idx > np.arange(graph.link_count))) & ~graph.is_copy()
     ends = np.concatenate((graph.tail[once], graph.head[once]))
     return np.bincount(ends, minlength=graph.node_count)
 
@@ -223,7 +229,12 @@ def _rebuilt(graph: NetworkxGraph) -> RoadGraph:
         conditional=conditional_limits_from(json.loads(conditional), len(edges)) if conditional else None,
         cut_node=cut_node,
     )
-    return replace(rebuilt, ferries=_ferries(graph, rebuilt))
+    return replace(rebuilt, ferries=_ferries(graph, rebuilt), copies=_copies(graph, rebuilt))
+
+
+def _copies(graph: NetworkxGraph, rebuilt: RoadGraph) -> LinkCopies | None:
+    columns = graph.graph.get(_COPIES_KEY)
+    return link_copies_from(json.loads(columns), rebuilt.tail, rebuilt.head) if columns else None
 
 
 def _ferries(graph: NetworkxGraph, rebuilt: RoadGraph) -> Ferries | None:

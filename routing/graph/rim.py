@@ -101,7 +101,7 @@ def _rim_at(graph: RoadGraph, cut_off: NDArray[np.integer]) -> MapRim:
 
 def _dead_ends(graph: RoadGraph) -> NDArray[np.int64]:
     """Nodes at which a single road ends, int64 (k,)."""
-    road = (graph.reverse_idx < 0) | (np.arange(graph.link_count) < graph.reverse_idx)
+    road = ((graph.reverse_idx < 0) | (np.arange(graph.link_count) < graph.reverse_idx)) & ~graph.is_copy()
     degree = np.bincount(graph.tail[road], minlength=graph.node_count)
     degree += np.bincount(graph.head[road], minlength=graph.node_count)
     return np.flatnonzero(degree == 1)

@@ -15,13 +15,14 @@ from routing.errors import ImportFailedError
 from routing.graph.earth import E7, EARTH_RADIUS_M
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
     from energy.conditions import Conditions
     from routing.graph.conditional_limits import ConditionalLimits
     from routing.graph.ferries import Ferries
+    from routing.graph.link_copies import LinkCopies
 
     SomeLinks = NDArray[np.integer] | slice  # indices of links, or a run of them
 
@@ -147,6 +148,9 @@ class RoadGraph:
     cut_node: int32 (k,) ascending, nodes at which the map's extract cuts a road; None where the import knew of none and
     of no rim without any. ferries: links over which a ferry carries the vehicle, None where there are none; their
     speed_limit_mps is the ferry's speed.
+    conditional: limits under a condition, None where there are none. ferries: links over which a ferry carries the
+    vehicle, None where there are none; their speed_limit_mps is the ferry's speed. copies: of links, which come last
+    and lead elsewhere than these for those who may not go on as others; None where there are none.
     """
 
     meta: GraphMeta
@@ -174,6 +178,7 @@ class RoadGraph:
     conditional: ConditionalLimits | None = None
     cut_node: NDArray[np.int32] | None = None
     ferries: Ferries | None = None
+    copies: LinkCopies | None = None
 
     def __post_init__(self) -> None:
         for name in ARRAY_NAMES:
@@ -190,6 +195,28 @@ class RoadGraph:
     def link_count(self) -> int:
         """Number of directed links."""
         return int(self.tail.size)
+
+    @property
+    def road_link_count(self) -> int:
+        """Number of directed links without copies, which are the last ones."""
+        return self.link_count - (0 if self.copies is None else self.copies.of.size)
+
+    def is_copy(self) -> NDArray[np.bool_]:
+        """Whether a link is a copy of another, bool (M,)."""
+        return np.arange(self.link_count) >= self.road_link_count
+
+    def originals(self, links: Sequence[int]) -> tuple[int, ...]:
+        """Links, those that are copies replaced by what they are copies of."""
+        count = self.road_link_count
+        if self.copies is None:
+            return tuple(links)
+        return tuple(link if link < count else int(self.copies.of[link - count]) for link in links)
+
+    def copies_of(self, link_idx: int) -> list[int]:
+        """The copies of a link."""
+        if self.copies is None:
+            return []
+        return (self.road_link_count + np.flatnonzero(self.copies.of == link_idx)).tolist()
 
     def is_ferry(self) -> NDArray[np.bool_]:
         """Whether a ferry carries the vehicle over a link, bool (M,)."""
@@ -242,6 +269,7 @@ class RoadGraph:
 
 ARRAY_NAMES: Final = tuple(
     f.name for f in fields(RoadGraph) if f.name not in ("meta", "names", "conditional", "cut_node", "ferries")
+    f.name for f in fields(RoadGraph) if f.name not in ("meta", "names", "conditional", "ferries", "copies")
 )
 
 

@@ -76,6 +76,8 @@ class RoadIndex:
         reverse = int(self._graph.reverse_idx[link_idx])
         if reverse >= 0:
             positions.append(LinkPosition(reverse, length_m - offset_m))
+        for place in tuple(positions):  # who may not go on as others arrives on a copy
+            positions += [LinkPosition(copy, place.offset_m) for copy in self._graph.copies_of(place.link_idx)]
         return SnappedPoint(point, on_road, distance_m, link_idx, offset_m, name), tuple(positions)
 
     def _project(self, link_idx: int, point: Point) -> tuple[float, float, Point]:

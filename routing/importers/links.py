@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
     from routing.importers.chains import Chains, Pieces
     from routing.importers.crossings import Stops
-    from routing.importers.roads import Roads
+    from routing.importers.roads import Roads, WayBan
 
 
 def loose_graph(
@@ -36,10 +36,12 @@ def loose_graph(
     urban: NDArray[np.bool_],
     height_m: NDArray[np.float64] | None,
     dropped: Counter[str],
+    bans_left: list[WayBan],
 ) -> tuple[LooseNodes, LooseLinks]:
     """Nodes and directed links of pieces; both directions of a road have the same length to the last bit.
 
-    urban: bool (K,) by piece; height_m: float64 (P,) by point or None; counts of what is left out go into dropped.
+    urban: bool (K,) by piece; height_m: float64 (P,) by point or None; counts of what is left out go into dropped, and
+    bans over ways that are no forbidden turns into bans_left.
     """
     ways = roads.ways
     way_of_piece = chains.way[pieces.begin]
@@ -88,7 +90,9 @@ def loose_graph(
         geometry_first=first,
         geometry_lon_e7=lon,
         geometry_lat_e7=lat,
-        forbidden_turns=_forbidden_turns(roads, tail, head, ways.id[way], pieces.length_m[piece], node_id, dropped),
+        forbidden_turns=_forbidden_turns(
+            roads, tail, head, ways.id[way], pieces.length_m[piece], node_id, dropped, bans_left
+        ),
         conditional=_conditional(roads, way, reversed_),
         ferries=ferries,
     )
@@ -156,6 +160,7 @@ def _forbidden_turns(
     length_m: NDArray[np.float64],
     node_id: NDArray[np.int64],
     dropped: Counter[str],
+    bans_left: list[WayBan],
 ) -> NDArray[np.int64]:
     """Pairs of links that restrictions forbid, int64 (k, 2); an only-rule forbids all other turns at its node."""
     node_of_id: dict[int, int] = {}
@@ -186,4 +191,5 @@ def _forbidden_turns(
             pairs += [(a, b) for a in origin for b in target]
     pairs += [(a, b) for a, permitted in ordered.items() for b in out_of[int(head[a])] if b not in permitted]
     pairs += banned_over_ways(roads.way_bans, tail, head, way_id, length_m, dropped)
+    pairs += banned_over_ways(roads.way_bans, tail, head, way_id, length_m, dropped, bans_left)
     return np.array(pairs, np.int64).reshape(-1, 2)

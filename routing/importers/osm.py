@@ -397,10 +397,7 @@ class _Reader:
         origin = tuple(ref for role, kind, ref in members if role == "from" and kind == "w")
         target = tuple(ref for role, kind, ref in members if role == "to" and kind == "w")
         if origin and target and via and all(kind == "w" for kind, _ in via):
-            if rule.only:
-                self.dropped[Dropped.RESTRICTION_VIA_WAY] += 1
-            else:
-                self.way_bans.append(WayBan(origin, tuple(ref for _, ref in via), target))
+            self.way_bans.append(WayBan(origin, tuple(ref for _, ref in via), target, rule.only))
             return
         if len(via) != 1 or via[0][0] != "n" or not origin or not target:
             self.dropped[Dropped.RESTRICTION] += 1

@@ -25,6 +25,7 @@ from routing.importers.osm_files import is_graphml
 from routing.importers.profile import limit_grades, smooth_along_roads
 from routing.importers.roads import cut_at_antimeridian
 from routing.importers.tags import Dropped
+from routing.importers.way_bans import with_bans_over_ways
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from routing.importers.chains import Chains, Pieces
-    from routing.importers.roads import Roads
+    from routing.importers.roads import Roads, WayBan
 
 DEFAULT_SMOOTHING_M: Final = 300.0
 MAX_SMOOTHING_M: Final = 5000.0
@@ -115,6 +116,7 @@ def graph_from_roads(
     else:
         method = "none"
     report = stage("cut links")
+    bans_left: list[WayBan] = []
     stops = place_controls(roads, chains)
     node = junction_positions(chains)
     node |= np.isin(chains.point, list(stops.nodes))
@@ -135,7 +137,9 @@ def graph_from_roads(
         dropped[Dropped.FERRY_END] += _ferry_count(roads, chains, pieces) - _ferry_count(roads, chains, leading)
         pieces = leading
     report(0.5)
-    nodes, links = loose_graph(roads, chains, pieces, stops, urban_pieces(roads, chains, pieces), height_m, dropped)
+    nodes, links = loose_graph(
+        roads, chains, pieces, stops, urban_pieces(roads, chains, pieces), height_m, dropped, bans_left
+    )
     report(1.0)
     report = stage("assemble graph")
     sources = [roads.source, *(path.name for path in dem_paths)]
@@ -158,6 +162,7 @@ def graph_from_roads(
         way_end[chains.point[chains.first[:-1]]] = way_end[chains.point[chains.first[1:] - 1]] = True
         extent = roads.extent or Extent()
         graph = replace(graph, cut_node=cut_nodes(graph, extent, nodes, links, is_cut[node], way_end[node]))
+    graph = with_bans_over_ways(assemble_graph(meta, roads.names, nodes, links), bans_left)
     report(1.0)
     return graph
 

@@ -37,11 +37,15 @@ class Restriction:
 
 @dataclass(frozen=True, slots=True)
 class WayBan:
-    """A ban of driving from ways over other ways to ways, such as of turning back over a link of two carriageways."""
+    """A ban of driving from ways over other ways to ways, such as of turning back over a link of two carriageways.
+
+    only: instead, that whoever drives from the first ways onto the ways between must go on to the last ones.
+    """
 
     from_way_ids: tuple[int, ...]
     via_way_ids: tuple[int, ...]
     to_way_ids: tuple[int, ...]
+    only: bool = False
 
 
 @dataclass(frozen=True, slots=True)

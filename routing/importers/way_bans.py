@@ -1,20 +1,23 @@
-"""Bans of driving over ways as bans of single turns, where that says the same."""
+"""Bans of driving over ways as bans of single turns, where that says the same, else as bans of chains of links."""
 
 from __future__ import annotations
 
+from collections import Counter
+from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from routing.graph.link_bans import LinkBan, carried
 from routing.importers.tags import Dropped
 
 if TYPE_CHECKING:
-    from collections import Counter
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
 
+    from routing.graph.road_graph import RoadGraph
     from routing.importers.roads import WayBan
 
 
@@ -41,6 +44,10 @@ class _Near:
         """Whether a link is the other direction of another."""
         same_ends = self.tail[link] == self.head[other] and self.head[link] == self.tail[other]
         return bool(same_ends and self.way[link] == self.way[other])
+
+    def permitted(self, graph: RoadGraph, chain: list[int]) -> bool:
+        """Whether a chain may be driven up to its last turn."""
+        return all(after in graph.successors(before) for before, after in pairwise(chain[:-1]))
 
     def chains(self, ban: WayBan) -> list[list[int]]:
         """Links from the last of a from way over the ways between to the first of a to way, each way of driving it."""
@@ -73,12 +80,14 @@ def banned_over_ways(
     way_id: NDArray[np.int64],
     length_m: NDArray[np.float64],
     dropped: Counter[str],
+    bans_left: list[WayBan],
 ) -> list[tuple[int, int]]:
-    """Pairs of links (first, next) whose turn is forbidden where bans over ways are; those left are counted in dropped.
+    """Pairs of links (first, next) whose turn is forbidden where bans over ways are; others go into bans_left.
 
     A search that goes from link to link does not know where it came from. So a ban is carried by its last turn where
     the ways between can be entered from its first link alone, or by its first turn where they lead to its last link
     alone. Others are left, and those whose ways between are longer than LONGEST_M: drives may begin or end there.
+    Those without a link are counted in dropped.
     """
     pairs: list[tuple[int, int]] = []
     if not bans:
@@ -89,13 +98,41 @@ def banned_over_ways(
         if not chains:
             dropped[Dropped.RESTRICTION_MOOT] += 1
             continue
-        short = len(chains) == 1 and float(length_m[chains[0][1:-1]].sum()) <= LONGEST_M
+        short = not ban.only and len(chains) == 1 and float(length_m[chains[0][1:-1]].sum()) <= LONGEST_M
         turn = _turn_of(near, chains[0]) if short else None
         if turn is None:
-            dropped[Dropped.RESTRICTION_VIA_WAY] += 1
+            bans_left.append(ban)
         else:
             pairs.append(turn)
     return pairs
+
+
+def with_bans_over_ways(graph: RoadGraph, bans: Sequence[WayBan]) -> RoadGraph:
+    """The graph with bans over ways carried by copies of links; meta.dropped counts those that are not.
+
+    Not carried are those whose way runs on through the node at which it begins or ends (which side is meant?), and
+    those that would cut roads off.
+    """
+    if not bans:
+        return graph
+    dropped = Counter(graph.meta.dropped)
+    near = _Near(bans, graph.tail, graph.head, graph.way_id)
+    found: list[LinkBan] = []
+    for ban in bans:
+        chains = near.chains(ban)
+        whole = [chain for chain in chains if {int(graph.way_id[k]) for k in chain[1:-1]} == set(ban.via_way_ids)]
+        chains = [chain for chain in whole or chains if near.permitted(graph, chain)]
+        begins, ends = {chain[0] for chain in chains}, {chain[-1] for chain in chains}
+        if not chains:
+            dropped[Dropped.RESTRICTION_MOOT] += 1
+        elif len(begins) > len(ban.from_way_ids) or len(ends) > len(ban.to_way_ids):
+            dropped[Dropped.RESTRICTION_VIA_WAY] += 1
+        else:
+            found.append(LinkBan(tuple(map(tuple, chains)), ban.only))
+    graph, left = carried(graph, found)
+    dropped[Dropped.RESTRICTION_VIA_WAY] += left
+    counts = {str(reason): count for reason, count in sorted(dropped.items()) if count}
+    return replace(graph, meta=replace(graph.meta, dropped=counts))
 
 
 def _turn_of(near: _Near, chain: list[int]) -> tuple[int, int] | None:

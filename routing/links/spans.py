@@ -12,6 +12,7 @@ from energy.chain.kernels_chain import REST
 from energy.conditions import STILL, Conditions
 from energy.errors import LinkError
 from energy.stops import StopSettings
+from routing.graph.link_bans import whole_successors
 from routing.links.stops import link_stops
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ class ChainMaker:
 
     def __init__(self, graph: RoadGraph) -> None:
         self.graph = graph
+        self._successor_first, self._successor = whole_successors(graph)
 
     def chain(
         self, spans: tuple[LinkSpan, ...], settings: StopSettings | None = None, conditions: Conditions = STILL
@@ -57,25 +59,25 @@ class ChainMaker:
         It spares the check of each stretch, which takes as long as all else of a long chain.
         """
         graph = self.graph
-        if idx.size == 0 or idx.min() < 0 or idx.max() >= graph.link_count:
+        if idx.size == 0 or idx.min() < 0 or idx.max() >= graph.road_link_count:
             return False
         whole_m = graph.length_m[idx]
         from_m, to_m = np.array([s.from_m for s in spans]), np.array([s.to_m for s in spans])
         inside = bool((from_m >= 0.0).all() and (from_m < to_m).all() and (to_m <= whole_m).all())
         if not inside or from_m[1:].any() or not np.array_equal(to_m[:-1], whole_m[:-1]):
             return False
-        first, end = graph.successor_first[idx[:-1]], graph.successor_first[idx[:-1] + 1]
+        first, end = self._successor_first[idx[:-1]], self._successor_first[idx[:-1] + 1]
         follows = np.zeros(idx.size - 1, bool)
         for turn in range(int((end - first).max(initial=0))):
-            at = np.minimum(first + turn, graph.successor.size - 1)
-            follows |= (first + turn < end) & (graph.successor[at] == idx[1:])
+            at = np.minimum(first + turn, self._successor.size - 1)
+            follows |= (first + turn < end) & (self._successor[at] == idx[1:])
         return bool(follows.all())
 
     def _check(self, spans: tuple[LinkSpan, ...]) -> None:
         graph = self.graph
         for k, span in enumerate(spans):
-            if not 0 <= span.link_idx < graph.link_count:
-                raise LinkError("id", k, span.link_idx, f"0..{graph.link_count - 1}")
+            if not 0 <= span.link_idx < graph.road_link_count:
+                raise LinkError("id", k, span.link_idx, f"0..{graph.road_link_count - 1}")
             length_m = float(graph.length_m[span.link_idx])
             slack = SLACK_FRAC * length_m
             if not -slack <= span.from_m < length_m:
@@ -97,7 +99,8 @@ class ChainMaker:
 
     def _check_follows(self, k: int, before: LinkSpan, span: LinkSpan) -> None:
         graph = self.graph
-        if span.link_idx not in graph.successors(before.link_idx):
+        begin, end = self._successor_first[before.link_idx : before.link_idx + 2]
+        if span.link_idx not in self._successor[begin:end]:
             raise LinkError("id", k, span.link_idx, f"a link that may follow link {before.link_idx}")
         before_m = float(graph.length_m[before.link_idx])
         if before.to_m < before_m * (1.0 - SLACK_FRAC):

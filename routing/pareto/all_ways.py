@@ -15,6 +15,7 @@ from energy.force.kernels_physics import cabin_energy_j
 from routing.links.kernels_tables import CRUISE_S, LIMIT, STOP
 from routing.pareto import kernels_labels as kernels
 from routing.pareto import kernels_states
+from routing.places import LinkPosition
 from routing.search.found import FoundPath
 from routing.search.space import potential_share
 from routing.time_budget import time_budget
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     from routing.links.kernels_tables import LinkArrays
     from routing.pareto.kernels_labels import Labels
     from routing.pareto.kernels_states import Ends, StateGraph
-    from routing.places import LinkPosition
     from routing.search.space import SearchSpace
 
 STATES_A_LINK: Final = 32  # beyond it entries share states with lower bounds; few links of a real map have more
@@ -110,7 +110,7 @@ def uncovered_ways(
         return None
     found = lb.solution[: lb.counter[kernels.SOLUTIONS]].tolist()
     return Uncovered(
-        paths=tuple(_path(space.physics, sg, lb, label, gain_j, starts, goals) for label in found),
+        paths=tuple(_path(space, sg, lb, label, gain_j, starts, goals) for label in found),
         labels_made=int(lb.counter[kernels.MADE]),
         labels_settled=int(lb.counter[kernels.SETTLED]),
         seconds=time.perf_counter() - began,
@@ -225,7 +225,7 @@ def _labels(cover: Cover, gain_j: float) -> Labels:
 
 
 def _path(
-    physics: LinkPhysics,
+    space: SearchSpace,
     sg: StateGraph,
     lb: Labels,
     label: int,
@@ -235,7 +235,7 @@ def _path(
 ) -> FoundPath:
     """The way of a label that arrived."""
     time_s = float(lb.time_s[label])
-    energy_j = float(lb.energy_j[label]) + gain_j + cabin_energy_j(physics, 0.0, time_s)
+    energy_j = float(lb.energy_j[label]) + gain_j + cabin_energy_j(space.physics, 0.0, time_s)
     links: list[int] = []
     first = label = int(lb.parent[label])
     while label >= 0:
@@ -243,5 +243,7 @@ def _path(
         first, label = label, int(lb.parent[label])
     links.reverse()
     start = starts[int(lb.state[first]) - 1]
-    goal = next(place for place in goals if place.link_idx == links[-1])
-    return FoundPath(tuple(links), start, goal, cost=time_s, energy_j=energy_j, time_s=time_s, distance_m=math.nan)
+    goal_m = next(place.offset_m for place in goals if place.link_idx == links[-1])
+    driven = space.originals(links)
+    start, goal = LinkPosition(driven[0], start.offset_m), LinkPosition(driven[-1], goal_m)
+    return FoundPath(driven, start, goal, cost=time_s, energy_j=energy_j, time_s=time_s, distance_m=math.nan)

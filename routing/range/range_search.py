@@ -280,7 +280,7 @@ class RangeSearch:
         """Relative standard deviation of what driving dissipates, on a sample of the graph's links."""
         graph = self.graph
         rng = np.random.default_rng(SEED)
-        road_m = np.where(graph.is_ferry(), 0.0, graph.length_m)
+        road_m = np.where(graph.is_ferry() | graph.is_copy(), 0.0, graph.length_m)
         idx = rng.choice(graph.link_count, SAMPLE_LINKS, p=road_m / road_m.sum())
         chain = self._chains.of_links(idx, graph.length_m[idx], query.stop_settings, query.conditions)
         return dissipation_sd_frac(query.vehicle, chain, drive_settings(query))

@@ -140,6 +140,8 @@ class WayBack:
         for rules, labels in found.searched:
             arrays = self._arrays(rules, labels)
             kernels_departure.first_places(arrays, head_left, charges.soc_j, charges.reserve_j, found.left_j, begin)
+        for value in (begin, found.left_j, head_left):
+            self._space.copy_values(value)
         reached = np.isfinite(begin) & (self._space.arrays.speed_limit_mps >= 0.0)  # nobody departs on board
         return (
             RoadEnergies(
@@ -179,6 +181,7 @@ class WayBack:
                 turn_m,
             )
         turn_m[self._space.arrays.speed_limit_mps < 0.0] = -1.0
+        self._space.copy_values(turn_m)
         return (
             RoadEnergies(
                 node_energy_j=node_energy,

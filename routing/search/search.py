@@ -221,10 +221,12 @@ def _unpack(space: SearchSpace, ws: Workspace, goal: int, goals: Sequence[LinkPo
         label = int(ws.pointer[label, kernels_workspace.PARENT])
     links.reverse()
     number = ws.number[goal]
+    goal_m = next(g.offset_m for g in goals if g.link_idx == links[-1])
+    driven = space.originals(links)
     return FoundPath(
-        links=tuple(links),
-        start=LinkPosition(links[0], float(ws.number[first, kernels_workspace.OFFSET])),
-        goal=next(g for g in goals if g.link_idx == links[-1]),
+        links=driven,
+        start=LinkPosition(driven[0], float(ws.number[first, kernels_workspace.OFFSET])),
+        goal=LinkPosition(driven[-1], goal_m),
         cost=float(number[kernels_workspace.COST]),
         energy_j=float(number[kernels_workspace.ENERGY]),
         time_s=float(number[kernels_workspace.TIME]) - begin_s + space.carried_s(links),
@@ -259,6 +261,7 @@ def reach(
 
         (node_energy, link_reach), counts = _proven(space, rules, search)
     link_reach[space.arrays.speed_limit_mps < 0.0] = -1.0  # nobody stops on board
+    space.join_reach(link_reach)
     return Reach(node_energy, link_reach, limits.most_energy_j, counts)
 
 
@@ -290,6 +293,7 @@ def reach_by(
             finally:
                 pool.give_back(ws, epoch)
             link_reach[space.arrays.speed_limit_mps < 0.0] = -1.0
+            space.join_reach(link_reach)
             return ReachBy(least, energy_j, link_reach, most, counts), counts
 
         return _proven(space, rules, search)[0]

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
     from energy.force.effects import Drive
     from energy.vehicle.files import AnyVehicle
+    from routing.graph.link_copies import LinkCopies
     from routing.graph.road_graph import RoadGraph
 
 LOAD_NOISE_N: Final = 1e-9  # a road load that is lifted to 0 may miss it by rounding
@@ -40,7 +41,7 @@ LOAD_NOISE_N: Final = 1e-9  # a road load that is lifted to 0 may miss it by rou
 class SearchSpace:
     """A graph as one vehicle sees it: what the kernel reads, computed once per vehicle, conditions and settings.
 
-    least_load_n: least road load on any link at a speed that is driven there [N].
+    least_load_n: least road load on any link at a speed that is driven there [N]. copies: of links, as of RoadGraph.
     """
 
     arrays: LinkArrays
@@ -50,6 +51,7 @@ class SearchSpace:
     drives: Drives
     lower_bound: LowerBound
     least_load_n: float
+    copies: LinkCopies | None = None
 
     @property
     def held_bytes(self) -> int:
@@ -62,6 +64,24 @@ class SearchSpace:
     def conserving(self) -> bool:
         """Whether no link gives back more than height and speed hold, so that labels can be set (lemma 1)."""
         return not self.physics.printed and self.least_load_n >= -LOAD_NOISE_N
+
+    def originals(self, links: Sequence[int]) -> tuple[int, ...]:
+        """Links as RoadGraph.originals has them."""
+        if self.copies is None:
+            return tuple(links)
+        count = self.arrays.length_m.size - self.copies.of.size
+        return tuple(link if link < count else int(self.copies.of[link - count]) for link in links)
+
+    def join_reach(self, link_reach_m: NDArray[np.float64]) -> None:
+        """Count what is reached on copies of links, float64 (M,), for these links, and the other way round."""
+        if self.copies is not None:
+            np.maximum.at(link_reach_m, self.copies.of, link_reach_m[-self.copies.of.size :].copy())
+            self.copy_values(link_reach_m)
+
+    def copy_values(self, link_value: NDArray[np.float64]) -> None:
+        """Give copies of links the values of these links, float64 (M,)."""
+        if self.copies is not None:
+            link_value[-self.copies.of.size :] = link_value[self.copies.of]
 
     def carried_s(self, links: Sequence[int]) -> float:
         """Time on board of ferries on a way of links [s]."""
@@ -146,7 +166,8 @@ def search_space(
     slack = slack._replace(bounds=slack_bounds(physics, slack, half_inertia, roads, driven))
     lower_bound = LowerBound(graph, arrays, physics, slack, potential_share(physics))
     least_n = least_load_n(physics, roads, driven)
-    return SearchSpace(arrays, physics, slack, half_inertia, Drives(graph.successor_first), lower_bound, least_n)
+    drives = Drives(graph.successor_first)
+    return SearchSpace(arrays, physics, slack, half_inertia, drives, lower_bound, least_n, graph.copies)
 
 
 def potential_share(physics: LinkPhysics) -> float:

@@ -69,7 +69,7 @@ def import_map(
             progress=reporter(progress),
         )
     save_graph(graph, place)
-    _say_written(place, graph.node_count, graph.link_count, graph.meta.dropped)
+    _say_written(place, graph.node_count, graph.road_link_count, graph.meta.dropped)
     _say_cut_off(graph.meta.cut_off)
     _say_cut_roads(None if graph.cut_node is None else graph.cut_node.size)
     _say_ferries(graph)
@@ -198,8 +198,9 @@ def _say_cut_roads(places: int | None) -> None:
 def _say_ferries(graph: RoadGraph) -> None:
     console = Console(stderr=True)
     if graph.ferries is not None:
-        length_km = float(graph.length_m[graph.ferries.link].sum()) / 1000.0
-        said = f"  ferries: {graph.ferries.link.size} directed links, {length_km:.1f} km, no energy on board"
+        own = graph.ferries.link[graph.ferries.link < graph.road_link_count]
+        length_km = float(graph.length_m[own].sum()) / 1000.0
+        said = f"  ferries: {own.size} directed links, {length_km:.1f} km, no energy on board"
         console.print(said, style="dim", highlight=False)
     for ferry in graph.meta.ferries_left_out:
         place = f"lat {ferry.lat_deg:.5f}, lon {ferry.lon_deg:.5f}" + (f" ({ferry.name})" if ferry.name else "")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -308,8 +309,17 @@ NO_TURNING_BACK = (
 )
 
 
+def may_drive(graph: RoadGraph, *nodes: int) -> bool:
+    """Whether links from node to node may be driven one after the other, copies of links included."""
+    here: set[int] = {k for k in links_between(graph, *nodes[:2]) if k < graph.road_link_count}
+    for tail, head in pairwise(nodes[1:]):
+        ahead = links_between(graph, tail, head)
+        here = {to for at in here for to in graph.successors(at).tolist() if to in ahead}
+    return bool(here)
+
+
 def drives_back(graph: RoadGraph) -> bool:
-    return follows(graph, 1, 2, 5) and follows(graph, 2, 5, 4)
+    return may_drive(graph, 1, 2, 5, 4)
 
 
 def test_import_with_a_ban_over_a_way_that_only_its_from_way_enters_forbids_its_last_turn(draw_map: Any) -> None:
@@ -322,14 +332,18 @@ def test_import_with_a_ban_over_a_way_that_only_its_from_way_enters_forbids_its_
     assert "restrictions_over_ways" not in graph.meta.dropped
 
 
-def test_import_with_a_ban_over_a_way_that_others_enter_leaves_it_and_says_so(draw_map: Any) -> None:
+def test_import_with_a_ban_over_a_way_that_others_enter_holds_for_those_whom_it_means(draw_map: Any) -> None:
     ways = {**LINKED, 72: ([7, 2], MAIN)}
     # from 7 over the link to 4 is no turning back, and from 1 over the link there is another way out
     ways[58] = ([5, 8], MAIN)
     points = {**CARRIAGEWAYS, 8: (100, 100)}
     graph = import_region(draw_map(points, ways, relations=[NO_TURNING_BACK]), [], "others")
-    assert drives_back(graph)
-    assert graph.meta.dropped["restrictions_over_ways"] == 1
+    assert not drives_back(graph)
+    assert may_drive(graph, 1, 2, 5, 8)
+    assert may_drive(graph, 7, 2, 5, 4)
+    assert may_drive(graph, 2, 5, 4)  # who departs there
+    assert graph.link_count == graph.road_link_count + 1
+    assert "restrictions_over_ways" not in graph.meta.dropped
 
 
 def test_import_with_a_ban_over_a_way_that_leads_to_its_to_way_alone_forbids_its_first_turn(draw_map: Any) -> None:
@@ -341,18 +355,48 @@ def test_import_with_a_ban_over_a_way_that_leads_to_its_to_way_alone_forbids_its
     assert "restrictions_over_ways" not in graph.meta.dropped
 
 
-def test_import_with_a_ban_over_a_long_way_leaves_it_and_says_so(draw_map: Any) -> None:
+def test_import_with_a_ban_over_a_long_way_lets_those_who_depart_there_turn(draw_map: Any) -> None:
     points = CARRIAGEWAYS | {4: (0, 130), 5: (100, 130), 6: (200, 130)}
     graph = import_region(draw_map(points, LINKED, relations=[NO_TURNING_BACK]), [], "long")
-    assert drives_back(graph)
-    assert graph.meta.dropped["restrictions_over_ways"] == 1
+    assert not drives_back(graph)
+    assert may_drive(graph, 1, 2, 3)
+    assert may_drive(graph, 2, 5, 4)
+    assert "restrictions_over_ways" not in graph.meta.dropped
 
 
-def test_import_with_an_order_over_a_way_leaves_it_and_says_so(draw_map: Any) -> None:
+def test_import_with_an_order_over_a_way_keeps_it_for_those_who_enter_from_its_from_way(draw_map: Any) -> None:
     order = (NO_TURNING_BACK[0], {"type": "restriction", "restriction": "only_u_turn"})
-    graph = import_region(draw_map(CARRIAGEWAYS, LINKED, relations=[order]), [], "order")
+    ways = {**LINKED, 72: ([7, 2], MAIN), 58: ([5, 8], MAIN)}
+    graph = import_region(draw_map({**CARRIAGEWAYS, 8: (100, 100)}, ways, relations=[order]), [], "order")
     assert drives_back(graph)
-    assert follows(graph, 1, 2, 3)
+    assert not may_drive(graph, 1, 2, 5, 8)
+    assert may_drive(graph, 7, 2, 5, 8)
+    assert may_drive(graph, 1, 2, 3)
+    assert "restrictions_over_ways" not in graph.meta.dropped
+
+
+def test_import_with_bans_over_several_ways_in_a_row_forbids_the_whole_way_alone(draw_map: Any) -> None:
+    #  1 - 2 - 3 - 4 - 5 with arms 6 at 2, 7 at 3, 8 at 4 and a way back, so that every part has another way in and out
+    points = {k: (100 * k, 0) for k in range(1, 6)} | {6: (200, 100), 7: (300, 100), 8: (400, 100)}
+    ways = {k: ([k, k + 1], STREET) for k in range(1, 5)}
+    ways |= {26: ([2, 6], STREET), 37: ([3, 7], STREET), 48: ([4, 8], STREET), 99: ([1, 6, 7, 8, 5], STREET)}
+    members = [("w", 1, "from"), ("w", 2, "via"), ("w", 3, "via"), ("w", 4, "to")]
+    ban = (members, {"type": "restriction", "restriction": "no_straight_on"})
+    graph = import_region(draw_map(points, ways, relations=[ban]), [], "row")
+    assert not may_drive(graph, 1, 2, 3, 4, 5)
+    for way in ((1, 2, 3, 4, 8), (1, 2, 3, 7), (6, 2, 3, 4, 5), (7, 3, 4, 5), (5, 4, 3, 2, 1), (1, 2, 6)):
+        assert may_drive(graph, *way)
+    assert graph.link_count == graph.road_link_count + 2
+    assert import_region(draw_map(points, ways), [], "free").copies is None
+
+
+def test_import_with_a_ban_over_ways_that_would_cut_a_road_off_leaves_it_and_says_so(draw_map: Any) -> None:
+    ways = {1: ([1, 2], STREET), 2: ([2, 3], STREET), 3: ([3, 4], {**STREET, "oneway": "yes"}), 4: ([4, 1], STREET)}
+    points = {1: (0, 0), 2: (400, 0), 3: (800, 0), 4: (800, 400)}
+    ban = ([("w", 1, "from"), ("w", 2, "via"), ("w", 3, "to")], {"type": "restriction", "restriction": "no_left_turn"})
+    graph = import_region(draw_map(points, ways, relations=[ban]), [], "cut off")
+    assert may_drive(graph, 1, 2, 3, 4)
+    assert graph.copies is None
     assert graph.meta.dropped["restrictions_over_ways"] == 1
 
 
