@@ -32,7 +32,8 @@ def link_stops(
     motorway = graph.functional_class[links] == FunctionalClass.MOTORWAY
     cross = np.where(motorway, 0, graph.cross[links]).astype(np.intp)
     if graph.ferries is not None:
-        cross[graph.is_ferry()[links]] = 0
+        carried_s = graph.ferries.carried_s(np.arange(graph.link_count)[links] if isinstance(links, slice) else links)
+        cross = cross if carried_s is None else np.where(carried_s > 0.0, 0, cross)
     probability, wait = settings.probability_frac[urban, cross], settings.time_s[urban, cross]
     if rule is StopRule.NONE:
         return np.zeros_like(probability), np.zeros_like(wait)

@@ -451,3 +451,29 @@ def test_import_tells_at_how_many_places_the_extract_cuts_roads(tmp_path: Path) 
     (tmp_path / "cut.osm").write_text(cut.replace("42.11", "42.101"), encoding="utf-8")
     done = run("import", str(tmp_path / "cut.osm"), "--out", str(tmp_path / "cut"))
     assert "roads cut by the extract: at 1 place\n" in done.stderr
+
+
+SOUND = """<osm version="0.6">
+<node id="1" lat="42.00" lon="1.50"/><node id="2" lat="42.01" lon="1.50"/>
+<node id="3" lat="42.03" lon="1.50"/><node id="4" lat="42.05" lon="1.50"/>
+<way id="10"><nd ref="1"/><nd ref="2"/><tag k="highway" v="primary"/></way>
+<way id="11"><nd ref="3"/><nd ref="4"/><tag k="highway" v="primary"/></way>
+<way id="12"><nd ref="2"/><nd ref="3"/><tag k="route" v="ferry"/><tag k="name" v="Old [Line]"/>
+<tag k="duration" v="00:15"/></way>
+</osm>"""
+
+
+def test_import_tells_ferries_that_it_leaves_out_and_brings_them_in_where_asked(tmp_path: Path) -> None:
+    (tmp_path / "sound.osm").write_text(SOUND, encoding="utf-8")
+    plain = run("import", str(tmp_path / "sound.osm"), "--out", str(tmp_path / "plain"))
+    assert "ferry left out: 2.22 km from lat 42.01000, lon 1.50000 (Old [Line]); --ferries brings it in" in plain.stderr
+    folder = str(tmp_path / "sound")
+    done = run("import", str(tmp_path / "sound.osm"), "--ferries", "--out", folder)
+    assert "ferries: 4 directed links, 4.4 km, no energy on board" in done.stderr
+    assert "ferry left out" not in done.stderr
+    shown = run_json("graphs", "show", folder)
+    (ferry,) = [kind for kind in shown["road_classes"] if kind["functional_class"] == "ferry"]
+    assert (ferry["link_count"], ferry["length_km"]) == (4, pytest.approx(4.443, abs=0.01))
+    assert sum(kind["link_count"] for kind in shown["road_classes"]) == shown["link_count"]
+    route = run_json("route", "--start", "42.001,1.5", "--goal", "42.049,1.5", "--soc", "0.8", "--graph", folder)
+    assert any("'Old [Line]' (15 min)" in warning for warning in route["warnings"])
