@@ -285,6 +285,7 @@ class _Reader:
                 line = ferry_speed(duration, sum(length_m[way] for way in ways))
                 if not line.assumed:
                     speed_mps.update((way, line.mps) for way in ways if self.ferries[way] is None)
+                self.dropped[Dropped.FERRY_DURATION] += line.not_used
         for way, tag in self.ferries.items():
             if way not in speed_mps:
                 speed = ferry_speed(tag, length_m[way])

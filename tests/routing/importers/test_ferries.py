@@ -152,6 +152,13 @@ def test_the_duration_of_a_line_of_ways_holds_for_those_that_say_none(draw_map: 
     assert "ferries_at_assumed_speed" not in graph.meta.dropped
 
 
+def test_a_duration_of_a_line_that_is_not_understood_is_told(draw_map: Any) -> None:
+    line = ([("w", 20, "")], {"type": "route", "route": "ferry", "duration": "a while"})
+    graph = sound(draw_map, {"route": "ferry"}, relations=[line])
+    assert graph.meta.dropped["ferry_durations_not_used"] == 1
+    assert graph.meta.dropped["ferries_at_assumed_speed"] == 1
+
+
 @pytest.mark.parametrize("tags", [{"motor_vehicle": "no"}, {"foot": "yes"}, {"access": "private"}])
 @pytest.mark.parametrize("ferries", [False, True])
 def test_a_ferry_without_cars_is_left_out_with_its_reason(draw_map: Any, tags: dict[str, str], ferries: bool) -> None:
