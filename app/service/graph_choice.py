@@ -1,4 +1,4 @@
-"""The graph of a request that names none: the smallest that holds its places."""
+"""The graph of a request: the one that it names, else the smallest that holds its places."""
 
 from __future__ import annotations
 
@@ -25,16 +25,21 @@ if TYPE_CHECKING:
 
 
 def graph_for(sent: DriveRequest, atlas: Atlas, default: str, margin_m: float) -> str:
-    """Name of the smallest graph that holds all places of a request, the default one where there are no places.
+    """Name of the graph of a request: its own, else the smallest that holds all places, the default one without places.
 
     A graph holds places within its extent that are within margin_m [m] of its roads, and, where none does, those as
     near to its roads from beyond. Of graphs of one size the default one is taken. Where none is near enough to the
     roads, the smallest with all places in its extent is taken, whose error says how far they are.
 
     Raises PointOutsideMapError for a place in the extent of no graph, which names the nearest one, or one that holds
-    the place with latitude and longitude swapped; PlacesApartError where the places are on different graphs.
+    the place with latitude and longitude swapped, and for a place on another graph than the request names, which names
+    both; PlacesApartError where the places are on different graphs; GraphNotFoundError.
     """
     asked = _places_of(sent)
+    if sent.graph is not None:
+        for field, place in asked:
+            _check_on(sent.graph, field, place, atlas, margin_m)
+        return sent.graph
     if not asked:
         return default
     places = [place for _, place in asked]
@@ -44,6 +49,15 @@ def graph_for(sent: DriveRequest, atlas: Atlas, default: str, margin_m: float) -
     if len(holding) == 1:
         return holding[0]
     return next((name for name in holding if atlas.planner(name).holds(places)), holding[0])
+
+
+def _check_on(name: str, field: str, place: Point, atlas: Atlas, margin_m: float) -> None:
+    """Raise PointOutsideMapError where a place is not on one graph but on another."""
+    is_off = beyond_m(place, atlas.bbox(name)) > margin_m
+    others = _by_extent([place], atlas, name, margin_m) if is_off else []
+    if others:
+        whose = f"graph {name!r}, but on graph {others[0]!r}"
+        raise PointOutsideMapError(field, place.lat_deg, place.lon_deg, atlas.bbox(name), whose=whose)
 
 
 def _places_of(sent: DriveRequest) -> list[Asked]:

@@ -253,9 +253,7 @@ class Service:
     def _understood(self, sent: Asked) -> tuple[Planner, ChosenVehicle, Asked]:
         """Planner and vehicle of a request, and the request with its defaults filled in."""
         chosen = self._vehicle_with_effects(sent)
-        graph = sent.graph
-        if graph is None:
-            graph = graph_for(sent, self.atlas, self.settings.default_graph, self.settings.snap_limit_m)
+        graph = graph_for(sent, self.atlas, self.settings.default_graph, self.settings.snap_limit_m)
         understood = sent.model_copy(update={"vehicle": chosen.choice, "graph": graph})
         return self.atlas.planner(graph), chosen, understood
 

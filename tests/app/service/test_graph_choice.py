@@ -65,6 +65,14 @@ def test_graph_that_is_named_is_kept(service: Service) -> None:
     assert routed(service, NEAR, NEAR_TOO, "wide") == "wide"
 
 
+def test_place_on_another_graph_than_the_one_named_is_told_both(service: Service) -> None:
+    with pytest.raises(PointOutsideMapError) as refusal:
+        routed(service, NEAR, APART, "small")
+    assert str(refusal.value).startswith(
+        "goal (lat 46.5, lon 9.003) is outside the map of graph 'small', but on graph 'apart', allowed: lat"
+    )
+
+
 def test_range_and_matrix_go_by_their_places_too(service: Service) -> None:
     asked = RangeRequest.model_validate({"origin": APART, "soc": 0.01})
     assert service.range(asked).request.graph == "apart"
