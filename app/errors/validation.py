@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import ValidationError
@@ -12,12 +13,14 @@ from app.schemas.learned_effects import EFFECTS_BRANCH, EFFECTS_ID_BRANCH
 from app.schemas.problem import ErrorCode, FieldProblem, Problem
 from app.schemas.vehicles.services import SERVICE_BRANCHES
 from app.schemas.vehicles.vehicle import ID_BRANCH, PHYSICAL_BRANCH, TABLE_BRANCH
+from routing.places import degrees_text
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 
 LEAST_PERCENT: Final = 2.0  # that a share above 1 is taken for; assumed
+MOST_ROUNDS_DEG: Final = 3600.0  # up to which a longitude may be counted on by a map that goes on; assumed
 # parts of a location that name a branch of a union, not a field
 BRANCHES: Final = frozenset(
     {
@@ -67,18 +70,24 @@ def _validation_field(error: Any) -> FieldProblem:
         return field_problem(
             path, value.decode("utf-8", "replace"), "a JSON object, sent with Content-Type: application/json"
         )
-    return field_problem(path, value, _allowed(kind, context, str(error["msg"])) + _share_question(context, value))
+    return field_problem(path, value, _allowed(kind, context, str(error["msg"])) + _question(context, value))
 
 
-def _share_question(context: Mapping[str, object], value: object) -> str:
-    """What is asked of a share up to 1 that seems to be in percent; a text, as in an address, holds a number."""
-    if context.get("le") != 1 or not isinstance(value, (int, float, str)):
-        return ""
+def _question(context: Mapping[str, object], value: object) -> str:
+    """What is asked of a share up to 1 that seems to be in percent, and of a longitude counted on round the world.
+
+    A text, as in an address, holds a number.
+    """
+    bound = context.get("le", context.get("ge"))
     try:
-        percent = float(value)
+        number = float(value) if isinstance(value, (int, float, str)) else math.nan
     except (OverflowError, ValueError):
         return ""
-    return f"; did you mean {percent / 100.0:g}?" if LEAST_PERCENT <= percent <= 100.0 else ""
+    if context.get("le") == 1 and LEAST_PERCENT <= number <= 100.0:
+        return f"; did you mean {number / 100.0:g}?"
+    if bound in (-180, 180) and abs(number) <= MOST_ROUNDS_DEG:  # those of longitudes only
+        return f"; did you mean {degrees_text(math.remainder(number, 360.0))}?"
+    return ""
 
 
 def _allowed(kind: str, context: Mapping[str, object], message: str) -> str:
