@@ -45,7 +45,7 @@ def graph_for(sent: DriveRequest, atlas: Atlas, default: str, margin_m: float) -
     places = [place for _, place in asked]
     holding = _by_extent(places, atlas, default, margin_m)
     if not holding:
-        return _nearest_of_none(asked, atlas, default, margin_m)
+        return _where_none_holds_all(asked, atlas, default, margin_m)
     if len(holding) == 1:
         return holding[0]
     return next((name for name in holding if atlas.planner(name).holds(places)), holding[0])
@@ -99,18 +99,17 @@ def _by_extent(places: Sequence[Point], atlas: Atlas, default: str, margin_m: fl
     return [name for *_, name in sorted(found)]
 
 
-def _nearest_of_none(asked: Sequence[Asked], atlas: Atlas, default: str, margin_m: float) -> str:
-    """Raise the error of places that no graph holds together; the nearest graph where it is not as it seems."""
-    common: list[str] = []
-    for k, (field, place) in enumerate(asked):
+def _where_none_holds_all(asked: Sequence[Asked], atlas: Atlas, default: str, margin_m: float) -> str:
+    """Raise the error of the first place that is not on a graph with those before it; or as _on_no_graph."""
+    shared = list(atlas.names)
+    for field, place in asked:
         on = _by_extent([place], atlas, default, margin_m)
         if not on:
             return _on_no_graph(field, place, atlas, default, margin_m)
-        shared = [name for name in common if name in on] if k else on
-        if not shared:
-            raise PlacesApartError((field, place, on), (*asked[0], common))
-        common = shared
-    return default  # not reached: a graph that holds each of the places holds all
+        if not set(shared) & set(on):
+            raise PlacesApartError((field, place, on), (*asked[0], shared))
+        shared = [name for name in on if name in shared]
+    return shared[0]
 
 
 def _on_no_graph(field: str, place: Point, atlas: Atlas, default: str, margin_m: float) -> str:

@@ -91,6 +91,8 @@ def test_places_on_different_graphs_are_refused_naming_both(service: Service) ->
         "goal (lat 46.5, lon 9.003) is on graph 'apart', but start (lat 46.5, lon 8.003) is on graphs 'small' and "
         "'wide', allowed: all places of a request on one graph"
     )
+    with pytest.raises(PlacesApartError, match=r"^goal .* on graph 'apart', but start .* on graph 'wide', allowed"):
+        service.route(RouteRequest.model_validate({"start": NEAR, "via": [[8.038, 46.5]], "goal": APART, "soc": 0.5}))
     pairs = MatrixRequest.model_validate({"sources": [APART, NEAR], "targets": [APART], "soc": 0.5})
     with pytest.raises(PlacesApartError, match=r"^sources\[1\] .* but sources\[0\] .* on graph 'apart'"):
         service.matrix(pairs)
