@@ -12,7 +12,7 @@ from app.schemas.range import RangeRequest
 from app.schemas.route import RouteRequest
 from routing.errors import PointOutsideMapError
 from routing.graph.earth import METRE_PER_DEGREE
-from routing.graph.snap import beyond_m
+from routing.graph.snap import beside, beyond_m
 from routing.places import Point
 
 if TYPE_CHECKING:
@@ -91,7 +91,7 @@ def _by_extent(places: Sequence[Point], atlas: Atlas, default: str, margin_m: fl
                 shrink * (west - place.lon_deg),
                 shrink * (place.lon_deg - east),
             )
-            for place in places
+            for place in (beside(asked, atlas.bbox(name)) for asked in places)
         ]
         if max(beyond_deg) <= north_deg:
             size = (north - south) * (east - west) * shrink

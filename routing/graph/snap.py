@@ -56,13 +56,14 @@ class RoadIndex:
         """
         west, south, east, north = bbox = self._graph.meta.bbox
         lat, lon = point.lat_deg, point.lon_deg
-        inside = south <= lat <= north and west <= lon <= east
+        here = beside(point, bbox)
+        inside = south <= lat <= north and west <= here.lon_deg <= east
         away_m, whose = beyond_m(point, bbox), f"graph {self._graph.meta.name!r}"
         swapped = beyond_m(Point(lon, lat), bbox) <= limit_m
         if not inside and not away_m <= min(max(limit_m, NAMED_M), FLAT_M):
             raise PointOutsideMapError(field, lat, lon, bbox, whose=whose, away_m=away_m, swapped=swapped)
-        link_idx = self._indexed().nearest(point)
-        offset_m, distance_m, on_road = self._project(link_idx, point)
+        link_idx = self._indexed().nearest(here)
+        offset_m, distance_m, on_road = self._project(link_idx, here)
         name = self._graph.names[int(self._graph.name_idx[link_idx])]
         if distance_m > limit_m:
             nearest = NearestRoad(distance_m, name, on_road.lat_deg, on_road.lon_deg)
@@ -91,12 +92,20 @@ class RoadIndex:
         return share * float(self._graph.length_m[link_idx]), float(np.hypot(foot.x, foot.y)), place
 
 
+def beside(point: Point, bbox: tuple[float, float, float, float]) -> Point:
+    """A place on a map's side of the antimeridian: beyond ±180° where it lies there from the map's middle."""
+    middle_deg = 0.5 * (bbox[0] + bbox[2])
+    if not 180.0 < abs(point.lon_deg - middle_deg) < math.inf:
+        return point
+    return Point(point.lat_deg, middle_deg + math.remainder(point.lon_deg - middle_deg, 360.0))
+
+
 def beyond_m(point: Point, bbox: tuple[float, float, float, float]) -> float:
     """How far a place is from a map's bounds, west, south, east, north [deg]: in m; infinite for what is no place."""
     if not (math.isfinite(point.lat_deg) and math.isfinite(point.lon_deg)):
         return math.inf
     west, south, east, north = bbox
-    lat, lon = min(max(point.lat_deg, south), north), min(max(point.lon_deg, west), east)
+    lat, lon = min(max(point.lat_deg, south), north), min(max(beside(point, bbox).lon_deg, west), east)
     return float(great_circle_m(point.lat_deg, point.lon_deg, lat, lon))
 
 

@@ -18,6 +18,8 @@ from routing.graph.road_graph import RoadGraph, Terrain
 from tests.app.conftest import street_grid
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from app.settings import Settings
 
 NEAR = {"lat": 46.5, "lon": 8.003}
@@ -82,6 +84,19 @@ def test_range_and_matrix_go_by_their_places_too(service: Service) -> None:
 
 def test_place_just_beyond_the_outermost_road_is_held(service: Service) -> None:
     assert routed(service, {"lat": 46.499996, "lon": 9.003}, {"lat": 46.504, "lon": 9.0}) == "apart"
+
+
+@pytest.mark.parametrize("lon", [180.0, -180.0, -179.9999])
+def test_place_just_beyond_the_antimeridian_is_held(settings: Settings, tmp_path: Path, lon: float) -> None:
+    for graph in (moved("date", 171.98), moved("apart", 0.0)):
+        save_graph(graph, tmp_path / graph.meta.name)
+    service = Service(settings.model_copy(update={"graph_dirs": (tmp_path,), "default_graph": "apart"}))
+    sent = RouteRequest.model_validate({"start": [lon, 46.503], "goal": [179.985, 46.5], "soc": 0.5})
+    answer = service.route(sent)
+    assert answer.request.graph == "date"
+    assert answer.snapped.start.asked.lon == lon
+    assert answer.snapped.start.on_road.lon == pytest.approx(180.0, abs=1e-6)
+    assert answer.snapped.start.distance_m == pytest.approx(7.65 if lon == -179.9999 else 0.0, abs=0.1)
 
 
 def test_places_on_different_graphs_are_refused_naming_both(service: Service) -> None:
