@@ -18,7 +18,7 @@ STATES = {
     "first page": "",
     "routes": f"{ROUTE}&via=43.77,-35.9&uncertainty=1",
     "out of reach": "?start=43.872,-36.433&goal=43.697,-35.19&soc=25&colour=consumption",
-    "range": "?tab=range&start=43.872,-36.433&soc=30&conditions=ambient_c:-10,road:snow",
+    "range": "?tab=range&start=43.872,-36.433&soc=30&conditions=road:snow&by=time&minutes=9,30&outline=filled",
     "new diagnosis": "?tab=diagnosis",
 }
 
