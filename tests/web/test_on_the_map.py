@@ -325,3 +325,13 @@ def test_report_of_a_result_opens_as_a_page_of_its_own(visit: Visit, driven: dic
     assert answered.value.status == 200
     assert report.title().startswith(f"Diagnosis of {CAR}:")
     expect(report.locator("body")).to_contain_text("drive-33")
+
+
+def test_extents_over_the_antimeridian_are_the_small_ones(page: MapPage):
+    found = page.page.evaluate(
+        """async () => {
+          const { extentOf } = await import("/web/js/map/view.js");
+          return [[[179.9, -17], [-179.8, -16]], [[-36, 43], [12, 44]], [[-71, -30]]].map(extentOf);
+        }"""
+    )
+    assert found == [[179.9, -17, pytest.approx(180.2), -16], [-36, 43, 12, 44], [-71, -30, -71, -30]]

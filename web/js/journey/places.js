@@ -24,7 +24,7 @@ export function placesPanel(app, element) {
   };
   const put = (key, place) => {
     waiting = null;
-    const rounded = place && { lat: Number(place.lat.toFixed(6)), lon: Number(place.lon.toFixed(6)) };
+    const rounded = place && { lat: Number(place.lat.toFixed(6)), lon: Number(wrapped(place.lon).toFixed(6)) };
     if (key.startsWith("via")) {
       const via = [...journey.get().via];
       const i = Number(key.slice(4));
@@ -197,6 +197,9 @@ function showError(input, error) {
   message.textContent = error;
   message.className = error ? "message" : "message unseen";
 }
+
+/** A longitude within ±180, also of a copy of the world beside the first one. */
+const wrapped = (lon) => (Math.abs(lon) <= 180 ? lon : ((((lon + 180) % 360) + 360) % 360) - 180);
 
 /** The middle between two places: on the first route of an answer, or on a straight line where there is none. */
 function middleOf(answer, from, to) {

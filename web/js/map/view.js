@@ -81,13 +81,13 @@ export class MapView {
   #listen() {
     this.map.on("click", (event) => {
       const hit = this.aiming ? null : this.#hit(event.point);
-      if (hit) for (const listener of this.listeners.pick) listener(hit, { lat: event.lngLat.lat, lon: event.lngLat.lng });
+      if (hit) for (const listener of this.listeners.pick) listener(hit, placeOf(event));
       else for (const listener of this.listeners.click) listener(placeNear(this.map, event.point));
     });
     this.map.on("mousemove", (event) => {
       const hit = this.#hit(event.point);
       this.map.getCanvas().style.cursor = this.aiming ? "crosshair" : hit ? "pointer" : "";
-      for (const listener of this.listeners.hover) listener(hit, { lat: event.lngLat.lat, lon: event.lngLat.lng });
+      for (const listener of this.listeners.hover) listener(hit, placeOf(event));
     });
     this.map.on("mouseout", () => {
       for (const listener of this.listeners.hover) listener(null, null);
@@ -185,14 +185,24 @@ export class MapView {
   }
 }
 
-/** The extent of positions [lon, lat]: [west, south, east, north]. */
+/** Where the pointer is, also on a copy of the world beside the first one. */
+function placeOf({ lngLat }) {
+  const { lng: lon, lat } = lngLat.wrap();
+  return { lat, lon };
+}
+
+/** The extent of positions [lon, lat]: [west, south, east, north], east beyond 180 where it is smaller over 180° than round the world. */
 export function extentOf(positions) {
   let [west, south, east, north] = [Infinity, Infinity, -Infinity, -Infinity];
+  let [turnedWest, turnedEast] = [Infinity, -Infinity];
   for (const [lon, lat] of positions) {
+    const turned = lon < 0 ? lon + 360 : lon;
     west = Math.min(west, lon);
     east = Math.max(east, lon);
+    turnedWest = Math.min(turnedWest, turned);
+    turnedEast = Math.max(turnedEast, turned);
     south = Math.min(south, lat);
     north = Math.max(north, lat);
   }
-  return [west, south, east, north];
+  return east - west > 180 && turnedEast - turnedWest < east - west ? [turnedWest, south, turnedEast, north] : [west, south, east, north];
 }
