@@ -102,16 +102,6 @@ def save_graph(graph: RoadGraph, folder: Path) -> None:
         for file, content in files.items():
             (new / file).write_bytes(content)
         (new / META_FILE).write_text(_meta_json(graph, seal_of(files)), encoding="utf-8")
-        for name in ARRAY_NAMES:
-            np.save(new / f"{name}.npy", getattr(graph, name), allow_pickle=False)
-        (new / "names.json").write_text(json.dumps(graph.names, ensure_ascii=False), encoding="utf-8")
-        if graph.conditional is not None:
-            (new / CONDITIONAL_FILE).write_text(json.dumps(graph.conditional.columns()), encoding="utf-8")
-        if graph.ferries is not None:
-            (new / FERRIES_FILE).write_text(json.dumps(graph.ferries.columns()), encoding="utf-8")
-        if graph.copies is not None:
-            (new / COPIES_FILE).write_text(json.dumps(graph.copies.columns()), encoding="utf-8")
-        (new / "meta.json").write_text(_meta_json(graph), encoding="utf-8")
         new.chmod(0o755)
         if not place.exists():
             os.replace(new, place)
@@ -134,6 +124,8 @@ def _files(graph: RoadGraph) -> dict[str, bytes]:
         files[f"{CUT_NODE}.npy"] = array_bytes(graph.cut_node)
     if graph.ferries is not None:
         files[FERRIES_FILE] = json.dumps(graph.ferries.columns()).encode()
+    if graph.copies is not None:
+        files[COPIES_FILE] = json.dumps(graph.copies.columns()).encode()
     return files
 
 
@@ -231,10 +223,7 @@ def _read(files: GraphFiles) -> RoadGraph:
         conditional=_conditional(files, arrays["tail"].size),
         cut_node=_cut_node(files, arrays["node_lat_deg"].size),
         ferries=_ferries(files, arrays),
-        names=names,
-        conditional=_load_conditional(folder, arrays["tail"].size),
-        ferries=_load_ferries(folder, arrays),
-        copies=_load_copies(folder, arrays),
+        copies=_copies(files, arrays),
         **arrays,
     )
 
@@ -242,22 +231,6 @@ def _read(files: GraphFiles) -> RoadGraph:
 def _cut_node(files: GraphFiles, node_count: int) -> NDArray[np.int32] | None:
     """Nodes at which roads are cut, None where the graph has no record of them."""
     if not files.has(f"{CUT_NODE}.npy"):
-def _load_copies(folder: Path, arrays: Mapping[str, NDArray[Any]]) -> LinkCopies | None:
-    """Copies of links, None where the graph has none."""
-    path = folder / COPIES_FILE
-    if not path.exists():
-        return None
-    try:
-        return link_copies_from(json.loads(path.read_text(encoding="utf-8")), arrays["tail"], arrays["head"])
-    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, OSError, RecursionError) as error:
-        allowed = "links of the graph that its last links lie on, as `joulepath import` writes them"
-        raise GraphFormatError(str(folder), COPIES_FILE, f"damaged ({error})", allowed) from error
-
-
-def _load_ferries(folder: Path, arrays: Mapping[str, NDArray[Any]]) -> Ferries | None:
-    """Ferries, None where the graph has none."""
-    path = folder / FERRIES_FILE
-    if not path.exists():
         return None
     array = _array(files, CUT_NODE)
     path, file, allowed = files.path, f"{CUT_NODE}.npy", f"ascending, 0..{node_count - 1}"
@@ -269,6 +242,18 @@ def _load_ferries(folder: Path, arrays: Mapping[str, NDArray[Any]]) -> Ferries |
         k = int(falls.argmax())
         raise GraphFormatError(path, file, f"{array[k + 1]} after {array[k]}", allowed)
     return array
+
+
+def _copies(files: GraphFiles, arrays: Mapping[str, NDArray[Any]]) -> LinkCopies | None:
+    """Copies of links, None where the graph has none."""
+    if not files.has(COPIES_FILE):
+        return None
+    content = files.read(COPIES_FILE)
+    try:
+        return link_copies_from(json.loads(content), arrays["tail"], arrays["head"])
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
+        allowed = "links of the graph that its last links lie on, as `joulepath import` writes them"
+        raise GraphFormatError(files.path, COPIES_FILE, f"damaged ({error})", allowed) from error
 
 
 def _ferries(files: GraphFiles, arrays: Mapping[str, NDArray[Any]]) -> Ferries | None:

@@ -147,9 +147,7 @@ class RoadGraph:
     conditional: limits under a condition, None where there are none.
     cut_node: int32 (k,) ascending, nodes at which the map's extract cuts a road; None where the import knew of none and
     of no rim without any. ferries: links over which a ferry carries the vehicle, None where there are none; their
-    speed_limit_mps is the ferry's speed.
-    conditional: limits under a condition, None where there are none. ferries: links over which a ferry carries the
-    vehicle, None where there are none; their speed_limit_mps is the ferry's speed. copies: of links, which come last
+    speed_limit_mps is the ferry's speed. copies: of links, which come last
     and lead elsewhere than these for those who may not go on as others; None where there are none.
     """
 
@@ -268,8 +266,7 @@ class RoadGraph:
 
 
 ARRAY_NAMES: Final = tuple(
-    f.name for f in fields(RoadGraph) if f.name not in ("meta", "names", "conditional", "cut_node", "ferries")
-    f.name for f in fields(RoadGraph) if f.name not in ("meta", "names", "conditional", "ferries", "copies")
+    f.name for f in fields(RoadGraph) if f.name not in ("meta", "names", "conditional", "cut_node", "ferries", "copies")
 )
 
 

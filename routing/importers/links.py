@@ -190,6 +190,5 @@ def _forbidden_turns(
         else:
             pairs += [(a, b) for a in origin for b in target]
     pairs += [(a, b) for a, permitted in ordered.items() for b in out_of[int(head[a])] if b not in permitted]
-    pairs += banned_over_ways(roads.way_bans, tail, head, way_id, length_m, dropped)
     pairs += banned_over_ways(roads.way_bans, tail, head, way_id, length_m, dropped, bans_left)
     return np.array(pairs, np.int64).reshape(-1, 2)

@@ -162,7 +162,7 @@ def graph_from_roads(
         way_end[chains.point[chains.first[:-1]]] = way_end[chains.point[chains.first[1:] - 1]] = True
         extent = roads.extent or Extent()
         graph = replace(graph, cut_node=cut_nodes(graph, extent, nodes, links, is_cut[node], way_end[node]))
-    graph = with_bans_over_ways(assemble_graph(meta, roads.names, nodes, links), bans_left)
+    graph = with_bans_over_ways(graph, bans_left)
     report(1.0)
     return graph
 
