@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 import rasterio
 from rasterio.enums import ColorInterp
+from rasterio.errors import RasterioIOError
 from rasterio.warp import transform, transform_bounds
 from rasterio.windows import Window
 from scipy.ndimage import distance_transform_edt, gaussian_filter
@@ -29,6 +30,7 @@ from routing.importers.elevation_cells import (
     LOWEST_M,
     decoded_heights,
     metres_per_unit,
+    refuse_shaded,
     undeclared_voids,
 )
 
@@ -42,6 +44,7 @@ OUTSIDE_ALLOWED_FRAC: Final = 0.05  # of the points: extracts keep whole ways, w
 _HGT_NAME = re.compile(r"([NS])(\d{2})([EW])(\d{3})", re.IGNORECASE)
 _HGT_VOID: Final = -32768
 _HGT_SIZES: Final = (1201, 3601)
+_HEIGHT_NAME: Final = re.compile(r"elev|height|altitude|\b(?:dem|dtm|dsm|z)\b", re.IGNORECASE)
 _TIFF: Final = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 _LONGEST_HGT: Final = 2 * 3601**2  # bytes
 _MAX_CELLS: Final = 600_000_000  # decoded for one map
@@ -289,8 +292,9 @@ def _gzipped(path: Path) -> tuple[str, bytes]:
             data = member.read(_LONGEST_HGT + 1)
     except (OSError, EOFError, zlib.error) as error:
         raise ImportFailedError("dem", path, f"not a readable gzip file ({error})") from error
-    if data[:4] in _TIFF:
-        raise ImportFailedError("dem", path, "is a GeoTIFF packed by gzip, allowed: .hgt.gz; unpack it")
+    if len(data) not in [2 * size**2 for size in _HGT_SIZES] and not path.name.lower().endswith(".hgt.gz"):
+        kind = "a GeoTIFF" if data[:4] in _TIFF else "something else than .hgt"
+        raise ImportFailedError("dem", path, f"is {kind} packed by gzip, allowed: .hgt.gz; unpack it")
     return path.name, data
 
 
@@ -308,6 +312,9 @@ def _hgt_tile(path: Path, name: str, data: bytes) -> Tile:
     south = float(corner[2]) * (1.0 if corner[1].upper() == "N" else -1.0)
     west = float(corner[4]) * (1.0 if corner[3].upper() == "E" else -1.0)
     raw = np.frombuffer(data, ">i2").reshape(size, size)
+    if _impossible_frac(raw) > _TOO_HIGH_FRAC >= _impossible_frac(raw.view("<i2")):
+        reason = "its numbers have the low byte first, allowed: the high byte first, as SRTM has them"
+        raise ImportFailedError("dem", path, reason)
     cell_m = METRE_PER_DEGREE / size
     filled = _filled(path, raw.astype(np.float32), raw == _HGT_VOID, cell_m)
     if filled is None:
@@ -319,6 +326,12 @@ def _hgt_tile(path: Path, name: str, data: bytes) -> Tile:
     inverse = (scale, 0.0, -west * scale + 0.5, 0.0, -scale, (south + 1.0) * scale + 0.5)
     place = Placement(size, size, None, inverse, (west, south, west + 1.0, south + 1.0), cell_m)
     return Tile(path.name, height_m, place, void, undeclared)
+
+
+def _impossible_frac(height_m: NDArray[np.int16]) -> float:
+    """Which part of an .hgt tile's heights can be none, 0..1."""
+    known = height_m[height_m != _HGT_VOID]
+    return float(np.mean((known < LOWEST_M) | (known > HIGHEST_M))) if known.size else 0.0
 
 
 def _placement(path: Path) -> Placement:
@@ -342,11 +355,18 @@ def _placement(path: Path) -> Placement:
                 f"{_MAX_PACKED_BYTES >> 20} MB; write it in tiles (gdal_translate -co TILED=YES)",
             )
         place = raster.transform
+        if place.is_identity:
+            raise ImportFailedError("dem", path, "says nowhere where its cells lie, needed: their size and a corner")
         corners = list(itertools.product((0, raster.width), (0, raster.height)))
         xs = [place.a * column + place.b * row + place.c for column, row in corners]
         ys = [place.d * column + place.e * row + place.f for column, row in corners]
         west, south, east, north = min(xs), min(ys), max(xs), max(ys)
-        bounds = transform_bounds(raster.crs, "EPSG:4326", west, south, east, north)
+        try:
+            bounds = transform_bounds(raster.crs, "EPSG:4326", west, south, east, north)
+        except Exception as error:  # as in _opened
+            name = raster.crs.to_wkt().partition('"')[2].partition('"')[0]
+            reason = f"its coordinate system {name!r} is tied to no place on earth, allowed: such as EPSG:4326"
+            raise ImportFailedError("dem", path, reason) from error
         if not all(map(math.isfinite, bounds)) or bounds[1] < -91.0 or bounds[3] > 91.0 or not place.determinant:
             reason = (
                 f"spans {west:g}..{east:g}, {south:g}..{north:g} in its coordinate system, which is no place on earth"
@@ -371,6 +391,11 @@ def _opened(path: Path) -> Iterator[Any]:
             yield raster
     except ImportFailedError:
         raise
+    except RasterioIOError as error:
+        size = path.stat().st_size
+        kinds = "GeoTIFF and other rasters of GDAL, .hgt, .hgt.gz or .hgt.zip"
+        reason = f"not a readable raster of {size} bytes ({error}), allowed: {kinds}"
+        raise ImportFailedError("dem", path, reason) from error
     except Exception as error:  # what rasterio raises for GDAL's errors has no public base
         raise ImportFailedError("dem", path, f"not a readable raster ({error})") from error
 
@@ -431,14 +456,41 @@ def _heights(path: Path, raster: Any, window: Window, cell_m: float) -> tuple[ND
     if coloured or ColorInterp.palette in raster.colorinterp:
         kind = "colours" if coloured else "colours of a palette"
         raise ImportFailedError("dem", path, f"its bands are {kind} and no heights, allowed: one band of heights")
-    if np.dtype(raster.dtypes[0]).kind not in "iuf":
-        raise ImportFailedError("dem", path, f"its band is of type {raster.dtypes[0]}, allowed: whole or real numbers")
-    raw = raster.read(1, masked=True, window=window)
-    unit = raster.units[0] or raster.tags(1).get("units") or raster.tags(1).get("UNITTYPE")
+    band = _height_band(path, raster)
+    number_type = raster.dtypes[band - 1]
+    if np.dtype(number_type).kind not in "iuf":
+        raise ImportFailedError("dem", path, f"its band is of type {number_type}, allowed: whole or real numbers")
+    raw = raster.read(band, masked=True, window=window)
+    unit = raster.units[band - 1] or raster.tags(band).get("units") or raster.tags(band).get("UNITTYPE")
+    scale, offset = raster.scales[band - 1], raster.offsets[band - 1]
+    if number_type == "uint8" and not unit and (scale, offset) == (1.0, 0.0):
+        refuse_shaded(path, raw, cell_m)
     metres = metres_per_unit(path, unit, raster.crs.to_wkt())
     with np.errstate(over="ignore", invalid="ignore"):
-        height_m = np.asarray(raw.data, np.float32) * np.float32(raster.scales[0]) + np.float32(raster.offsets[0])
-        return height_m * np.float32(metres), np.ma.getmaskarray(raw)
+        height_m = np.asarray(raw.data, np.float32) * np.float32(scale) + np.float32(offset)
+        height_m = height_m * np.float32(metres)
+    void = np.ma.getmaskarray(raw)
+    for number, kind in enumerate(raster.colorinterp, start=1):
+        if kind is ColorInterp.alpha:  # GDAL masks by it in bands of whole numbers only
+            void = void | (raster.read(number, window=window) == 0)
+    return height_m, void
+
+
+def _height_band(path: Path, raster: Any) -> int:
+    """The number of the band that holds heights: the only one beside masks, or named so, or else with a unit."""
+    bands = [k for k, kind in enumerate(raster.colorinterp, start=1) if kind is not ColorInterp.alpha]
+    if len(bands) == 1:
+        return bands[0]
+    named = [k for k in bands if _HEIGHT_NAME.search(raster.descriptions[k - 1] or "")]
+    named = named or [k for k in bands if raster.units[k - 1]]
+    if len(named) == 1:
+        return named[0]
+    raise ImportFailedError(
+        "dem",
+        path,
+        f"it has {len(bands)} bands, of which {len(named) or 'none'} are named elevation, height, dem or the like, "
+        "or have a unit; allowed: one",
+    )
 
 
 def _filled(
