@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from routing.places import Point
     from routing.route.route import Route
 
+FIRST_ENDS: Final = 64  # of these, looked at before the others
 MOST_ENDS: Final = 1000  # cut roads looked at in pairs, those of the shortest detours
 
 
@@ -34,11 +35,18 @@ def beyond_map_m(graph: RoadGraph, rim: MapRim, start: Point, goal: Point, longe
     near = near[np.argsort((out_m + back_m)[near], kind="stable")[:MOST_ENDS]]
     if near.size < 2:
         return math.inf
-    lat_deg, lon_deg = lat_deg[near], lon_deg[near]
-    outside_m = great_circle_m(lat_deg[:, None], lon_deg[:, None], lat_deg, lon_deg)
-    np.fill_diagonal(outside_m, np.inf)
-    least_m = float((out_m[near, None] + outside_m + back_m[near]).min())
-    return least_m if least_m < longest_m else math.inf
+    detour_m = (out_m + back_m)[near]
+    count = min(FIRST_ENDS, near.size)
+    while True:
+        here = near[:count]
+        outside_m = great_circle_m(lat_deg[here, None], lon_deg[here, None], lat_deg[here], lon_deg[here])
+        np.fill_diagonal(outside_m, np.inf)
+        least_m = float((out_m[here, None] + outside_m + back_m[here]).min())
+        # a way over an end is no shorter than the detour to it: ends that lie farther off are on no shorter one
+        needed = int(np.searchsorted(detour_m, least_m))
+        if needed <= count:
+            return least_m if least_m < longest_m else math.inf
+        count = min(needed, 4 * count)
 
 
 def beyond_map_warnings(

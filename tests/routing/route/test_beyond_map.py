@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from energy.vehicle.files import load_vehicles
-from routing.graph.rim import map_rim
+from routing.graph.earth import great_circle_m
+from routing.graph.rim import MapRim, map_rim
 from routing.places import Point
 from routing.planner import Planner
 from routing.queries import ParetoSettings, RouteQuery
@@ -77,3 +79,19 @@ def test_way_over_the_rim_leaves_and_comes_back_at_different_roads(horseshoe):
         2.0 * 2.0 * np.cos(np.radians(SOUTH + DEEP * STEP / 1e7)) * STEP / 1e7 * 111_195.0, rel=1e-3
     )
     assert beyond_map_m(graph, rim, end, end, 1000.0) == np.inf
+
+
+def test_way_beyond_the_map_is_the_least_over_all_pairs_of_many_cut_roads(horseshoe: Planner) -> None:
+    rng = np.random.default_rng(5)
+    graph = horseshoe.graph
+    places = rng.uniform((50.0, 8.0), (50.6, 8.6), (400, 2))
+    many = replace(graph, node_lat_deg=places[:, 0].copy(), node_lon_deg=places[:, 1].copy())
+    rim = MapRim(np.ones(400, np.bool_), np.ones(graph.link_count, np.bool_))
+    for a, b in rng.integers(0, 400, (8, 2)):
+        start, goal = (Point(*places[k] + 0.05) for k in (a, b))
+        out_m = great_circle_m(start.lat_deg, start.lon_deg, places[:, 0], places[:, 1])
+        back_m = great_circle_m(goal.lat_deg, goal.lon_deg, places[:, 0], places[:, 1])
+        between_m = great_circle_m(places[:, :1], places[:, 1:], places[:, 0], places[:, 1])
+        np.fill_diagonal(between_m, np.inf)
+        least_m = float((out_m[:, None] + between_m + back_m).min())
+        assert beyond_map_m(many, rim, start, goal, 1e9) == pytest.approx(least_m)
