@@ -372,6 +372,8 @@ def _placement(path: Path) -> Placement:
                 f"spans {west:g}..{east:g}, {south:g}..{north:g} in its coordinate system, which is no place on earth"
             )
             raise ImportFailedError("dem", path, reason)
+        if bounds[0] > bounds[2]:  # over the antimeridian
+            bounds = (bounds[0], bounds[1], bounds[2] + 360.0, bounds[3])
         share = math.hypot(place.b, place.e) / (north - south)  # of a step from row to row in the height of the whole
         return Placement(
             rows=raster.height,

@@ -100,6 +100,21 @@ def test_projected_raster_is_read_at_its_place(tmp_path: Path, code: str) -> Non
     assert_plane(write(tmp_path / "p.tif", plane(place, crs, 90, 110).astype(np.float32), place, crs), 0.05)
 
 
+@pytest.mark.parametrize("code", ["EPSG:32760", "EPSG:32701", "EPSG:3832"])
+def test_projected_raster_over_the_antimeridian_is_read_on_both_sides(tmp_path: Path, code: str) -> None:
+    lon, lat = np.array([179.8, 179.95, -179.95, -179.8]), np.array([-17.0, -16.95, -17.02, -16.97])
+    crs = CRS.from_user_input(code)
+    x, y = transform("EPSG:4326", crs, [179.7, -179.7, 179.7, -179.7], [-17.1, -17.1, -16.9, -16.9])[:2]
+    cell = (max(x) - min(x)) / 200.0
+    place = Affine(cell, 0.0, min(x) - 3 * cell, 0.0, -cell, max(y) + 3 * cell)
+    rows = int((max(y) - min(y)) / cell) + 6
+    rise_m = 300.0 + np.arange(206.0) * np.ones((rows, 1))  # a metre a column
+    found, outside = sample_heights([write(tmp_path / "fiji.tif", rise_m.astype(np.float32), place, crs)], lon, lat)
+    assert not outside.any()
+    column = (np.array(transform("EPSG:4326", crs, lon, lat)[0]) - place.c) / cell - 0.5
+    np.testing.assert_allclose(found, 300.0 + column, atol=0.01)
+
+
 @pytest.mark.parametrize(("code", "metres"), [("EPSG:4326+6360", 1200.0 / 3937.0), ("EPSG:4326+8228", 0.3048)])
 @pytest.mark.parametrize("version", ["1.0", "1.1"])
 def test_vertical_system_in_feet_holds(tmp_path: Path, code: str, metres: float, version: str) -> None:
