@@ -28,7 +28,8 @@ LEAST_STEPS: Final = 2.5  # times its longest of the last steps that a road may 
 FARTHEST_M: Final = 300.0  # but not farther than this; assumed
 LAST_STEPS: Final = 4
 AGREED_M: Final = 300.0  # what the graph itself shows as cut agrees with cuts so near; assumed
-AGREED_FRAC: Final = 0.25  # of that which has to agree, else both count; assumed
+AGREED_FRAC: Final = 0.5  # of that which has to agree with a box, else both count; assumed
+AGREED_KNOWN_FRAC: Final = 0.25  # the same where points are lacking, which is no guess; assumed
 ON_LINE_M: Final = 1.0
 AT_BORDER_M: Final = 30.0  # a through road that ends so near to the region's border is cut there; assumed
 
@@ -54,6 +55,7 @@ def cut_nodes(
     links: LooseLinks,
     known: NDArray[np.bool_],
     way_end: NDArray[np.bool_],
+    left_out: NDArray[np.bool_],
 ) -> NDArray[np.int32] | None:
     """The nodes of a graph at which its extract cuts roads, int32 (k,) ascending, None where nothing tells.
 
@@ -62,8 +64,9 @@ def cut_nodes(
     which a road is cut for certain. Beside them count: ends of ways, way_end: bool (N,), outside of the file's box,
     where an extract that keeps whole ways lacks the roads that go on; where nothing is outside of it, dead ends before
     its sides; dead ends outside of the region. What the graph itself shows (derived_rim) is added where less than
-    AGREED_FRAC of it lies at such cuts, as in extracts by a polygon that keep whole ways, and no region is known. No
-    node, and not None, is answered where a box has a margin without roads on all sides.
+    AGREED_FRAC of it lies at such cuts, as in extracts by a polygon that keep whole ways, and no region is known.
+    left_out: bool (N,), nodes at which the import left out a road for want of heights, which count as well. No node,
+    and not None, is answered where a box has a margin without roads on all sides.
     """
     dead_end = _dead_ends(nodes, links)
     boxes = () if not extent.boxes else _believed(extent.boxes, nodes, links)
@@ -78,14 +81,16 @@ def cut_nodes(
         outside = dead_end & _beyond(extent.region, nodes, links)
         cut |= outside
     found = _in_graph(graph, nodes, links, cut)
-    if found.size == 0:
+    with_left_out = _in_graph(graph, nodes, links, cut | left_out)
+    if with_left_out.size == 0:
         return found if boxes and _has_margin(boxes, nodes) else None
     if outside is not None and outside.any():
-        return found
+        return with_left_out
     derived = derived_rim(graph).node_idx
-    if derived.size and _agreed_frac(graph, derived, found) < AGREED_FRAC:
-        found = np.union1d(found, derived)
-    return found.astype(np.int32)
+    least_frac = AGREED_KNOWN_FRAC if known.any() else AGREED_FRAC
+    if derived.size and (found.size == 0 or _agreed_frac(graph, derived, found) < least_frac):
+        return np.union1d(with_left_out, derived).astype(np.int32)
+    return with_left_out
 
 
 def _dead_ends(nodes: LooseNodes, links: LooseLinks) -> NDArray[np.bool_]:

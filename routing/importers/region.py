@@ -124,12 +124,13 @@ def graph_from_roads(
     if roads.extent is not None:
         is_cut[list(roads.extent.lacking)] = True
         node |= is_cut[chains.point]
+    is_left_out = np.zeros(chains.point_count, np.bool_)
     pieces = pieces_of(chains, node, height_m, GRADE_TOLERANCE_M, LONGEST_LINK_M)
     dropped[Dropped.LOOP] += pieces.loops
     if outside is not None:
         covered = pieces.without(chains, outside)
         left_out = ~np.isin(pieces.begin, covered.begin)
-        is_cut[np.concatenate((pieces.tail[left_out], pieces.head[left_out]))] = True
+        is_left_out[np.concatenate((pieces.tail[left_out], pieces.head[left_out]))] = True
         dropped[Dropped.HEIGHT] += pieces.length_m.size - covered.length_m.size
         pieces = covered
     if roads.ways.ferry is not None:
@@ -156,13 +157,15 @@ def graph_from_roads(
         ferries_left_out=roads.ferries_left_out,
     )
     graph = assemble_graph(meta, roads.names, nodes, links)
-    if roads.extent is not None or is_cut.any():
+    if roads.extent is not None or is_left_out.any():
         node = np.unique(np.concatenate((pieces.tail, pieces.head)))  # the points that loose_graph takes as nodes
         way_end = np.zeros(chains.point_count, np.bool_)
         way_end[chains.point[chains.first[:-1]]] = way_end[chains.point[chains.first[1:] - 1]] = True
         extent = roads.extent or Extent()
         graph = replace(graph, cut_node=cut_nodes(graph, extent, nodes, links, is_cut[node], way_end[node]))
     graph = with_bans_over_ways(graph, bans_left)
+        masks = (is_cut[node], way_end[node], is_left_out[node])
+        graph = replace(graph, cut_node=cut_nodes(graph, roads.extent or Extent(), nodes, links, *masks))
     report(1.0)
     return graph
 

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import gzip
 from itertools import pairwise
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
 
+import numpy as np
 import pytest
+import rasterio
+from rasterio import Affine
 
 from routing.graph.files import load_graph, save_graph
 from routing.graph.networkx_graph import from_networkx, to_networkx
@@ -263,3 +266,25 @@ def test_box_of_a_packed_file_counts_alike(read: Callable[[str], RoadGraph], tmp
     text = xml(held, touched, bounds(BOX))
     (tmp_path / "packed.osm.gz").write_bytes(gzip.compress(text.encode()))
     assert rim_ids(import_region(tmp_path / "packed.osm.gz", [], "packed")) == rim_ids(read(text))
+
+
+def test_roads_left_out_for_want_of_heights_are_cut_beside_what_the_graph_shows(
+    read: Callable[[str], RoadGraph], tmp_path: Path
+) -> None:
+    nodes, ways = town()
+    ends = [400 + 2 * SIDE - 1, 1200 + 2 * SIDE - 1]  # in the east, at 1.532
+    for k, end in enumerate(ends):
+        nodes[9990 + k] = 1.535, nodes[end][1]
+        ways[9990 + k] = [end, 9990 + k], {"highway": "residential"}
+    read(xml(nodes, ways))
+    west = 1.533
+    cells = np.full((30, 40), 100.0, np.float32)
+    place = Affine((west - 1.49) / 40, 0.0, 1.49, 0.0, -0.002, 42.04)
+    size: dict[str, Any] = {"width": 40, "height": 30, "count": 1, "dtype": "float32", "crs": "EPSG:4326"}
+    with rasterio.open(tmp_path / "dem.tif", "w", driver="GTiff", transform=place, **size) as raster:
+        raster.write(cells, 1)
+    graph = import_region(tmp_path / "town.osm", [tmp_path / "dem.tif"], "town")
+    assert graph.meta.dropped["roads_without_height"] == 2
+    assert set(ends) <= rim_ids(graph)
+    assert set(ends).isdisjoint(graph.node_id[derived_rim(graph).node_idx].tolist())
+    assert set(graph.node_id[derived_rim(graph).node_idx].tolist()) <= rim_ids(graph)
