@@ -36,14 +36,16 @@ if TYPE_CHECKING:
     from rasterio.crs import CRS
 
 _PLAIN_STRETCH: Final = (0.5, 20.0)  # of an edge's stated length over that of its line; outside, the line is right
-_ABSENT: Final = frozenset(("", "nan", "NaN", "None", "<NA>", "NaT"))
+_ABSENT: Final = frozenset(("", "nan", "NaN", "None", "<NA>", "NaT", "NULL", "null", "<null>", "N/A", "#N/A"))
 _ID_LIMIT: Final = 1 << 62
 _SAME_PLACE_E7: Final = 100  # about 1 m: lines of both directions of a street differ by rounding alone (assumed)
 _SAME_LENGTH: Final = 0.01
 _UNIT_OFF: Final = 0.02  # stated lengths that are all off by more, and by the same factor, are in another unit
 _UNIT_SPREAD: Final = 0.01
 _FEWEST_OF_UNIT: Final = 10  # roads, from which on that is no chance (assumed)
-_LITERAL: Final = re.compile(r"""('(?:\\.|[^'\\])*'|"(?:\\.|[^"\\])*")|\b(?:nan|NaN|<NA>)\b|\bnp\.\w+\(|(\))""")
+_LITERAL: Final = re.compile(
+    r"""('(?:\\.|[^'\\])*'|"(?:\\.|[^"\\])*")|\b(?:np\.)?(?:nan|NaN)\b|<NA>|\bnp\.\w+\(|(\))"""
+)
 _OTHER_NAMES: Final = {"x": ("lon", "longitude", "lng"), "y": ("lat", "latitude")}
 
 
@@ -389,7 +391,7 @@ def _literal(text: str) -> str:
             return match[1]
         if match[2]:
             return "" if numpy else ")"
-        return "" if match[0].startswith("np.") else "None"
+        return "" if match[0].endswith("(") else "None"
 
     return _LITERAL.sub(plain, text)
 

@@ -21,7 +21,20 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 FAR_FROM_NODE_M: Final = 50.0  # ends of lines lie at their nodes but for rounding and merged junctions (assumed)
-_DEGREES: Final = ("", "epsg:4326", "4326", "wgs84", "wgs 84", "ogc:crs84", "crs84")
+# names of WGS 84, letters and digits alone
+_DEGREES: Final = frozenset(
+    (
+        *("", "epsg4326", "4326", "wgs84", "wgs1984", "gcswgs1984", "gcswgs84", "crs84", "ogccrs84"),
+        *("worldgeodeticsystem1984", "worldgeodeticsystem84", "longlatwgs84", "ogc13crs84"),
+    )
+)
+_EPSG: Final = re.compile(
+    r"^(?:(?:urn:(?:x-)?ogc:def:crs:)?epsg(?:[: ]+|:[\d.]*:)"
+    r"|https?://(?:www\.)?opengis\.net/(?:def/crs/epsg/[^/]*/|gml/srs/epsg\.xml#))?(\d{4,6})(?:\.0)?$",
+    re.IGNORECASE,
+)
+# Forms that PROJ reads by itself. All else is kept from GDAL, which takes it for a file or an address to fetch.
+_OFFLINE: Final = re.compile(r"^(?:\{|\+|[A-Z_]+\s*\[|[A-Z]+:[\w+:]+$|urn:[\w:.+-]+$)", re.IGNORECASE)
 _SWAPPED_LENGTH: Final = 0.007  # median difference of stated from drawn lengths: a sphere is within 0.6 % (assumed)
 _WRONG_LENGTH: Final = 0.02
 _LINE: Final = re.compile(r"\s*(?:MULTILINESTRING|LINESTRING|LINEARRING)\b", re.IGNORECASE)
@@ -32,25 +45,37 @@ def projection_of(crs: str) -> CRS | None:
 
     Raises ImportFailedError where the text names no known system.
     """
-    text = crs.strip()
-    if text.startswith("{"):
-        try:
-            text = str(ast.literal_eval(text)["init"])
-        except (ValueError, SyntaxError, KeyError, TypeError, RecursionError, MemoryError):
-            text = crs  # PROJJSON, which is read as such
-    if text.lower().startswith("+init="):
-        text = text[len("+init=") :]
-    if text.lower() in _DEGREES or text.lower().endswith((":crs84", "/crs84")):
+    text = _named(crs.strip())
+    if re.sub(r"[^a-z0-9]", "", text.lower()) in _DEGREES or text.lower().endswith((":crs84", "/crs84")):
         return None
+    epsg = _EPSG.match(text)
+    text = f"EPSG:{epsg[1]}" if epsg else text
+    allowed = "allowed: epsg:4326, or what PROJ knows, such as epsg:32631"
+    if not _OFFLINE.match(text):
+        raise ImportFailedError("crs", crs[:200], allowed)
     try:
         found = CRS.from_user_input(text)
     except (RasterioError, ValueError, RecursionError) as error:
-        raise ImportFailedError(
-            "crs", crs[:200], "allowed: epsg:4326, or what PROJ knows, such as epsg:32631"
-        ) from error
+        raise ImportFailedError("crs", crs[:200], allowed) from error
     if not (found.is_geographic or found.is_projected):
         raise ImportFailedError("crs", crs, "is no system on the Earth, allowed: such as epsg:4326 or epsg:32631")
     return None if found.is_geographic and found.to_epsg() == 4326 else found
+
+
+def _named(text: str) -> str:
+    """A coordinate system as PROJ names it, where it is given as a dictionary or by `+init=`."""
+    if text.startswith("{"):
+        try:
+            given = ast.literal_eval(text)
+            if "init" in given:
+                text = str(given["init"])
+            elif given.get("type") == "name":  # GeoJSON
+                text = str(given["properties"]["name"])
+            elif "proj" in given:  # early versions of OSMnx
+                text = " ".join(f"+{key}" if value is True else f"+{key}={value}" for key, value in given.items())
+        except (ValueError, SyntaxError, LookupError, TypeError, AttributeError, RecursionError, MemoryError):
+            pass  # PROJJSON, which is read as such
+    return text[len("+init=") :] if text.lower().startswith("+init=") else text
 
 
 def lonlat_deg(crs: CRS | None, xy: NDArray[np.float64], field: str) -> NDArray[np.float64]:

@@ -192,6 +192,7 @@ _NO_ROAD_KEYS: Final = (
 )
 _STATE_KEYS: Final = frozenset((*_NO_ROAD_KEYS, "smoothness", "status", "construction"))
 _NO: Final = frozenset(("no", "false", "0"))
+_NO_STRUCTURE: Final = (*_NO, "none", "0.0", "low_water_crossing")  # the last is a ford with a floor
 
 
 def tag_values(tags: Mapping[str, str], key: str) -> list[str]:
@@ -372,8 +373,8 @@ def is_roundabout(tags: Mapping[str, str]) -> bool:
 def is_structure(tags: Mapping[str, str]) -> bool:
     """Whether a way leaves the terrain: a bridge, a tunnel or a gallery."""
     return (
-        (_value(tags, "bridge") or "no") not in _NO
-        or (_value(tags, "tunnel") or "no") not in ("no", "false", "0", "culvert", "building_passage")
+        (_value(tags, "bridge") or "no") not in _NO_STRUCTURE
+        or (_value(tags, "tunnel") or "no") not in (*_NO_STRUCTURE, "culvert", "building_passage")
         or _value(tags, "covered") in ("arcade_gallery", "gallery")
     )
 

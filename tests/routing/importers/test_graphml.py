@@ -151,6 +151,9 @@ def test_graphml_edges_that_cars_may_not_drive_are_dropped(tmp_path: Path) -> No
         (NODES, "{'a':" * 5000, "crs {'a':.*: allowed: epsg:4326"),
         (NODES, '{"a":' * 50_000, 'crs {"a":.*: allowed: epsg:4326'),
         (NODES, "a plane drawing", "crs a plane drawing: allowed: epsg:4326"),
+        # GDAL would fetch the one and open the other
+        (NODES, "http://localhost:1/crs.xml", "crs http://localhost:1/crs.xml: allowed: epsg:4326"),
+        (NODES, "/etc/hostname", "crs /etc/hostname: allowed: epsg:4326"),
     ],
 )
 def test_graphml_out_of_range_names_the_value(tmp_path: Path, nodes: Any, crs: str, message: str) -> None:
@@ -177,6 +180,17 @@ def test_graphml_that_is_missing_is_named(tmp_path: Path) -> None:
 
 SAME_PLACE = (
     *("epsg:4326", "EPSG:4326", "WGS84", "WGS 84", "urn:ogc:def:crs:EPSG::4326", "urn:ogc:def:crs:OGC:1.3:CRS84"),
+    *(
+        "EPSG 4326",
+        "epsg::4326",
+        "4326.0",
+        "WGS_1984",
+        "GCS_WGS_1984",
+        "wgs-84",
+        "http://www.opengis.net/def/crs/EPSG/0/4326",
+    ),
+    *("http://www.opengis.net/gml/srs/epsg.xml#4326", "https://www.opengis.net/def/crs/OGC/1.3/CRS84"),
+    '{"type": "name", "properties": {"name": "urn:ogc:def:crs:OGC:1.3:CRS84"}}',
     *("OGC:CRS84", "{'init': 'epsg:4326'}", "+init=epsg:4326", "+proj=longlat +datum=WGS84 +no_defs"),
 )
 
@@ -213,7 +227,10 @@ UTM_ON_CRS84 = CRS.from_epsg(32631).to_wkt().replace("WGS 84", "CRS84")
 
 
 @pytest.mark.parametrize(
-    "crs", ["EPSG:32631", "EPSG:3857", "+proj=utm +zone=31 +datum=WGS84", CRS.from_epsg(32631).to_wkt(), UTM_ON_CRS84]
+    "crs",
+    [
+        *("EPSG:32631", "EPSG:3857", "+proj=utm +zone=31 +datum=WGS84", CRS.from_epsg(32631).to_wkt(), UTM_ON_CRS84),
+    ],
 )
 def test_a_projected_graph_is_put_back_to_its_places(tmp_path: Path, crs: str) -> None:
     nodes, edges = projected(crs)
@@ -224,6 +241,19 @@ def test_a_projected_graph_is_put_back_to_its_places(tmp_path: Path, crs: str) -
     assert graph.length_m == pytest.approx(plain.length_m)
     assert graph.geometry_lat_e7 == pytest.approx(plain.geometry_lat_e7, abs=2)
     assert graph.reverse_idx.tolist() == plain.reverse_idx.tolist()
+
+
+@pytest.mark.parametrize(
+    "crs",
+    [
+        *("EPSG 32631", "epsg::32631", "urn:ogc:def:crs:EPSG::32631", "http://www.opengis.net/def/crs/EPSG/0/32631"),
+        "{'datum': 'WGS84', 'ellps': 'WGS84', 'proj': 'utm', 'zone': 31, 'units': 'm', 'no_defs': True}",  # OSMnx 0.10
+    ],
+)
+def test_every_name_of_a_projection_puts_a_graph_back_to_its_places(tmp_path: Path, crs: str) -> None:
+    nodes, edges = projected("EPSG:32631")
+    graph = import_region(write(tmp_path / "named.graphml", nodes, edges, crs), [], "named")
+    assert sorted(graph.node_lon_deg.tolist()) == pytest.approx([1.5, 1.505, 1.51], abs=2e-7)
 
 
 def test_a_projected_graph_with_lines_in_degrees_is_refused(tmp_path: Path) -> None:
@@ -300,7 +330,9 @@ def test_a_direction_without_its_line_is_paired_by_its_length(tmp_path: Path, le
         ("[np.float64(41.3), np.float64(50.0)]", ["41.3", "50.0"]),
         ("[np.str_('A (B)'), nan]", ["A (B)"]),
         ("np.float64(41.3)", ["41.3"]),
-        ("np.nan", ["np.nan"]),
+        ("np.nan", []),
+        ("[np.nan, <NA>, 'a']", ["a"]),
+        ("[null]", ["[null]"]),
         ("(1, 2)", ["1", "2"]),
         ("{'x'}", ["x"]),
         ("[Foo]", ["[Foo]"]),
@@ -404,7 +436,7 @@ def test_latitude_for_longitude_is_told_by_the_lengths(tmp_path: Path) -> None:
 
 
 STRAIGHT = [(1, 2, "828.6"), (2, 1, "828.6"), (2, 3, "1185.5"), (3, 1, "1185.5")]
-ABSENT = ("", "nan", "NaN", "None", "<NA>")
+ABSENT = ("", "nan", "NaN", "None", "<NA>", "NULL", "null", "N/A")
 
 
 @pytest.mark.parametrize("text", ABSENT)
