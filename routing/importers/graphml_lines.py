@@ -192,6 +192,8 @@ def _coordinates(geometry: Any, name: str) -> NDArray[np.float64]:
     try:
         with np.errstate(invalid="ignore"):
             line = shapely.from_wkt(geometry) if isinstance(geometry, str) else geometry
+        if shapely.is_empty(line):
+            return np.empty((0, 2))
         if shapely.get_type_id(line) == shapely.GeometryType.MULTILINESTRING:
             line = shapely.line_merge(line)  # one line where its parts follow each other
         kind, points = shapely.get_type_id(line), np.asarray(shapely.get_coordinates(line), np.float64)

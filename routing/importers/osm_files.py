@@ -103,6 +103,9 @@ def _refuse_no_map(path: Path, form: str) -> None:
     if b"<osmChange" in begin:
         reason = "holds changes of a map (osmChange), allowed: the map itself; osmium apply-changes makes it"
         raise ImportFailedError("map", path, reason)
+    if b"<center " in begin:
+        reason = "has centres instead of points, needed: ways with their nodes (Overpass: out body; >; out skel;)"
+        raise ImportFailedError("map", path, reason)
     if form == "xml":
         with path.open("rb") as file:
             file.seek(max(0, path.stat().st_size - _END_BYTES))

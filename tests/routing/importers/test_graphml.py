@@ -295,6 +295,13 @@ def test_a_text_that_is_a_list_of_nothing_known_is_a_plain_text(tmp_path: Path, 
     assert graph.names[graph.name_idx[link_of(graph, 1, 2)]] == value
 
 
+@pytest.mark.parametrize("line", ["LINESTRING EMPTY", "MULTILINESTRING EMPTY"])
+def test_an_empty_line_is_none(tmp_path: Path, line: str) -> None:
+    edges = [(u, v, {**data, "geometry": line}) for u, v, data in EDGES]
+    graph = import_region(write(tmp_path / "empty.graphml", edges=edges), [], "empty")
+    assert graph.geometry(link_of(graph, 1, 2)).tolist() == [[1.5, 42.0], [1.51, 42.0]]
+
+
 @pytest.mark.parametrize(
     "line",
     [

@@ -237,6 +237,10 @@ def test_deleted_objects_of_a_packed_file_are_passed_over(tmp_path: Path) -> Non
         (b"<osmChange version='0.6'><create/></osmChange>", r"holds changes of a map \(osmChange\)"),
         (gzip.compress(b"<osmChange version='0.6'/>", mtime=0), "holds changes of a map"),
         (b"<osm version='0.6'><remark> runtime error: Query timed out </remark></osm>", "not whole, .*Query timed out"),
+        (
+            osm('<way id="1"><center lat="50.7" lon="8.6"/><nd ref="1"/></way>').encode(),
+            "has centres instead of points",
+        ),
         (osm(RING).encode(), r"lacks 4 points of its 1 roads, .*\(\._;>;\);"),
         (osm(f"<way id='1' version='1'>{RESIDENTIAL}</way>").encode(), "lacks all points of its 1 roads"),
         (
