@@ -22,10 +22,11 @@ COARSEST_S: Final = 3.0  # samples further apart than that blur gains of speed
 LEAST_DRIVES: Final = 3
 OTHERS_SPREAD: Final = 1.5  # ratio of the quartiles of the other drives' masses, up to which they are a measure
 AMONG: Final = (  # mass told over that of the other drives, which a wrong unit of one drive makes of the same car
-    (2.33, 2.9, "speed_mps", "in miles an hour, where the other drives' is in km/h"),  # 1.609 squared is 2.59
-    (0.345, 0.43, "speed_mps", "in km/h, where the other drives' is in miles an hour"),
+    (2.1, 3.0, "speed_mps", "in miles an hour, where the other drives' is in km/h"),  # 1.609 squared is 2.59
+    (3.0, 4.2, "speed_mps", "in knots, where the other drives' is in km/h"),  # 1.852 squared is 3.43
+    (0.33, 0.476, "speed_mps", "in km/h, where the other drives' is in miles an hour"),
     (10.5, 16.0, "speed_mps", "in m/s, where the other drives' is in km/h"),  # 3.6 squared is 12.96
-    (0.0008, 0.00125, "power_w", "in kW, where the other drives' is in W"),
+    (0.0008, 0.0017, "power_w", "in kW or horsepower, where the other drives' is in W"),
     (800.0, 1250.0, "power_w", "in W, where the other drives' is in kW"),
 )
 LEAST_SHARE: Final = 0.6  # of the drives that tell a mass, that speak for the same unit

@@ -159,7 +159,9 @@ def test_a_mass_that_no_file_is_off_by_tells_of_a_unit_and_changes_nothing(car, 
         (1.0 / 1.609344, 1.0, "speed_mps", "in miles an hour, where the other"),
         (1.609344, 1.0, "speed_mps", "in km/h, where"),
         (1.0 / 3.6, 1.0, "speed_mps", "in m/s, where"),
-        (1.0, 0.001, "power_w", "in kW, where"),
+        (1.0 / 1.852, 1.0, "speed_mps", "in knots, where"),
+        (1.0, 0.001, "power_w", "in kW or horsepower, where"),
+        (1.0, 1.0 / 745.7, "power_w", "in kW or horsepower, where"),
     ],
 )
 def test_single_drives_in_another_unit_among_the_others_are_doubted(car, factor, power, channel, unit):
