@@ -24,7 +24,7 @@ from diagnosis.recordings.soundness.repairs import (
     without_empty,
     without_impossible,
 )
-from diagnosis.recordings.soundness.sampling import line_notes, without_held_positions
+from diagnosis.recordings.soundness.sampling import line_notes, with_held_noted, without_held_positions
 from diagnosis.recordings.soundness.signs import push_powers_w
 from diagnosis.recordings.soundness.units import factor_notes, with_units
 from energy.units import JOULE_PER_KWH
@@ -67,7 +67,7 @@ def checked(recording: Recording, path: str) -> Recording:
         recording = with_telling_height(without_empty(recording))
         return _with_notes(recording, (_missing, _gaps, _whole_metres, _late_height, _coarse, factor_notes))
     recording = without_charging(recording, charging_at_standstill(recording), "while standing", path)
-    recording = repaired(recording)
+    recording = with_held_noted(repaired(recording))
     check_pace(_with_gaps(recording), path)
     _check_sign(recording, path)
     recording = with_units(_with_gaps(recording))

@@ -21,6 +21,8 @@ if TYPE_CHECKING:
 MOVED_M: Final = 5.0  # by the speed since the last sample, from which on the same position is an old one
 HELD_FRAC: Final = 0.5  # of the samples while moving, from which on positions are refreshed more rarely than rows
 LINES: Final = ("speed_mps", "power_w", "elevation_m", "voltage_v", "current_a")
+HELD: Final = ("speed_mps", "power_w", "current_a")
+HELD_STEPS: Final = 5.0  # of the channel's resolution, in the usual change: a coarse channel holds its values, too
 LEAST_SAMPLES: Final = 60
 LEAST_KNOTS: Final = 8
 LINE_FRAC: Final = 0.7  # of the samples that change, which go on as straight as before
@@ -71,6 +73,38 @@ def line_notes(recording: Recording) -> Iterator[Note]:
                 " is not known"
             )
             yield Note(NoteKind.SUSPECT, name, text)
+
+
+def with_held_noted(recording: Recording) -> Recording:
+    """The recording with notes on channels that are held from one sample to the next, before a lag moves them."""
+    for name in HELD:
+        values = channels_of(recording).get(name)
+        apart_s = None if values is None else held_length_s(recording.time_s, values)
+        if apart_s is not None:
+            text = f"held for {apart_s:.3g} s from one sample to the next as a rule: what was between is not known"
+            recording = noted(recording, NoteKind.SUSPECT, name, text)
+    return recording
+
+
+def held_length_s(time_s: NDArray[np.float64], values: NDArray[np.float64]) -> float | None:
+    """Usual time for which a channel is held between its true samples [s]; None where it is not.
+
+    time_s, values: float64 (n,), NaN where not known. Held is what changes by many steps of its resolution at once, and
+    then not for LEAST_RUN samples and more as a rule.
+    """
+    known = ~np.isnan(values)
+    if np.count_nonzero(known) < LEAST_SAMPLES:
+        return None
+    at_s, found = time_s[known], values[known]
+    change = np.abs(np.diff(found))
+    changes = np.flatnonzero(change > 0.0)
+    if changes.size < LEAST_KNOTS:
+        return None
+    resolution = float(np.diff(np.unique(found)).min())
+    run = np.diff(changes)
+    if float(np.median(run)) < LEAST_RUN or float(np.median(change[changes])) < HELD_STEPS * resolution:
+        return None
+    return float(np.median(np.diff(at_s[changes + 1])))
 
 
 def line_length_s(time_s: NDArray[np.float64], values: NDArray[np.float64]) -> float | None:

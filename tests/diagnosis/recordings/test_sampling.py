@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from diagnosis.recordings.notes import NoteKind
-from diagnosis.recordings.soundness.sampling import line_length_s
+from diagnosis.recordings.soundness.sampling import held_length_s, line_length_s
 from tests.diagnosis.recorded_drives import drive, plain_csv
 
 
@@ -63,5 +63,17 @@ def test_straight_lines_between_rare_samples_are_told_with_their_length(read, co
 def test_channel_that_was_sampled_is_not_taken_for_lines(digits, step_s):
     driven = wandering(step_s)
     assert line_length_s(driven.time_s, np.round(3.6 * driven.speed_mps, digits)) is None
+    assert held_length_s(driven.time_s, np.round(3.6 * driven.speed_mps, digits)) is None
     noisy = driven.power_w + np.random.default_rng(1).normal(0.0, 50.0, driven.power_w.size)
     assert line_length_s(driven.time_s, np.round(noisy, digits)) is None
+    assert held_length_s(driven.time_s, np.round(noisy, digits)) is None
+
+
+@pytest.mark.parametrize("rows", [5, 20])
+@pytest.mark.parametrize("channel", ["speed_mps", "power_w"])
+def test_channel_that_is_held_between_rare_samples_is_told_with_how_long(read, channel, rows):
+    driven = wandering()
+    driven = replace(driven, **{channel: held(np.round(getattr(driven, channel), 2), rows)})
+    recording = read(plain_csv(driven))
+    (text,) = [note.text for note in recording.notes if note.channel == channel and "is not known" in note.text]
+    assert text.startswith(f"held for {rows} s")
