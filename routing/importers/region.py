@@ -161,11 +161,9 @@ def graph_from_roads(
         node = np.unique(np.concatenate((pieces.tail, pieces.head)))  # the points that loose_graph takes as nodes
         way_end = np.zeros(chains.point_count, np.bool_)
         way_end[chains.point[chains.first[:-1]]] = way_end[chains.point[chains.first[1:] - 1]] = True
-        extent = roads.extent or Extent()
-        graph = replace(graph, cut_node=cut_nodes(graph, extent, nodes, links, is_cut[node], way_end[node]))
-    graph = with_bans_over_ways(graph, bans_left)
         masks = (is_cut[node], way_end[node], is_left_out[node])
         graph = replace(graph, cut_node=cut_nodes(graph, roads.extent or Extent(), nodes, links, *masks))
+    graph = with_bans_over_ways(graph, bans_left)
     report(1.0)
     return graph
 
