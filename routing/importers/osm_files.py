@@ -194,7 +194,7 @@ def region_boundary(
     file has none that is whole, or is not sorted by id, as building areas needs.
     """
     place = np.column_stack((lon_e7, lat_e7)) / 1e7
-    hull = shapely.MultiPoint(place).convex_hull
+    hull: shapely.geometry.base.BaseGeometry | None = None
     factory, wanted = osmium.geom.WKBFactory(), osmium.filter.TagFilter(_ADMINISTRATIVE)
     chosen: shapely.MultiPolygon | None = None
     try:
@@ -204,6 +204,8 @@ def region_boundary(
             area = shapely.from_wkb(bytes.fromhex(factory.create_multipolygon(entity)))
             if not isinstance(area, shapely.MultiPolygon) or not area.is_valid:
                 continue
+            if hull is None:  # which few files need
+                hull = shapely.MultiPoint(place).convex_hull
             if hull.intersection(area).area < _FILLED_FRAC * area.area:
                 continue
             within_frac = float(shapely.contains_xy(area, place[:, 0], place[:, 1]).mean())
