@@ -69,6 +69,10 @@ class Atlas:
         """Names of all graphs."""
         return tuple(self._folders)
 
+    def is_loaded(self, name: str) -> bool:
+        """Whether a graph is in memory; asked without waiting for one that is being loaded."""
+        return name in self._planners
+
     def folder(self, name: str) -> Path:
         """The folder of one graph; raises GraphNotFoundError."""
         folder = self._folders.get(name)

@@ -24,7 +24,9 @@ from app.errors.handlers import install_error_handlers
 from app.errors.problems import PROBLEM_TYPE
 from app.http.admission import Admission
 from app.http.body_limit import BodyLimit
-from app.http.routes import diagnoses, graphs, health, matrix, range, route, simulate, tiles, vehicles
+from app.http.metrics import Metrics
+from app.http.observed import Observed
+from app.http.routes import diagnoses, graphs, health, matrix, metrics, range, route, simulate, tiles, vehicles
 from app.http.routes.access import COMPRESSED_BYTES, COMPRESSION
 from app.http.web import install_web
 from app.schemas.diagnosis import DiagnosisRequest
@@ -55,6 +57,7 @@ ROUTERS: Final = (
     graphs.router,
     tiles.router,
     health.router,
+    metrics.router,
 )
 PAGES: Final = ("/docs", "/redoc")
 # the bundled pages need inline scripts; nothing may come from another host
@@ -117,7 +120,9 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
         lifespan=lifespan,
         separate_input_output_schemas=False,
         swagger_ui_parameters={"validatorUrl": "none"},
+        telemetry={"logs": False},  # which would hold what was sent; requests and stages are traced
     )
+    app.state.metrics = Metrics(app.state)
     for router in ROUTERS:
         app.include_router(router)
 
@@ -133,6 +138,7 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
         allow_methods=["GET", "POST", "PUT", "DELETE"],
         allow_headers=["*"],
     )
+    app.add_middleware(Observed, metrics=app.state.metrics, log_client=chosen.log_client)  # the outermost
 
     def openapi() -> dict[str, Any]:
         if app.openapi_schema is None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
@@ -86,6 +86,11 @@ class Settings(BaseSettings):
     search_queue_limit: int = Field(
         default=256, ge=1, le=100_000, description="most searches that wait for a thread; more are refused"
     )
+    log_format: Literal["text", "json"] = Field(default="text", description="a line of the log as text or as JSON")
+    log_level: Literal["debug", "info", "warning", "error"] = Field(
+        default="info", description="least of what is logged; requests are logged as info"
+    )
+    log_client: bool = Field(default=False, description="whether the client's address stands in the log of requests")
     cors_origins: Annotated[tuple[str, ...], NoDecode] = Field(
         default=(), description="web origins that may call the service from a browser; * for all"
     )

@@ -86,9 +86,11 @@ def serve(
     """Serve HTTP; settings come from JOULEPATH_… variables too."""
     import uvicorn
 
+    from app.logs import configure_logs
     from app.main import create_app
 
     service = service_for(graph)
+    configure_logs(service.settings)
     console = Console(stderr=True)
     console.print(f"loading graphs: {', '.join(service.atlas.names)}", markup=False, highlight=False)
     service.load_all()
@@ -101,7 +103,13 @@ def serve(
     # what is loaded stays: full collections, which areas with their many points set off, need not look at it again
     gc.collect()
     gc.freeze()
-    uvicorn.run(application, host=host or settings.host, port=settings.port if port is None else port)
+    uvicorn.run(
+        application,
+        host=host or settings.host,
+        port=settings.port if port is None else port,
+        log_config=None,  # as it is configured
+        access_log=False,  # the application's own line a request has no query, in which places stand
+    )
 
 
 @cli.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []})

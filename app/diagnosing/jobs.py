@@ -66,11 +66,18 @@ class DiagnosisJobs:
         self.worker = f"{socket.gethostname()[:200]}:{os.getpid()}:{secrets.token_hex(8)}"
         self._waiting: queue.SimpleQueue[Job | None] = queue.SimpleQueue()
         self._jobs: dict[str, Job] = {}
+        self._running = False
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
         self._spool: Path | None = None
         self._starting = threading.Lock()
         _running_here.add(self.worker)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Jobs of this process that are queued and running."""
+        running = int(self._running)
+        return {"queued": max(len(self._jobs) - running, 0), "running": running}
 
     def folder(self) -> Path:
         """A new folder for the files of one job."""
@@ -126,6 +133,7 @@ class DiagnosisJobs:
                 continue
             if job is None:
                 return
+            self._running = True
             try:
                 self._carry_out(job)
             except Exception as error:  # the next job must not suffer from this one
@@ -133,6 +141,7 @@ class DiagnosisJobs:
                 problem = problem_of(error, f"/diagnoses/{job.id}").model_dump_json()
                 self._stored(lambda: self.store.fail(job.id, problem))  # noqa: B023 - called before the next turn
             finally:
+                self._running = False
                 if not self._closing.is_set():
                     self._jobs.pop(job.id, None)
                 if job.own:

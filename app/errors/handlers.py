@@ -11,6 +11,7 @@ from starlette.exceptions import HTTPException
 from app.errors.problems import PROBLEM_TYPE, problem_bytes
 from app.errors.raised import OverloadedError, RefusedBodyError
 from app.errors.table import TABLE, problem_of
+from app.observation import note_problem
 from energy.errors import Refusal
 from routing.errors import AbandonedError
 
@@ -18,12 +19,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
 RETRY_S: Final = 5
+REQUEST_ID: Final = "X-Request-Id"
 CLIENT_GONE: Final = 499  # for logs, as other servers have it
 
 
 def problem_response(error: Exception, instance: str, headers: Mapping[str, str] | None = None) -> Response:
     """The HTTP answer for an error."""
     problem = problem_of(error, instance)
+    note_problem(problem.code.value)
     sent = dict(headers or {})
     if problem.status in (429, 503):
         sent.setdefault("Retry-After", str(error.retry_s if isinstance(error, OverloadedError) else RETRY_S))
@@ -41,6 +44,8 @@ def install_error_handlers(app: FastAPI, allowed_methods: Callable[[str], set[st
         if isinstance(error, HTTPException) and error.status_code == 405:
             methods = allowed_methods(request.url.path)
             headers |= {"Allow": ", ".join(sorted(methods))} if methods else {}
+        if (request_id := request.scope.get(REQUEST_ID)) is not None:
+            headers[REQUEST_ID] = request_id  # a fault is answered outside of what else sends it
         refused = error.refusal if isinstance(error, RefusedBodyError) else error
         return problem_response(refused, request.url.path, headers)
 

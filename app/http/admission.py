@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 import asyncio
+import contextvars
 import math
 import time
 from collections import deque
 from concurrent.futures import ThreadPoolExecutor
-from contextlib import asynccontextmanager
+from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, Generic, Protocol, TypeAlias, TypeVar
 
 from app.errors.raised import OverloadedError
+from app.observation import Observation, Stage, observation
 from routing.errors import AbandonedError, TimeUpError
 from routing.time_budget import TimeBudget, within
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Callable, Sequence
+    from collections.abc import AsyncIterator, Callable, Iterator, Mapping, Sequence
 
     from starlette.requests import Request
 
@@ -43,6 +45,14 @@ class Cost(StrEnum):
     LONG = "long"
 
 
+class Outcome(StrEnum):
+    """Why a call was not answered: more was asked than can be ready, its time was up, its client has gone."""
+
+    REFUSED = "refused"
+    LATE = "late"
+    ABANDONED = "abandoned"
+
+
 class PartedWork(Protocol[Part, Whole]):
     """Work that is done in parts, in any order and side by side, and then put together."""
 
@@ -59,12 +69,18 @@ class PartedWork(Protocol[Part, Whole]):
 
 @dataclass(slots=True, eq=False)
 class _Waiting(Generic[T]):
-    """A call that waits for a thread; typical: whether the time that it takes tells of others of its cost."""
+    """A call that waits for a thread; typical: whether the time that it takes tells of others of its cost.
+
+    context: of the request, for the thread; observed: the request, whose waiting is noted.
+    """
 
     call: Callable[[], T]
     cost: Cost
     budget: TimeBudget
     typical: bool
+    context: contextvars.Context = field(default_factory=contextvars.copy_context)
+    observed: Observation | None = field(default_factory=observation)
+    since_s: float = field(default_factory=time.perf_counter)
     done: asyncio.Future[T] = field(default_factory=lambda: asyncio.get_running_loop().create_future())
 
 
@@ -88,6 +104,7 @@ class Admission:
         self._waiting: dict[Cost, deque[_Waiting[Any]]] = {cost: deque() for cost in Cost}
         self._running = dict.fromkeys(Cost, 0)
         self._mean_s = dict.fromkeys(Cost, 0.0)  # nothing is known yet
+        self._unanswered = {(cost, outcome): 0 for cost in Cost for outcome in Outcome}
         self._last_short_s = -math.inf
         self._short_in_turn = 0
         self._parts_ahead = 0
@@ -105,6 +122,11 @@ class Admission:
         """Calls that run, by cost."""
         return dict(self._running)
 
+    @property
+    def unanswered(self) -> Mapping[tuple[Cost, Outcome], int]:
+        """Calls that were not answered so far, by the cost that they came with and the reason."""
+        return dict(self._unanswered)
+
     async def run(self, request: Request, call: Callable[[], T], cost: Cost = Cost.SHORT) -> T:
         """What a call returns.
 
@@ -112,9 +134,10 @@ class Admission:
         client has gone.
         """
         budget = TimeBudget(self.limit_s)
-        self._admit(cost, self._wait_s(cost) + self._mean_s[cost])
-        async with _watched(request, budget):
-            return await self._result(self._submit(call, cost, budget), budget)
+        with self._counted(cost):
+            self._admit(cost, self._wait_s(cost) + self._mean_s[cost])
+            async with _watched(request, budget):
+                return await self._result(self._submit(call, cost, budget), budget)
 
     async def run_parts(
         self, request: Request, prepare: Callable[[], PartedWork[Part, Whole]], part_count: int
@@ -125,17 +148,18 @@ class Admission:
         and what a part raises; the other parts then end with those under way.
         """
         budget = TimeBudget(self.limit_s)
-        self._admit(Cost.PART, self._parts_s(self._parts_ahead + part_count))
-        async with _watched(request, budget):
-            self._parts_ahead += part_count
-            try:
-                await self._turn(part_count, budget)
+        with self._counted(Cost.PART):
+            self._admit(Cost.PART, self._parts_s(self._parts_ahead + part_count))
+            async with _watched(request, budget):
+                self._parts_ahead += part_count
                 try:
-                    return await self._all_parts(prepare, budget)
+                    await self._turn(part_count, budget)
+                    try:
+                        return await self._all_parts(prepare, budget)
+                    finally:
+                        self._end_turn()
                 finally:
-                    self._end_turn()
-            finally:
-                self._parts_ahead -= part_count
+                    self._parts_ahead -= part_count
 
     def close(self) -> None:
         """Drop what has not begun, and let what runs stop soon."""
@@ -144,6 +168,21 @@ class Admission:
                 waiting.budget.abandon()
             queue.clear()
         self._pool.shutdown(wait=False, cancel_futures=True)
+
+    @contextmanager
+    def _counted(self, cost: Cost) -> Iterator[None]:
+        """Within it, a call that is not answered is counted."""
+        try:
+            yield
+        except OverloadedError:
+            self._unanswered[cost, Outcome.REFUSED] += 1
+            raise
+        except TimeUpError:
+            self._unanswered[cost, Outcome.LATE] += 1
+            raise
+        except AbandonedError:
+            self._unanswered[cost, Outcome.ABANDONED] += 1
+            raise
 
     async def _all_parts(self, prepare: Callable[[], PartedWork[Part, Whole]], budget: TimeBudget) -> Whole:
         work = await self._result(self._submit(prepare, Cost.PART, budget, typical=False), budget)
@@ -174,12 +213,15 @@ class Admission:
         if not self._work_running:
             self._work_running = True
             return
+        began, observed = time.perf_counter(), observation()
         turn: asyncio.Future[None] = asyncio.get_running_loop().create_future()
         self._work_number += 1
         entry = (part_count, self._work_number, turn)
         self._works.append(entry)
         try:
             await asyncio.wait((turn,), timeout=max(budget.left_s, 0.0))
+            if observed is not None:
+                observed.add_time(Stage.WAIT, time.perf_counter() - began)
             if not turn.done():
                 raise TimeUpError(self.limit_s)
         except BaseException:
@@ -240,7 +282,7 @@ class Admission:
                 continue
             loop = asyncio.get_running_loop()
             self._running[waiting.cost] += 1
-            job = loop.run_in_executor(self._pool, _work, waiting)
+            job = loop.run_in_executor(self._pool, waiting.context.run, _work, waiting)
             turns_long = loop.call_later(LONG_S, self._count_as_long, waiting, job)
             job.add_done_callback(partial(self._finished, waiting, turns_long))
 
@@ -293,6 +335,8 @@ class Admission:
 def _work(waiting: _Waiting[Any]) -> _Worked:
     """Carry a call out on this thread: how long it took [s], what it returned, what it raised."""
     began = time.perf_counter()
+    if waiting.observed is not None:
+        waiting.observed.add_time(Stage.WAIT, began - waiting.since_s)
     try:
         with within(waiting.budget):
             value = waiting.call()

@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from app.conversions.matrix import matrix_response
+from app.observation import Stage, note_labels, stage
 from routing.errors import QueryError
 
 if TYPE_CHECKING:
@@ -32,7 +33,10 @@ class MatrixWork:
 
     def part(self, idx: int) -> MatrixRow:
         """All drives from one source."""
-        return self.search.row(idx)
+        with stage(Stage.SEARCH):
+            row = self.search.row(idx)
+        note_labels(row.labels_settled)
+        return row
 
     def whole(self, parts: Sequence[MatrixRow]) -> MatrixResponse:
         """The answer of all rows, in the order of the sources."""

@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
 
 from app.atlas import Atlas
+from app.caches import CacheRegistry
 from app.conversions.conditions import conditions_from, vehicle_with_effects
 from app.conversions.course import course_of
 from app.conversions.graph import graph_detail, graph_summary
@@ -17,6 +18,7 @@ from app.conversions.route import route_features_json, route_json, route_query, 
 from app.conversions.simulation import chain_from_numbers, chain_link_error, simulation_answer, spans_from_links
 from app.conversions.vehicle_check import vehicle_check
 from app.conversions.way_limits import area_limits, course_limits, route_limits
+from app.observation import INLINE, Stage, note_labels, note_subject, stage
 from app.schemas.drive import DriveRequest
 from app.schemas.graph import GraphDetail, GraphList, GraphsReloaded, RefusedGraph
 from app.schemas.matrix import MatrixRequest, MatrixResponse
@@ -95,6 +97,8 @@ class Service:
             cache_limit_bytes=settings.cache_limit_bytes,
         )
         self.tiles = TileShelf(self.atlas)
+        self.caches = CacheRegistry()
+        self.caches.add(self.tiles.cache_figures)
         self.vehicles: Mapping[str, AnyVehicle] = load_vehicles(settings.vehicle_dir)  # the bundled ones
         self.database = Database(settings.database_url)
         self.fleet = Fleet(self.vehicles, VehicleStore(self.database), settings.default_vehicle)
@@ -145,17 +149,21 @@ class Service:
     def route_json(self, sent: RouteRequest) -> bytes:
         """Routes for a request, as the JSON of what `route` returns."""
         answer, understood, planner = self._answered_route(sent)
-        return route_json(answer, understood, planner.graph)
+        with stage(Stage.WRITE):
+            return route_json(answer, understood, planner.graph)
 
     def route_geojson(self, sent: RouteRequest) -> bytes:
         """Routes for a request, as the JSON of a RouteFeatureCollection."""
         answer, understood, planner = self._answered_route(sent)
-        return route_features_json(answer, understood, planner.graph)
+        with stage(Stage.WRITE):
+            return route_features_json(answer, understood, planner.graph)
 
+    @stage(Stage.SEARCH)
     def _answered_route(self, sent: RouteRequest) -> tuple[RouteAnswer, RouteRequest, Planner]:
         planner, chosen, understood = self._understood(sent)
         query = route_query(understood, chosen.vehicle)
         answer = planner.route(query)
+        note_labels(sum(stats.labels_settled for stats in answer.stats))
         warnings = chosen.warnings_on(lambda: route_limits(answer.routes, chosen.vehicle, query.conditions))
         return replace(answer, warnings=(*warnings, *answer.warnings)), understood, planner
 
@@ -164,6 +172,7 @@ class Service:
         work = self.matrix_work(sent)
         return work.whole([work.part(idx) for idx in range(work.part_count)])
 
+    @stage(Stage.SEARCH)
     def matrix_work(self, sent: MatrixRequest) -> MatrixWork:
         """All drives from sources to targets, ready to be searched row by row."""
         check_places(sent, self.settings.matrix_limit_places)
@@ -177,16 +186,21 @@ class Service:
 
     def range_json(self, sent: RangeRequest) -> bytes:
         """The reachable area for a request, as the JSON of what `range` returns."""
-        return range_json(*self._answered_range(sent))
+        answer, understood, graph = self._answered_range(sent)
+        with stage(Stage.WRITE):
+            return range_json(answer, understood, graph)
 
+    @stage(Stage.SEARCH)
     def _answered_range(self, sent: RangeRequest) -> tuple[RangeAnswer, RangeRequest, RoadGraph]:
         planner, chosen, understood = self._understood(sent)
         query = range_query(understood, chosen.vehicle)
         answer = planner.range(query)
+        note_labels(answer.stats.labels_settled)
         area = answer.bands[0].area
         warnings = chosen.warnings_on(lambda: area_limits(area, planner.graph, chosen.vehicle, query.conditions))
         return replace(answer, warnings=(*warnings, *answer.warnings)), understood, planner.graph
 
+    @stage(Stage.SEARCH)
     def simulate(self, sent: SimulateRequest) -> SimulateResponse:
         """What driving given links takes."""
         course, understood = self._course(sent)
@@ -255,11 +269,14 @@ class Service:
         chosen = self._vehicle_with_effects(sent)
         graph = graph_for(sent, self.atlas, self.settings.default_graph, self.settings.snap_limit_m)
         understood = sent.model_copy(update={"vehicle": chosen.choice, "graph": graph})
-        return self.atlas.planner(graph), chosen, understood
+        planner = self.atlas.planner(graph)
+        note_subject(graph=graph)  # which is one that exists
+        return planner, chosen, understood
 
     def _vehicle_with_effects(self, sent: DriveRequest) -> ChosenVehicle:
         """The vehicle of a request with the effects that it asks for."""
         vehicle, choice = self.chosen_vehicle(sent.vehicle)
+        note_subject(vehicle=choice if isinstance(choice, str) else INLINE)
         effects = self.learned.chosen(sent.effects)
         ambient_c = None if sent.conditions is None else sent.conditions.ambient_c
         warnings = warnings_of(effects, vehicle.id, ambient_c)

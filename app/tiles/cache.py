@@ -6,6 +6,8 @@ from collections import OrderedDict
 from threading import Lock
 from typing import TYPE_CHECKING, Final
 
+from app.caches import CacheFigures
+
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable
 
@@ -23,7 +25,13 @@ class TileCache:
         self._limit_bytes = limit_bytes
         self._kept: OrderedDict[Hashable, bytes] = OrderedDict()
         self._size_bytes = 0
+        self._hits = self._misses = self._dropped = 0
         self._lock = Lock()
+
+    def figures(self) -> CacheFigures:
+        """What it holds, and how it was used."""
+        with self._lock:
+            return CacheFigures(self._size_bytes, self._hits, self._misses, self._dropped)
 
     def get(self, key: Hashable, make: Callable[[], bytes]) -> bytes:
         """What is kept under a key, made where it is not; threads that ask for it meanwhile may make it again."""
@@ -31,7 +39,9 @@ class TileCache:
             kept = self._kept.get(key)
             if kept is not None:
                 self._kept.move_to_end(key)
+                self._hits += 1
                 return kept
+            self._misses += 1
         made = make()
         with self._lock:
             if key not in self._kept:
@@ -40,4 +50,5 @@ class TileCache:
             while self._size_bytes > self._limit_bytes:
                 _, dropped = self._kept.popitem(last=False)
                 self._size_bytes -= ENTRY_BYTES + len(dropped)
+                self._dropped += 1
         return made

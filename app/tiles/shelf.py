@@ -17,6 +17,7 @@ from routing.graph.road_graph import Terrain, meta_fields
 
 if TYPE_CHECKING:
     from app.atlas import Atlas
+    from app.caches import CacheFigures
     from app.tiles.address import TileAddress
     from routing.graph.road_graph import RoadGraph
 
@@ -69,6 +70,10 @@ class TileShelf:
         self._cache = TileCache(cache_bytes)
         self._by_name: dict[str, GraphTiles] = {}
         self._lock = Lock()
+
+    def cache_figures(self) -> dict[str, CacheFigures]:
+        """What is kept of tiles."""
+        return {"tiles": self._cache.figures()}
 
     def graph_tiles(self, name: str) -> GraphTiles:
         """The tiles of one graph; raises GraphNotFoundError, or GraphFormatError while loading the graph."""

@@ -10,6 +10,8 @@ from fastapi.responses import JSONResponse
 
 from app.errors.raised import NotReadyError
 from app.http.admission import Admission
+from app.observation import Stage, stage
+from app.schemas.as_json import as_json
 from app.service.service import Service
 
 if TYPE_CHECKING:
@@ -60,8 +62,16 @@ def long_answer(request: Request, body: bytes, media_type: str = JSON) -> Respon
     # the test of the compressing middleware, which leaves alone what is compressed
     if len(body) < COMPRESSED_BYTES or "gzip" not in request.headers.get("Accept-Encoding", ""):
         return Response(body, media_type=media_type, headers=headers)
-    packed = gzip.compress(body, COMPRESSION, mtime=0)
+    with stage(Stage.WRITE):
+        packed = gzip.compress(body, COMPRESSION, mtime=0)
     return Response(packed, media_type=media_type, headers={**headers, "Content-Encoding": "gzip"})
+
+
+def long_json_answer(request: Request, model: BaseModel) -> Response:
+    """A schema as a response, as `long_answer` sends it."""
+    with stage(Stage.WRITE):
+        body = as_json(model)
+    return long_answer(request, body)
 
 
 def prefers_geojson(accept: str) -> bool:

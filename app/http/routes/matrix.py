@@ -10,8 +10,7 @@ from starlette.concurrency import run_in_threadpool
 from app.http.examples.answers import MATRIX_ANSWER, MATRIX_REQUESTS
 from app.http.examples.problems import BODY_CODES, SEARCH_CODES, problems
 from app.http.json_body import BoundedRoute
-from app.http.routes.access import RunningService, Searches, long_answer
-from app.schemas.as_json import as_json
+from app.http.routes.access import RunningService, Searches, long_json_answer
 from app.schemas.matrix import MatrixRequest, MatrixResponse
 
 router = APIRouter(route_class=BoundedRoute, tags=["route"])
@@ -39,4 +38,4 @@ async def find_matrix(
     as `sources[3]`.
     """
     found = await searches.run_parts(request, lambda: service.matrix_work(sent), len(sent.sources))
-    return await run_in_threadpool(lambda: long_answer(request, as_json(found)))
+    return await run_in_threadpool(lambda: long_json_answer(request, found))
