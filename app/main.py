@@ -26,6 +26,7 @@ from app.http.admission import Admission
 from app.http.body_limit import BodyLimit
 from app.http.metrics import Metrics
 from app.http.observed import Observed
+from app.http.readiness import DatabaseProbe
 from app.http.routes import diagnoses, graphs, health, matrix, metrics, range, route, simulate, tiles, vehicles
 from app.http.routes.access import COMPRESSED_BYTES, COMPRESSION
 from app.http.web import install_web
@@ -102,10 +103,12 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
         app.state.service, app.state.admission, app.state.diagnoses = running, admission, running_diagnoses
         with suppress(NotImplementedError, RuntimeError, ValueError):  # not on this system, or not the main thread
             asyncio.get_running_loop().add_signal_handler(signal.SIGHUP, reload_soon, running)
+        app.state.database_probe = probe = DatabaseProbe(running.database)
         try:
             yield
         finally:
-            app.state.service = app.state.admission = app.state.diagnoses = None
+            app.state.service = app.state.admission = app.state.diagnoses = app.state.database_probe = None
+            probe.close()
             admission.close()
             running_diagnoses.close()
             if service is None:

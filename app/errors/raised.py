@@ -52,8 +52,9 @@ def _graphs_text(names: list[str]) -> str:
 class NotReadyError(Exception):
     """Graphs are not loaded yet."""
 
-    def __init__(self) -> None:
-        super().__init__("graphs are being loaded and kernels compiled; try again in a moment")
+    def __init__(self, reason: str = "graphs are being loaded and kernels compiled") -> None:
+        self.reason = reason
+        super().__init__(f"{reason}; try again in a moment")
 
 
 class BodyTooLargeError(Refusal):

@@ -65,6 +65,11 @@ class Database:
         with self._faults_named():
             self._opened()
 
+    def check(self) -> None:
+        """Read from it; raises DatabaseUnavailableError."""
+        with self.reading() as session:
+            session.execute(text("SELECT 1"))
+
     def close(self) -> None:
         """Close pooled connections; the next use opens them again."""
         with self._opening:
