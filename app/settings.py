@@ -52,6 +52,9 @@ class Settings(BaseSettings):
     database_url: str = Field(
         default_factory=default_database_url, repr=False, description=f"database of stored vehicles: {DATABASE_FORMS}"
     )
+    database_create: bool = Field(
+        default=True, description="whether a database that is missing or empty is made; false where it has to be there"
+    )
     default_graph: str = Field(
         default="highlands", description="graph of requests without places that name none, and of graphs of one size"
     )

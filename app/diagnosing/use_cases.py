@@ -17,7 +17,7 @@ from app.diagnosing.jobs import DiagnosisJobs, Job
 from app.diagnosing.order import DiagnosisOrder
 from app.diagnosing.sources import files_below, uploaded_name
 from app.diagnosing.worker import Task
-from app.errors.diagnosing import DiagnosisNotDoneError, SourceError, TooManyDiagnosesError, storable
+from app.errors.diagnosing import DiagnosisNotDoneError, SourceError, TooManyDiagnosesError, storable, uploads_stored
 from app.errors.raised import BodyTooLargeError
 from app.errors.validation import validation_detail
 from app.schemas.diagnosis import (
@@ -79,7 +79,7 @@ class Diagnoses:
         """Queue a diagnosis of uploaded recordings.
 
         Raises SourceError naming a file that can't be taken, VehicleNotFoundError, VehicleError, GraphNotFoundError,
-        HoldoutError, TooManyDiagnosesError or DatabaseUnavailableError.
+        HoldoutError, TooManyDiagnosesError, UploadsFullError or DatabaseUnavailableError.
         """
         names = [uploaded_name(file.name, f"recordings[{k}]") for k, file in enumerate(files)]
         for k, name in enumerate(names):
@@ -87,10 +87,11 @@ class Diagnoses:
                 raise SourceError(f"recordings[{k}]", name, "a name that no other file has")
         self._check_count(len(names))
         sent = DiagnosisRequest(recordings=names, **dict(options))
-        folder = self.jobs.folder()
+        with uploads_stored():
+            folder = self.jobs.folder()
         try:
             for name, file in zip(names, files, strict=True):
-                with (folder / name).open("wb") as target:
+                with uploads_stored(), (folder / name).open("wb") as target:
                     shutil.copyfileobj(file.content, target)
             return self._begin(sent, folder, [Path(name) for name in names], own=True)
         except BaseException:

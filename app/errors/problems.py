@@ -61,6 +61,7 @@ KINDS: Final[Mapping[ErrorCode, ProblemKind]] = {
     ErrorCode.TIME_LIMIT: ProblemKind(503, "The answer took longer than allowed"),
     ErrorCode.OVERLOADED: ProblemKind(503, "More is asked than can be answered in time"),
     ErrorCode.DATABASE_UNAVAILABLE: ProblemKind(503, "The vehicle database can't be reached or written"),
+    ErrorCode.STORAGE_FULL: ProblemKind(507, "No space is left to store what was sent"),
     ErrorCode.NOT_READY: ProblemKind(503, "The service is starting"),
     ErrorCode.INTERNAL: ProblemKind(500, "A fault of the service"),
 }

@@ -12,12 +12,13 @@ from app.errors.diagnosing import (
     MalformedFormError,
     TooManyDiagnosesError,
     UnusableRecordingsError,
+    UploadsFullError,
 )
 from app.errors.problems import KINDS, MAX_FIELDS, field_problem, make_problem
 from app.errors.raised import NotReadyError
 from app.errors.validation import validation_problem
 from app.schemas.problem import ErrorCode, FieldProblem, Problem
-from app.store.errors import DatabaseUnavailableError
+from app.store.errors import DatabaseUnavailableError, StorageFullError
 from diagnosis.errors import DiagnosisError
 from energy.errors import Refusal
 from routing.errors import GraphFormatError, NoPathError
@@ -59,7 +60,9 @@ TABLE: Final[Mapping[type[Exception], tuple[ErrorCode, Callable[[Any], list[Fiel
     GraphFormatError: (ErrorCode.GRAPH_DAMAGED, _refused_fields),
     NoPathError: (ErrorCode.NO_PATH, _no_fields),
     NotReadyError: (ErrorCode.NOT_READY, _no_fields),
+    StorageFullError: (ErrorCode.STORAGE_FULL, _no_fields),
     TooManyDiagnosesError: (ErrorCode.TOO_MANY_DIAGNOSES, _no_fields),
+    UploadsFullError: (ErrorCode.STORAGE_FULL, _no_fields),
 }
 
 HTTP_CODES: Final[Mapping[int, ErrorCode]] = {

@@ -100,7 +100,8 @@ class Service:
         self.caches = CacheRegistry()
         self.caches.add(self.tiles.cache_figures)
         self.vehicles: Mapping[str, AnyVehicle] = load_vehicles(settings.vehicle_dir)  # the bundled ones
-        self.database = Database(settings.database_url)
+        named = "database_url" in settings.model_fields_set
+        self.database = Database(settings.database_url, named=named, create=settings.database_create)
         self.fleet = Fleet(self.vehicles, VehicleStore(self.database), settings.default_vehicle)
         self.learned = LearnedEffectsShelf(LearnedEffectsStore(self.database))
 
@@ -229,8 +230,8 @@ class Service:
         return replace(course, warnings=chosen.warnings_on(lambda: course_limits(course))), understood
 
     def list_vehicles(self) -> VehicleList:
-        """All vehicles."""
-        return self.fleet.list()
+        """All vehicles; without the database the bundled ones, with a warning."""
+        return self.fleet.list(needs_store=False)
 
     def show_vehicle(self, vehicle_id: str) -> AnyVehicleDetail:
         """One vehicle with all its numbers."""

@@ -22,6 +22,14 @@ class DatabaseUnavailableError(StoreError):
         super().__init__(f"the vehicle database {database} is not available: {reason}")
 
 
+class StorageFullError(DatabaseUnavailableError):
+    """A change of the database for which its disk has no space."""
+
+
+class ConflictError(DatabaseUnavailableError):
+    """A change that contradicts what is stored, as when two store something under one id at the same time."""
+
+
 class VehicleDamagedError(Refusal, StoreError):
     """A stored vehicle that can't be read."""
 

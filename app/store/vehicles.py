@@ -7,9 +7,8 @@ from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final
 
 from sqlalchemy import CursorResult, delete, select, update
-from sqlalchemy.exc import IntegrityError
 
-from app.store.errors import DatabaseUnavailableError
+from app.store.errors import ConflictError, DatabaseUnavailableError
 from app.store.tables import VehicleRow
 
 if TYPE_CHECKING:
@@ -59,7 +58,7 @@ class VehicleStore:
         for _ in range(MAX_TRIES):
             try:
                 return self._put(vehicle)
-            except IntegrityError:
+            except ConflictError:
                 continue  # another process stored it between our update and our insert
         raise DatabaseUnavailableError(self.database.shown_url, f"vehicle {vehicle.id!r} keeps coming and going")
 

@@ -121,6 +121,7 @@ def _json(example: dict[str, Any]) -> dict[str, Any]:
             ErrorCode.VEHICLE_DAMAGED,
             ErrorCode.BODY_TOO_LARGE,
             ErrorCode.TOO_MANY_DIAGNOSES,
+            ErrorCode.STORAGE_FULL,
             *SHARED,
         ),
     },
@@ -256,7 +257,7 @@ def show_trip(id: AnyId, trip: AnyTrip, diagnoses: RunningDiagnoses) -> Response
             "description": "It was not finished and is cancelled",
         },
         204: {"description": "It was finished and is removed, with its trips and the effects that it has learned"},
-        **problems(f"/diagnoses/{EXAMPLE_ID}", *ONE),
+        **problems(f"/diagnoses/{EXAMPLE_ID}", *ONE, ErrorCode.STORAGE_FULL),
     },
 )
 def remove_diagnosis(id: AnyId, diagnoses: RunningDiagnoses) -> Response:

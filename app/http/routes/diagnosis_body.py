@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from starlette.datastructures import UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 
-from app.errors.diagnosing import MalformedFormError, SourceError, UnsupportedMediaTypeError
+from app.errors.diagnosing import MalformedFormError, SourceError, UnsupportedMediaTypeError, uploads_stored
 from app.errors.raised import BodyTooLargeError
 from app.http.json_body import read_json
 from app.schemas.diagnosis import MAX_PATTERNS, MAX_RECORDINGS, DiagnosisOptions, DiagnosisRequest
@@ -102,7 +102,8 @@ async def _form(request: Request, limit_bytes: int) -> tuple[DiagnosisOptions, l
             parser = MultiPartParser(
                 request.headers, arriving, max_files=MAX_RECORDINGS, max_fields=2 * MAX_PATTERNS + 10
             )
-            form = await parser.parse()
+            with uploads_stored():  # longer files are kept on the disk while they arrive
+                form = await parser.parse()
     except MultiPartException as error:
         raise MalformedFormError(error.message) from error
     except ValueError as error:  # of a charset that is none of text

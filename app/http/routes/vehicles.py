@@ -35,11 +35,14 @@ NewId = Annotated[
     response_model=VehicleList,
     responses={
         200: {"content": {"application/json": {"example": VEHICLE_LIST}}},
-        **problems("/vehicles", ErrorCode.DATABASE_UNAVAILABLE, ErrorCode.NOT_READY),
+        **problems("/vehicles", ErrorCode.NOT_READY),
     },
 )
 def list_vehicles(service: RunningService) -> Response:
-    """The vehicles that requests can name by id, bundled and stored, in the order of their ids."""
+    """The vehicles that requests can name by id, bundled and stored, in the order of their ids.
+
+    Without the database those that are bundled, with a warning.
+    """
     return answer(service.list_vehicles())
 
 
@@ -92,6 +95,7 @@ def show_vehicle(id: AnyId, service: RunningService) -> Response:
             ErrorCode.VEHICLE_DAMAGED,
             ErrorCode.BODY_TOO_LARGE,
             ErrorCode.DATABASE_UNAVAILABLE,
+            ErrorCode.STORAGE_FULL,
             ErrorCode.NOT_READY,
         ),
     },
@@ -123,6 +127,7 @@ def put_vehicle(
         ErrorCode.VEHICLE_IS_BUNDLED,
         ErrorCode.INVALID_REQUEST,
         ErrorCode.DATABASE_UNAVAILABLE,
+        ErrorCode.STORAGE_FULL,
         ErrorCode.NOT_READY,
     ),
 )

@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
+import shutil
 import socket
 import sqlite3
 import time
 from contextlib import closing, contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
 from starlette.testclient import TestClient
 
+from app.errors.diagnosing import UploadsFullError, uploads_stored
 from app.main import create_app
 from app.service.service import Service
 from app.settings import Settings
@@ -22,7 +26,6 @@ from tests.app.recorded import write_recording, write_winter
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
-    from pathlib import Path
 
     from httpx import Response
 
@@ -281,6 +284,26 @@ def test_body_that_cannot_be_read_is_refused(
 ) -> None:
     response = running.post("/diagnoses", content=content, headers={"content-type": media_type})
     check_problem(response, status, code or response.json()["code"])
+
+
+def test_full_disk_is_told_as_such() -> None:
+    with pytest.raises(UploadsFullError), uploads_stored(), Path("/dev/full").open("wb") as target:
+        target.write(b"x" * 100_000)
+    with pytest.raises(FileNotFoundError), uploads_stored():
+        Path("nowhere").read_bytes()
+
+
+def test_upload_on_a_full_disk_answers_507_and_leaves_nothing(
+    running: TestClient, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object) -> None:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(shutil, "copyfileobj", fail)
+    files = [("recordings", ("a.csv", b"time_s,speed_kmh,power_w\n0,0,400\n"))]
+    before = running.get("/diagnoses").json()
+    check_problem(running.post("/diagnoses", files=files), 507, "storage_full")
+    assert running.get("/diagnoses").json() == before
 
 
 def test_upload_beyond_the_limit_is_refused_by_its_declared_length(running: TestClient) -> None:

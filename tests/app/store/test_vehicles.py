@@ -15,7 +15,6 @@ from alembic.autogenerate import compare_metadata
 from alembic.migration import MigrationContext
 from pydantic import ValidationError
 from sqlalchemy import Engine, create_engine, event
-from sqlalchemy.exc import IntegrityError
 from sqlalchemy.orm import Session
 from starlette.testclient import TestClient
 
@@ -25,7 +24,8 @@ from app.settings import Settings, default_database_url
 from app.store import database as database_module
 from app.store.database import Database, driver_url
 from app.store.diagnoses import DiagnosisStore
-from app.store.errors import DatabaseUnavailableError
+from app.store.errors import ConflictError, DatabaseUnavailableError, StorageFullError
+from app.store.presence import SUFFIX
 from app.store.tables import Base
 from app.store.vehicles import VehicleDocument, VehicleStore
 from tests.app.expected import TABLE, VEHICLE, check_problem, database_in
@@ -92,7 +92,7 @@ def test_put_that_another_process_overtakes_replaces_what_that_one_stored(
         attempts.append(1)
         if len(attempts) == 1:
             put_once(self, VehicleDocument("my-car", "physical", "theirs", "{}"))
-            raise IntegrityError("INSERT", {}, Exception("duplicate key"))
+            raise ConflictError("a database", "duplicate key")
         return put_once(self, vehicle)
 
     monkeypatch.setattr(VehicleStore, "_put", overtaken)
@@ -156,14 +156,84 @@ def test_database_of_a_newer_version_is_refused_and_left_as_it_is(tmp_path: Path
     assert run_sql(tmp_path, "SELECT id FROM vehicles") == [("my-car",)]
 
 
-def test_database_whose_file_was_removed_is_made_anew(tmp_path: Path) -> None:
+@pytest.mark.parametrize("how", ["removed", "emptied", "without tables"])
+@pytest.mark.parametrize("again", [False, True], ids=["while running", "after a restart"])
+def test_database_that_is_gone_is_refused_until_it_is_back_or_given_up(tmp_path: Path, how: str, again: bool) -> None:
+    file, marker = tmp_path / "vehicles.sqlite", tmp_path / f"vehicles.sqlite{SUFFIX}"
+    store = VehicleStore(Database(database_in(tmp_path)))
+    store.put(CAR)
+    kept = file.read_bytes()
+    file.unlink()
+    if how == "emptied":
+        file.touch()
+    elif how == "without tables":
+        with closing(sqlite3.connect(file)) as connection:
+            connection.execute("CREATE TABLE other (id TEXT)")
+    if again:
+        store = VehicleStore(Database(database_in(tmp_path)))
+    elif how == "without tables":
+        with pytest.raises(DatabaseUnavailableError, match="no such table"):
+            store.find("my-car")
+    for _ in range(2):
+        with pytest.raises(DatabaseUnavailableError, match=f"put it back from a backup, or remove .*{SUFFIX}"):
+            store.find("my-car")
+    file.write_bytes(kept)
+    assert store.find("my-car") == CAR
+    file.unlink()
+    with pytest.raises(DatabaseUnavailableError, match="is missing or empty"):
+        store.put(CAR)
+    assert not file.exists()
+    marker.unlink()
+    assert store.find("my-car") is None
+    assert store.put(CAR) is True
+
+
+def test_database_of_before_markers_gets_one_at_its_first_use(tmp_path: Path) -> None:
+    VehicleStore(Database(database_in(tmp_path))).put(CAR)
+    marker = tmp_path / f"vehicles.sqlite{SUFFIX}"
+    marker.unlink()
+    assert VehicleStore(Database(database_in(tmp_path))).find("my-car") == CAR
+    assert "vehicles.sqlite" in marker.read_text(encoding="utf-8")
+
+
+def test_database_beside_which_no_marker_can_be_written_is_missed_by_the_process_that_used_it(tmp_path: Path) -> None:
+    (tmp_path / f"vehicles.sqlite{SUFFIX}").symlink_to(tmp_path / "nowhere" / "marker")
     store = VehicleStore(Database(database_in(tmp_path)))
     store.put(CAR)
     (tmp_path / "vehicles.sqlite").unlink()
-    with pytest.raises(DatabaseUnavailableError, match="no such table"):
+    with pytest.raises(DatabaseUnavailableError, match="is missing or empty"):
         store.find("my-car")
-    assert store.find("my-car") is None
-    assert store.put(CAR) is True
+
+
+def test_database_that_was_named_and_had_to_be_made_is_warned_of(
+    settings: Settings, service: Service, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    for _ in range(2):
+        with client_on(settings, service, database_in(tmp_path)) as client:
+            client.get("/vehicles")
+    warnings = [record.getMessage() for record in caplog.records if record.levelname == "WARNING"]
+    assert warnings == [
+        f"the vehicle database {database_in(tmp_path).replace('sqlite:', 'sqlite+pysqlite:')} was empty,"
+        " and its tables were made"
+    ]
+
+
+def test_database_that_nobody_named_is_made_without_a_warning(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    Database(database_in(tmp_path)).open()
+    assert not [record for record in caplog.records if record.levelname == "WARNING"]
+
+
+def test_missing_database_is_not_made_where_that_is_set(settings: Settings, service: Service, tmp_path: Path) -> None:
+    url = database_in(tmp_path / "volume")
+    strict = settings.model_copy(update={"database_create": False})
+    with client_on(strict, service, url) as client:
+        problem = check_problem(client.put("/vehicles/my-car", json=VEHICLE), 503, "database_unavailable")
+        assert "JOULEPATH_DATABASE_CREATE is false" in problem["detail"]
+        assert "JOULEPATH_DATABASE_CREATE" in client.get("/readyz").json()["database"]["reason"]
+    assert not (tmp_path / "volume").exists()
+    VehicleStore(Database(url)).put(CAR)
+    with client_on(strict, service, url) as client:
+        assert client.put("/vehicles/other-car", json=VEHICLE).status_code == 201
 
 
 @pytest.mark.parametrize(
@@ -239,7 +309,12 @@ def test_database_out_of_reach_answers_503_while_bundled_vehicles_work(
 ) -> None:
     (tmp_path / "file").write_text("x" * 5000, encoding="utf-8")
     with client_on(settings, service, unusable(tmp_path, how)) as client:
-        for method, path in (("GET", "/vehicles"), ("GET", "/vehicles/my-car"), ("DELETE", "/vehicles/my-car")):
+        listed = client.get("/vehicles").json()
+        assert {line["bundled"] for line in listed["vehicles"]} == {True}
+        (warning,) = listed["warnings"]
+        assert warning.startswith("stored vehicles are missing: the vehicle database")
+        assert "secret" not in warning
+        for method, path in (("GET", "/vehicles/my-car"), ("DELETE", "/vehicles/my-car")):
             answer = client.request(method, path)
             problem = check_problem(answer, 503, "database_unavailable")
             assert answer.headers["retry-after"] == "5"
@@ -307,9 +382,74 @@ def test_failed_change_leaves_nothing_behind(tmp_path: Path, monkeypatch: pytest
 
     with monkeypatch.context() as patch:
         patch.setattr(Session, "commit", fail)
-        with pytest.raises(DatabaseUnavailableError, match="No space left"):
+        with pytest.raises(StorageFullError, match="No space left"):
             store.remove("my-car")
     assert store.find("my-car") == CAR
+
+
+@pytest.fixture
+def full() -> Iterator[None]:
+    """SQLite databases that may not grow, as they do on a full disk."""
+
+    def keep_size(connection: Any, _: Any) -> None:
+        connection.execute("PRAGMA max_page_count = 1")  # of what it has already, none is taken away
+
+    event.listen(Engine, "connect", keep_size)
+    yield
+    event.remove(Engine, "connect", keep_size)
+
+
+def test_full_disk_answers_507_to_changes_and_leaves_what_is_stored(
+    settings: Settings, service: Service, tmp_path: Path, request: pytest.FixtureRequest
+) -> None:
+    with client_on(settings, service, database_in(tmp_path)) as client:
+        client.put("/vehicles/my-car", json=VEHICLE)
+    request.getfixturevalue("full")
+    with client_on(settings, service, database_in(tmp_path)) as client:
+        long = {**TABLE, "name": "x" * 180}
+        answers = [client.put(f"/vehicles/car-{k}", json=long) for k in range(40)]
+        refused = [answer for answer in answers if answer.status_code != 201]
+        assert refused
+        for answer in refused:
+            assert "database or disk is full" in check_problem(answer, 507, "storage_full")["detail"]
+        assert client.get("/vehicles/my-car").status_code == 200
+        assert client.get("/readyz").json()["database"]["reachable"]
+
+
+def test_full_disk_at_the_first_use_is_an_unavailable_database(
+    settings: Settings, service: Service, tmp_path: Path, full: None
+) -> None:
+    with client_on(settings, service, database_in(tmp_path)) as client:
+        check_problem(client.get("/vehicles/my-car"), 503, "database_unavailable")
+        assert client.get("/vehicles").json()["warnings"]
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        sqlite3.ProgrammingError("Cannot operate on a closed database."),
+        UnicodeDecodeError("utf-8", b"\xff", 0, 1, "invalid start byte"),
+        OverflowError("Python int too large to convert to SQLite INTEGER"),
+        ImportError("no pq wrapper available"),
+        PermissionError(13, "Permission denied", "/data/vehicles.sqlite"),
+    ],
+    ids=lambda error: type(error).__name__,
+)
+def test_error_of_a_driver_that_is_not_wrapped_is_an_unavailable_database(
+    settings: Settings, service: Service, tmp_path: Path, error: Exception
+) -> None:
+    def fail(connection: Any, _: Any) -> None:
+        raise error
+
+    with client_on(settings, service, database_in(tmp_path)) as client:
+        event.listen(Engine, "connect", fail)
+        try:
+            for answer in (client.get("/vehicles/my-car"), client.put("/vehicles/my-car", json=VEHICLE)):
+                assert check_problem(answer, 503, "database_unavailable")["detail"]
+            assert not client.get("/readyz").json()["database"]["reachable"]
+        finally:
+            event.remove(Engine, "connect", fail)
+        assert client.put("/vehicles/my-car", json=VEHICLE).status_code == 201
 
 
 @pytest.mark.parametrize(
