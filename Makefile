@@ -21,9 +21,10 @@ SEED ?= 0
 RECORDINGS ?= $(wildcard ../shared/data/recordings/bmw-i3)
 BROWSERS := chromium chromium-browser google-chrome
 BROWSER_PACKAGES := chromium fonts-dejavu-core
+DATABASE_PACKAGES := postgresql
 CANDIDATES = $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python)
 
-.PHONY: help serve test test-jit test-nojit browser fuzz lint check format bench prove lock clean
+.PHONY: help serve test test-jit test-nojit browser postgresql fuzz lint check format bench prove lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
@@ -34,7 +35,7 @@ serve: $(VENV)/.runtime ## Serve the HTTP interface on http://127.0.0.1:8000
 test: test-jit test-nojit ## Run all tests in PROCESSES processes, then the small ones again without compilation
 
 # A file's tests stay in one process, so that what its fixtures make is made once. PROCESSES=0: no other, for a debugger.
-test-jit: $(VENV)/.dev browser
+test-jit: $(VENV)/.dev browser postgresql
 	$(BIN)/python -m pytest --numprocesses $(PROCESSES) --dist loadfile $(PYTEST_ARGS)
 
 # Takes about 20 s, of which most is collecting, which every process would do for itself.
@@ -53,6 +54,17 @@ browser: ## Install Debian's Chromium for the tests of the web map, where it is 
 	fi; \
 	echo "make: there is no Chromium for the tests of the web map. Install it (Debian: apt install $(BROWSER_PACKAGES))" \
 		"or name one: JOULEPATH_CHROMIUM=/path/to/chromium" >&2
+
+postgresql: ## Install Debian's PostgreSQL for the tests of the store, where it is missing and root asks
+	@if [ -n "$${JOULEPATH_POSTGRESQL_BIN:-}" ] || command -v initdb >/dev/null || \
+		compgen -G "/usr/lib/postgresql/*/bin/initdb" >/dev/null; then exit 0; fi; \
+	if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+		echo "make: installing PostgreSQL for the tests of the store"; \
+		export DEBIAN_FRONTEND=noninteractive; \
+		apt-get update -qq && apt-get install -qq -y --no-install-recommends $(DATABASE_PACKAGES) >/dev/null && exit 0; \
+	fi; \
+	echo "make: there is no PostgreSQL for the tests of the store. Install it (Debian: apt install $(DATABASE_PACKAGES))" \
+		"or name the folder of its programs: JOULEPATH_POSTGRESQL_BIN=/path/to/bin" >&2
 
 lint: $(VENV)/.dev ## Check format, style, types, the import contract and the scripts of the web map
 	$(BIN)/ruff format --check .

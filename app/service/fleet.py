@@ -10,7 +10,6 @@ from pydantic import TypeAdapter, ValidationError
 
 from app.conversions.service_vehicle import table_from_service
 from app.conversions.vehicle import detail_of_sent, sent_with_tables, vehicle_detail, vehicle_from_sent, vehicle_summary
-from app.errors.diagnosing import storable
 from app.errors.validation import validation_detail
 from app.schemas.vehicles.answer import VehicleList
 from app.schemas.vehicles.services import ServiceVehicle
@@ -101,7 +100,7 @@ class Fleet:
         vehicle = vehicle_from_sent(named, self._tables_for(named), vehicle_id)
         whole = sent_with_tables(named, vehicle)
         document = json.dumps(whole.model_dump(mode="json", exclude_none=True), allow_nan=False)
-        created = self.store.put(VehicleDocument(vehicle_id, whole.kind, storable(whole.name), document))
+        created = self.store.put(VehicleDocument(vehicle_id, whole.kind, whole.name, document))
         return detail_of_sent(whole, vehicle), created
 
     def remove(self, vehicle_id: str) -> None:
