@@ -14,7 +14,8 @@ import pytest
 from starlette.requests import Request
 
 from app.errors.raised import OverloadedError
-from app.http.admission import LONG_S, Admission, Cost
+from app.http.admission import LONG_S, Admission, Cost, Outcome
+from app.observation import Observation, Stage, note_labels, observing, stage
 from routing.errors import AbandonedError, TimeUpError
 from routing.time_budget import time_budget
 
@@ -188,6 +189,50 @@ def test_no_more_calls_wait_than_the_queue_holds() -> None:
             assert [type(end) for end in ends].count(OverloadedError) == 2
 
     run(body)
+
+
+def test_calls_that_are_not_answered_are_counted_by_the_reason() -> None:
+    async def body() -> None:
+        async with admission(threads=1, queue=2) as searches:
+            client = Client()
+            calls = [asyncio.create_task(searches.run(client.request, until_stopped)) for _ in range(6)]
+            await asyncio.sleep(0.05)
+            client.gone.set()
+            await asyncio.gather(*calls, return_exceptions=True)
+            counted = {of: count for of, count in searches.unanswered.items() if count}
+            assert counted == {(Cost.SHORT, Outcome.REFUSED): 3, (Cost.SHORT, Outcome.ABANDONED): 3}
+        async with admission(limit_s=0.1) as searches:
+            for cost in (Cost.SHORT, Cost.LONG):
+                with pytest.raises(TimeUpError):
+                    await searches.run(Client().request, until_stopped, cost)
+            with pytest.raises(TimeUpError):
+                await searches.run_parts(Client().request, lambda: Numbers(1, lambda _: until_stopped()), 1)
+            counted = {of: count for of, count in searches.unanswered.items() if count}
+            assert counted == {(cost, Outcome.LATE): 1 for cost in Cost}
+
+    run(body)
+
+
+def test_request_is_observed_on_its_threads_and_its_waiting_is_its_own() -> None:
+    first, second = Observation("first"), Observation("second")
+
+    def search() -> None:
+        with stage(Stage.SEARCH):
+            note_labels(7)
+            time.sleep(0.1)
+
+    async def observed_call(observed: Observation, searches: Admission) -> None:
+        with observing(observed):
+            await searches.run(Client().request, search)
+
+    async def body() -> None:
+        async with admission(threads=1) as searches:
+            await asyncio.gather(observed_call(first, searches), observed_call(second, searches))
+
+    run(body)
+    assert first.labels_settled == second.labels_settled == 7
+    assert first.stage_s[Stage.WAIT] < 0.1 <= second.stage_s[Stage.WAIT]
+    assert all(observed.stage_s[Stage.SEARCH] >= 0.1 for observed in (first, second))
 
 
 def test_works_take_turns_and_the_one_of_fewest_parts_is_next() -> None:

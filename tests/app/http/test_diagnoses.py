@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 import shutil
 import socket
 import sqlite3
@@ -371,6 +372,9 @@ def test_full_queue_answers_429_and_a_cancelled_diagnosis_makes_room(
         full = client.post("/diagnoses", json=body)
         check_problem(full, 429, "too_many_diagnoses")
         assert int(full.headers["retry-after"]) > 0
+        figures = client.get("/metrics").text
+        counts = [float(count) for count in re.findall(r'joulepath_diagnoses\{state="\w+"\} (\S+)', figures)]
+        assert sum(counts) == 2
         cancelled = client.delete(first.headers["location"])
         assert (cancelled.status_code, cancelled.json()["state"]) == (200, "cancelled")
         assert client.post("/diagnoses", json=body).status_code == 202
