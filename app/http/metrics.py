@@ -6,6 +6,8 @@ were asked for.
 
 from __future__ import annotations
 
+import asyncio
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any, Final
 
 from prometheus_client import CollectorRegistry, Counter, Histogram, ProcessCollector, disable_created_metrics
@@ -42,6 +44,7 @@ class Metrics:
 
     def __init__(self, state: State) -> None:
         self._registry = CollectorRegistry()
+        self._thread = ThreadPoolExecutor(1, thread_name_prefix="metrics")
         self._request_s = Histogram(
             "joulepath_request_seconds",
             "Time from a request to the end of its answer",
@@ -82,9 +85,9 @@ class Metrics:
         if observed.labels_settled:
             self._labels.labels(endpoint).inc(observed.labels_settled)
 
-    def text(self) -> bytes:
-        """All figures, in the text format of Prometheus."""
-        return generate_latest(self._registry)
+    async def text(self) -> bytes:
+        """All figures, in the text format of Prometheus; also while requests hold all other threads."""
+        return await asyncio.get_running_loop().run_in_executor(self._thread, generate_latest, self._registry)
 
 
 class _Running(Collector):

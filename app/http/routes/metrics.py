@@ -30,10 +30,10 @@ joulepath_labels_settled_total{endpoint="/route"} 1882.0
         **problems("/metrics", ErrorCode.NOT_READY),
     },
 )
-def show_metrics(request: Request) -> Response:
+async def show_metrics(request: Request) -> Response:
     """Times by endpoint and stage, labels settled, what waits and runs, what is kept in memory, the process.
 
     Also while graphs are being loaded, then without what has not begun.
     """
     metrics: Metrics = request.app.state.metrics
-    return Response(metrics.text(), media_type=MEDIA_TYPE)
+    return Response(await metrics.text(), media_type=MEDIA_TYPE)

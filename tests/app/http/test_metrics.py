@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import threading
+import time
+from concurrent.futures import ThreadPoolExecutor
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -132,6 +135,24 @@ def test_tiles_that_are_kept_count_as_hits(client: TestClient) -> None:
     second = tiles()
     assert first[0] == second[0] > 0
     assert (second[1] - first[1], second[2] - first[2]) == (1, 0)
+
+
+def test_figures_are_read_while_requests_hold_all_threads(settings: Settings, service: Service) -> None:
+    app = create_app(settings, service)
+    let_go = threading.Event()
+
+    @app.get("/held")
+    def held() -> None:
+        let_go.wait(60.0)
+
+    with TestClient(app) as client, ThreadPoolExecutor(51) as threads:
+        try:
+            for _ in range(50):  # more than the framework's threads
+                threads.submit(client.get, "/held")
+            time.sleep(0.5)
+            assert threads.submit(client.get, "/metrics").result(20.0).status_code == 200
+        finally:
+            let_go.set()
 
 
 def test_figures_are_there_before_the_service_has_started(settings: Settings) -> None:

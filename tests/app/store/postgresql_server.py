@@ -5,15 +5,19 @@ from __future__ import annotations
 import os
 import pwd
 import shutil
+import signal
 import socket
 import subprocess
 import tempfile
 import time
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 import psycopg
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
 
 VARIABLE: Final = "JOULEPATH_POSTGRESQL_BIN"
 OWNER: Final = "joulepath"
@@ -90,10 +94,20 @@ class Server:
                     raise RuntimeError((self._folder / "log").read_text(encoding="utf-8")) from None
                 time.sleep(0.05)
 
+    @contextmanager
+    def silent(self) -> Iterator[None]:
+        """Within it, new connections are taken and never answered."""
+        assert self._process is not None
+        self._process.send_signal(signal.SIGSTOP)
+        try:
+            yield
+        finally:
+            self._process.send_signal(signal.SIGCONT)
+
     def stop(self) -> None:
         """Have it end at once, with its connections."""
         if self._process is not None:
-            self._process.send_signal(2)  # SIGINT: its fast shutdown
+            self._process.send_signal(signal.SIGINT)  # its fast shutdown
             self._process.wait(START_S)
             self._process = None
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,6 +20,7 @@ from alembic.migration import MigrationContext
 from sqlalchemy import create_engine
 from starlette.testclient import TestClient
 
+from app.http.readiness import LIMIT_S
 from app.main import create_app
 from app.service.service import Service
 from app.store.database import MIGRATIONS, Database, driver_url
@@ -219,6 +221,29 @@ def test_server_that_goes_away_answers_503_and_works_when_it_is_back(
             postgresql.start()
         assert client.get("/vehicles/my-car").status_code == 200
         assert client.put("/vehicles/my-car", json=VEHICLE).status_code == 200
+
+
+def test_server_that_takes_connections_and_says_nothing_holds_up_neither_health_nor_routes(
+    postgresql: Server, settings: Settings, service: Service
+) -> None:
+    url = postgresql.make_database("silent")
+    route = {"start": [8.003, 46.5], "goal": [8.02, 46.518], "soc": 0.5}
+    with client_on(settings, service, url) as client:
+        with postgresql.silent():
+            for _ in range(3):
+                began = time.monotonic()
+                assert client.get("/readyz").json()["database"] == {
+                    "reachable": False,
+                    "reason": f"no answer within {LIMIT_S:g} s",
+                }
+                assert client.get("/healthz").status_code == 200
+                assert client.post("/route", json=route).status_code == 200
+                assert time.monotonic() - began < LIMIT_S + 3.0
+            check_problem(client.get("/vehicles/my-car"), 503, "database_unavailable")
+        until = time.monotonic() + 30.0
+        while not (found := client.get("/readyz").json()["database"])["reachable"]:
+            assert time.monotonic() < until, found
+            time.sleep(0.1)
 
 
 def test_full_disk_of_the_server_answers_507(postgresql: Server, settings: Settings, service: Service) -> None:
