@@ -1,13 +1,25 @@
-"""GET /vehicles, /graphs, /healthz and /readyz."""
+"""GET /vehicles, /graphs, /healthz and /readyz; the last says whether the database answers, without waiting for it."""
 
 from __future__ import annotations
 
+import asyncio
+import threading
+import time
 from typing import TYPE_CHECKING
 
 import pytest
+from starlette.testclient import TestClient
+
+from app.http.readiness import KEPT_S, LIMIT_S, DatabaseProbe, Reachable
+from app.main import create_app
+from app.service.service import Service
+from app.store.database import Database
+from tests.app.expected import check_problem, database_in
 
 if TYPE_CHECKING:
-    from starlette.testclient import TestClient
+    from pathlib import Path
+
+    from app.settings import Settings
 
 
 def test_vehicles_are_listed_in_the_order_of_their_ids(client: TestClient) -> None:
@@ -58,3 +70,90 @@ def test_readyz_of_a_started_service_names_its_graphs(client: TestClient) -> Non
         {"name": "level", "loaded": True, "version": None},
     ]
     assert answer["database"] == {"reachable": True, "reason": None}
+
+
+class Silent(Database):
+    """A database that does not answer until it is let, and counts how often it was asked."""
+
+    def __init__(self, folder: Path) -> None:
+        super().__init__(database_in(folder))
+        self.answers = threading.Event()
+        self.asked = 0
+
+    def check(self) -> None:
+        self.asked += 1
+        self.answers.wait(30.0)
+        super().check()
+
+
+def test_readyz_names_what_keeps_the_database_from_being_read_and_is_ready_all_the_same(
+    settings: Settings, service: Service, tmp_path: Path
+) -> None:
+    (tmp_path / "vehicles.sqlite").write_text("x" * 5000, encoding="utf-8")
+    own = Service(settings.model_copy(update={"database_url": database_in(tmp_path)}))
+    own.atlas = service.atlas
+    with TestClient(create_app(own.settings, own)) as client:
+        answer = client.get("/readyz")
+        assert answer.status_code == 200
+        assert answer.json()["database"] == {"reachable": False, "reason": "file is not a database"}
+        assert client.get("/vehicles/vw-id4").status_code == 200
+
+
+def test_readyz_names_graphs_that_are_not_loaded_yet(settings: Settings, tmp_path: Path) -> None:
+    own = Service(settings.model_copy(update={"database_url": database_in(tmp_path)}))
+    with TestClient(create_app(own.settings, own)) as client:
+        problem = check_problem(client.get("/readyz"), 503, "not_ready")
+        assert "graphs that are not loaded yet: grid, level" in problem["detail"]
+        own.atlas.planner("grid")
+        assert check_problem(client.get("/readyz"), 503, "not_ready")["detail"].startswith("graphs that are not loaded")
+        own.atlas.planner("level")
+        assert client.get("/readyz").json()["status"] == "ready"
+
+
+def test_database_that_does_not_answer_is_asked_once_while_the_loop_goes_on(tmp_path: Path) -> None:
+    database = Silent(tmp_path)
+
+    async def ask() -> tuple[list[Reachable], int, Reachable, Reachable]:
+        probe = DatabaseProbe(database)
+        ticks = 0
+
+        async def tick() -> None:
+            nonlocal ticks
+            while True:
+                await asyncio.sleep(0.02)
+                ticks += 1
+
+        ticking = asyncio.create_task(tick())
+        began = time.monotonic()
+        silent = await asyncio.gather(*(probe.reachable() for _ in range(20)))
+        assert time.monotonic() - began < LIMIT_S + 5.0
+        asked_while_silent = database.asked
+        database.answers.set()
+        first = await probe.reachable()
+        await asyncio.sleep(KEPT_S + 0.1)
+        later = await probe.reachable()
+        ticking.cancel()
+        probe.close()
+        assert ticks > 5
+        return silent, asked_while_silent, first, later
+
+    silent, asked_while_silent, first, later = asyncio.run(ask())
+    assert silent == [Reachable(False, "no answer within 1 s")] * 20
+    assert asked_while_silent == 1
+    assert first == later == Reachable(True)
+    assert database.asked == 2
+
+
+def test_database_is_asked_at_most_once_a_second(tmp_path: Path) -> None:
+    database = Silent(tmp_path)
+    database.answers.set()
+
+    async def ask() -> None:
+        probe = DatabaseProbe(database)
+        for _ in range(50):
+            assert (await probe.reachable()).reachable
+        probe.close()
+
+    began = time.monotonic()
+    asyncio.run(ask())
+    assert database.asked <= 1 + (time.monotonic() - began) / KEPT_S
