@@ -116,6 +116,11 @@ class Settings(BaseSettings):
             raise refusal("", str(error), DATABASE_FORMS) from error
         return value
 
+    @field_validator("log_format", "log_level", mode="before")
+    @classmethod
+    def _in_any_case(cls, value: object) -> object:
+        return value.lower() if isinstance(value, str) else value
+
     @field_validator("recordings_dir", mode="before")
     @classmethod
     def _no_folder_where_empty(cls, value: object) -> object:

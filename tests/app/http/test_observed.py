@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import logging
+import os
 import re
 import subprocess
 import sys
@@ -157,6 +158,28 @@ def test_more_lines_a_second_than_allowed_are_counted_instead() -> None:
     after = record()
     assert at_most.filter(after)
     assert "dropped" not in json.loads(JsonFormatter().format(after))
+
+
+@pytest.mark.parametrize(("form", "first"), [("JSON", "{"), ("text", "WARNING: ")])
+def test_log_is_written_as_the_environment_says(form: str, first: str) -> None:
+    says = "\n".join(
+        (
+            "import logging",
+            "from app.logs import configure_logs",
+            "from app.settings import Settings",
+            "configure_logs(Settings())",
+            "logging.getLogger('app.x').warning('a word')",
+            "logging.getLogger('app.x').info('less')",
+            "logging.getLogger('other').info('less')",
+        )
+    )
+    environment = {**os.environ, "JOULEPATH_LOG_FORMAT": form, "JOULEPATH_LOG_LEVEL": "WARNING"}
+    ran = subprocess.run(
+        [sys.executable, "-c", says], cwd=ROOT, env=environment, capture_output=True, text=True, check=True
+    )
+    (line,) = ran.stderr.splitlines()
+    assert line.startswith(first)
+    assert "a word" in line
 
 
 def test_json_line_of_an_exception_is_one_line_of_json() -> None:
