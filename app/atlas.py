@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from threading import Lock
 from typing import TYPE_CHECKING
 
+from app.caches import CacheFigures
 from routing.cache_budget import DEFAULT_BYTES, CacheBudget
 from routing.errors import GraphFormatError, GraphNotFoundError
 from routing.graph.files import load_meta, load_version, version_of
@@ -68,6 +69,14 @@ class Atlas:
     def names(self) -> tuple[str, ...]:
         """Names of all graphs."""
         return tuple(self._folders)
+
+    def cache_figures(self) -> dict[str, CacheFigures]:
+        """What the planners keep between queries, by kind."""
+        held = self.budget.held_bytes()
+        return {
+            kind: CacheFigures(held.get(kind, 0), counts.hits, counts.misses, counts.dropped)
+            for kind, counts in self.budget.counts().items()
+        }
 
     def is_loaded(self, name: str) -> bool:
         """Whether a graph is in memory; asked without waiting for one that is being loaded."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import threading
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
@@ -20,6 +20,15 @@ class _Item:
     drop: Callable[[], None]
 
 
+@dataclass(slots=True)
+class KindCounts:
+    """How things of a kind were used so far: they were there, had to be made, were dropped to make room."""
+
+    hits: int = 0
+    misses: int = 0
+    dropped: int = 0
+
+
 class CacheBudget:
     """Keeps what caches hold below a number of bytes; safe between threads.
 
@@ -31,7 +40,7 @@ class CacheBudget:
         self.limit_bytes = limit_bytes
         self._items: dict[tuple[int, Hashable], _Item] = {}
         self._lock = threading.Lock()
-        self._dropped = 0
+        self._counts: dict[str, KindCounts] = {}
 
     def used(self, owner: object, key: Hashable, kind: str, size: Callable[[], int], drop: Callable[[], None]) -> None:
         """Note that something is used now; others are dropped where all together is too large.
@@ -40,7 +49,11 @@ class CacheBudget:
         """
         place = id(owner), key
         with self._lock:
-            self._items.pop(place, None)
+            counts = self._counts.setdefault(kind, KindCounts())
+            if self._items.pop(place, None) is None:
+                counts.misses += 1
+            else:
+                counts.hits += 1
             self._items[place] = _Item(kind, size, drop)
             over = sum(item.size() for item in self._items.values()) - self.limit_bytes
             dropped = []
@@ -50,7 +63,7 @@ class CacheBudget:
                 item = self._items.pop(oldest)
                 over -= item.size()
                 dropped.append(item)
-            self._dropped += len(dropped)
+                self._counts[item.kind].dropped += 1
         for item in dropped:
             item.drop()
 
@@ -72,4 +85,10 @@ class CacheBudget:
     @property
     def dropped(self) -> int:
         """How many things were dropped so far."""
-        return self._dropped
+        with self._lock:
+            return sum(counts.dropped for counts in self._counts.values())
+
+    def counts(self) -> dict[str, KindCounts]:
+        """How things were used so far, by kind."""
+        with self._lock:
+            return {kind: replace(counts) for kind, counts in self._counts.items()}

@@ -99,6 +99,7 @@ class Service:
         self.tiles = TileShelf(self.atlas)
         self.caches = CacheRegistry()
         self.caches.add(self.tiles.cache_figures)
+        self.caches.add(self.atlas.cache_figures)
         self.vehicles: Mapping[str, AnyVehicle] = load_vehicles(settings.vehicle_dir)  # the bundled ones
         named = "database_url" in settings.model_fields_set
         self.database = Database(settings.database_url, named=named, create=settings.database_create)

@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from routing.cache_budget import MOST_ITEMS, CacheBudget
+from routing.cache_budget import MOST_ITEMS, CacheBudget, KindCounts
 
 
 class Cache:
@@ -29,6 +29,7 @@ def test_what_was_not_used_for_longest_goes_first() -> None:
     assert set(cache.kept) == {"c", "a", "d"}
     assert cache.budget.held_bytes() == {"things": 100}
     assert cache.budget.dropped == 1
+    assert cache.budget.counts() == {"things": KindCounts(hits=1, misses=4, dropped=1)}
 
 
 def test_all_caches_share_the_limit_and_one_can_be_forgotten() -> None:

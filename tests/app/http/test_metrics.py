@@ -137,6 +137,27 @@ def test_tiles_that_are_kept_count_as_hits(client: TestClient) -> None:
     assert (second[1] - first[1], second[2] - first[2]) == (1, 0)
 
 
+def test_vehicles_and_what_they_know_show_as_caches_that_are_hit_when_asked_again(client: TestClient) -> None:
+    def spaces() -> tuple[float, float]:
+        found = figures(client)
+        return found[of("joulepath_cache_hits_total", cache="spaces")], found[
+            of("joulepath_cache_misses_total", cache="spaces")
+        ]
+
+    windy = {**ROUTE, "conditions": {"wind_speed_mps": 3.5, "wind_from_deg": 10}}
+    client.post("/route", json=ROUTE)
+    before = spaces()
+    assert client.post("/route", json=windy).status_code == 200
+    once = spaces()
+    client.post("/route", json=windy)
+    twice = spaces()
+    assert once[1] == before[1] + 1
+    assert twice[1] == once[1]
+    assert twice[0] > once[0]
+    found = figures(client)
+    assert min(found[of("joulepath_cache_bytes", cache=kind)] for kind in ("spaces", "drives", "workspaces")) > 0
+
+
 def test_figures_are_read_while_requests_hold_all_threads(settings: Settings, service: Service) -> None:
     app = create_app(settings, service)
     let_go = threading.Event()
