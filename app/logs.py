@@ -24,7 +24,7 @@ LINES_PER_S: Final = 500  # of requests; more are counted, not written
 
 @dataclass(frozen=True, slots=True)
 class RequestLine:
-    """What is said of one request; dropped: lines that were not written before it."""
+    """What is said of one request; key: the name of the one that it came with, never the key itself."""
 
     method: str
     endpoint: str
@@ -32,6 +32,7 @@ class RequestLine:
     seconds: float
     observed: Observation
     client: str | None = None
+    key: str | None = None
 
     def fields(self) -> dict[str, Any]:
         """As JSON takes it, without what is not known."""
@@ -48,6 +49,7 @@ class RequestLine:
             "labels_settled": observed.labels_settled or None,
             "problem": observed.problem,
             "client": self.client,
+            "key": self.key,
         }
         return {name: value for name, value in known.items() if value is not None}
 

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from app.http.metrics import Metrics
 
 LOG: Final = logging.getLogger(ACCESS)
+KEY_NAME: Final = "key_name"  # in the state of a request whose key was looked at
 _SANE_ID: Final = re.compile(rb"[A-Za-z0-9][A-Za-z0-9._:-]{0,63}")
 
 
@@ -74,7 +75,9 @@ class Observed:
         self._metrics.count(method, endpoint, status, seconds, observed)
         if LOG.isEnabledFor(logging.INFO):
             client = scope.get("client") if self._log_client else None
-            LOG.info("%s", RequestLine(method, endpoint, status, seconds, observed, client[0] if client else None))
+            address = client[0] if client else None
+            key = scope.get("state", {}).get(KEY_NAME)
+            LOG.info("%s", RequestLine(method, endpoint, status, seconds, observed, address, key))
 
 
 def _request_id(scope: Scope) -> str:

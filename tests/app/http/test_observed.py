@@ -12,8 +12,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from starlette.datastructures import State
+from starlette.responses import Response
 from starlette.testclient import TestClient
 
+from app.http.metrics import Metrics
+from app.http.observed import Observed
 from app.logs import ACCESS, AtMost, JsonFormatter, RequestLine, TextFormatter
 from app.main import create_app
 from app.observation import Observation
@@ -21,6 +25,7 @@ from tests.app.expected import VEHICLE
 
 if TYPE_CHECKING:
     from fastapi import FastAPI
+    from starlette.types import Receive, Scope, Send
 
     from app.service.service import Service
     from app.settings import Settings
@@ -139,6 +144,18 @@ def test_client_is_logged_where_that_is_set(
     with TestClient(create_app(settings.model_copy(update={"log_client": True}), service)) as client:
         client.get("/healthz")
     assert access_lines(caplog)[0]["client"] == "testclient"
+
+
+def test_name_of_the_key_that_let_a_request_in_is_logged(caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level(logging.INFO, ACCESS)
+
+    async def let_in(scope: Scope, receive: Receive, send: Send) -> None:
+        scope.setdefault("state", {})["key_name"] = "dispatch"
+        await Response("ok")(scope, receive, send)
+
+    TestClient(Observed(let_in, Metrics(State()), log_client=False)).get("/", headers={"X-Api-Key": "s3cret"})
+    (line,) = access_lines(caplog)
+    assert line["key"] == "dispatch"
 
 
 def test_more_lines_a_second_than_allowed_are_counted_instead() -> None:
