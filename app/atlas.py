@@ -80,7 +80,7 @@ class Atlas:
 
     def is_loaded(self, name: str) -> bool:
         """Whether a graph is in memory; asked without waiting for one that is being loaded."""
-        return name in self._planners
+        return name in self._loaded
 
     def folder(self, name: str) -> Path:
         """The folder of one graph; raises GraphNotFoundError."""

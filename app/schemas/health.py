@@ -20,7 +20,7 @@ class GraphReadiness(Answered):
 
     name: str
     loaded: bool
-    version: str | None = Field(description="names the contents of the graph; null where its files have none")
+    version: str | None = Field(description="names the contents of the graph; null before it is loaded")
 
 
 class DatabaseReadiness(Answered):

@@ -48,8 +48,8 @@ async def healthz() -> Alive:
                         "status": "ready",
                         "version": "0.1.0",
                         "graphs": [
-                            {"name": "coquimbo", "loaded": True, "version": None},
-                            {"name": "highlands", "loaded": True, "version": None},
+                            {"name": "coquimbo", "loaded": True, "version": "7cb0db27ec5b211e"},
+                            {"name": "highlands", "loaded": True, "version": "af03c910944a816f"},
                         ],
                         "database": {"reachable": False, "reason": "connection refused"},
                         "vehicle_count": 7,
@@ -67,7 +67,8 @@ async def readyz(service: RunningService, probe: Annotated[DatabaseProbe, Depend
     most once a second, and for a second at most.
     """
     graphs = [
-        GraphReadiness(name=name, loaded=service.atlas.is_loaded(name), version=None) for name in service.atlas.names
+        GraphReadiness(name=name, loaded=service.atlas.is_loaded(name), version=service.atlas.version(name) or None)
+        for name in service.atlas.names
     ]
     missing = [graph.name for graph in graphs if not graph.loaded]
     if missing:
