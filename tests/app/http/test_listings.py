@@ -66,8 +66,7 @@ def test_readyz_of_a_started_service_names_its_graphs(client: TestClient) -> Non
     answer = client.get("/readyz").json()
     assert answer["status"] == "ready"
     assert answer["graphs"] == [
-        {"name": "grid", "loaded": True, "version": None},
-        {"name": "level", "loaded": True, "version": None},
+        {"name": name, "loaded": True, "version": service.atlas.version(name)} for name in ("grid", "level")
     ]
     assert answer["database"] == {"reachable": True, "reason": None}
 
