@@ -10,6 +10,7 @@ from typing import Annotated, Literal
 from pydantic import Field, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
+from app.access.addresses import networks
 from app.schemas.base import refusal
 from app.schemas.place import MAX_PLACES
 from energy.folders import bundled_folder, user_folder, user_graphs_folder
@@ -20,6 +21,7 @@ STYLE_FORMS = "https://HOST/PATH, http://HOST/PATH or /PATH on this host"
 ORIGIN_FORMS = "https://HOST, http://HOST or either with :PORT, separated by commas"
 _ORIGIN_FORM = re.compile(r"https?://[A-Za-z0-9.*-]+(:[0-9]+)?\Z|https?://\[[0-9a-fA-F:]+\](:[0-9]+)?\Z")
 _STYLE_FORM = re.compile(r"(https?://[A-Za-z0-9.-]+(:[0-9]+)?)?/[!-~]*\Z")
+NETWORK_FORMS = "addresses or networks such as 10.0.0.7 or 10.0.0.0/8, separated by commas; * for all"
 DATABASE_FILE = "vehicles.sqlite"
 DATABASE_FORMS = "sqlite:///PATH or postgresql://USER:PASSWORD@HOST/NAME"
 
@@ -94,6 +96,26 @@ class Settings(BaseSettings):
         default="info", description="least of what is logged; requests are logged as info"
     )
     log_client: bool = Field(default=False, description="whether the client's address stands in the log of requests")
+    trusted_proxies: Annotated[tuple[str, ...], NoDecode] = Field(
+        default=("127.0.0.1", "::1"),
+        description="addresses and networks of proxies, whose X-Forwarded-For names the client; * for all",
+    )
+    connection_limit: int = Field(default=1000, ge=1, le=100_000, description="most connections at a time")
+    address_connection_limit: int = Field(
+        default=200, ge=1, description="most connections of one address, but for proxies and this machine"
+    )
+    head_limit_s: float = Field(default=10.0, gt=0, description="longest wait for the whole head of a request [s]")
+    body_wait_s: float = Field(
+        default=20.0, gt=0, description="longest wait for a body, or until an answer is read, besides its own time [s]"
+    )
+    least_bytes_per_s: float = Field(
+        default=2000.0, gt=0, description="slowest that bodies may arrive and answers be read [B/s]"
+    )
+    keep_alive_s: float = Field(default=5.0, gt=0, description="how long a connection waits for its next request [s]")
+    stop_limit_s: float = Field(
+        default=20.0, gt=0, description="longest from being told to stop to the end; half of it for requests [s]"
+    )
+    log_limit_per_s: float = Field(default=500.0, gt=0, description="most lines of the access log a second")
     cors_origins: Annotated[tuple[str, ...], NoDecode] = Field(
         default=(), description="web origins that may call the service from a browser; * for all"
     )
@@ -143,12 +165,22 @@ class Settings(BaseSettings):
                 raise refusal("", origin, ORIGIN_FORMS)
         return value
 
+    @field_validator("trusted_proxies")
+    @classmethod
+    def _known_networks(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        for text in value:
+            try:
+                networks([text])
+            except ValueError as error:
+                raise refusal("", text, NETWORK_FORMS) from error
+        return value
+
     @field_validator("graph_dirs", mode="before")
     @classmethod
     def _split_paths(cls, value: object) -> object:
         return tuple(Path(part) for part in value.split(os.pathsep) if part) if isinstance(value, str) else value
 
-    @field_validator("cors_origins", "map_origins", mode="before")
+    @field_validator("cors_origins", "map_origins", "trusted_proxies", mode="before")
     @classmethod
     def _split_origins(cls, value: object) -> object:
         return tuple(part.strip() for part in value.split(",") if part.strip()) if isinstance(value, str) else value

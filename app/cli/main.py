@@ -87,6 +87,7 @@ def serve(
     import uvicorn
 
     from app.logs import configure_logs
+    from app.http.server import run_server
     from app.main import create_app
 
     service = service_for(graph)
@@ -110,6 +111,7 @@ def serve(
         log_config=None,  # as it is configured
         access_log=False,  # the application's own line a request has no query, in which places stand
     )
+    run_server(application, settings, host or settings.host, settings.port if port is None else port)
 
 
 @cli.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []})

@@ -56,6 +56,7 @@ KINDS: Final[Mapping[ErrorCode, ProblemKind]] = {
     ErrorCode.NOT_FOUND: ProblemKind(404, "Nothing at this address"),
     ErrorCode.METHOD_NOT_ALLOWED: ProblemKind(405, "This address has no such method"),
     ErrorCode.BODY_TOO_LARGE: ProblemKind(413, "The request body is too large"),
+    ErrorCode.REQUEST_TIMEOUT: ProblemKind(408, "The request arrives too slowly"),
     ErrorCode.TOO_MANY_DIAGNOSES: ProblemKind(429, "Too many diagnoses are waiting"),
     ErrorCode.SEARCH_LIMIT: ProblemKind(503, "The search grew beyond its limit"),
     ErrorCode.TIME_LIMIT: ProblemKind(503, "The answer took longer than allowed"),

@@ -69,6 +69,7 @@ HTTP_CODES: Final[Mapping[int, ErrorCode]] = {
     400: ErrorCode.MALFORMED_JSON,  # what the framework raises on a body that json can't read
     404: ErrorCode.NOT_FOUND,
     405: ErrorCode.METHOD_NOT_ALLOWED,
+    408: ErrorCode.REQUEST_TIMEOUT,  # of the server, which answers before there is a request
     422: ErrorCode.INVALID_REQUEST,
 }
 

@@ -39,6 +39,7 @@ class ErrorCode(StrEnum):
     NOT_FOUND = "not_found"
     METHOD_NOT_ALLOWED = "method_not_allowed"
     BODY_TOO_LARGE = "body_too_large"
+    REQUEST_TIMEOUT = "request_timeout"
     TOO_MANY_DIAGNOSES = "too_many_diagnoses"
     SEARCH_LIMIT = "search_limit"
     TIME_LIMIT = "time_limit"

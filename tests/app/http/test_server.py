@@ -1,0 +1,147 @@
+"""The server's limits, held against clients that attack them; each against a process of its own."""
+
+from __future__ import annotations
+
+import signal
+import socket
+import time
+from contextlib import ExitStack
+from typing import TYPE_CHECKING, Final
+
+import pytest
+
+from tests.app.http.server_process import received, server_process
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+    from pathlib import Path
+
+    from tests.app.http.server_process import ServerProcess
+
+DESCRIPTORS: Final = 192
+HALF_HEAD: Final = b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Half: "
+HALF_BODY: Final = (
+    b"POST /route HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json\r\nContent-Length: 100\r\n\r\n{"
+)
+SHORT: Final = {
+    "JOULEPATH_HEAD_LIMIT_S": "0.6",
+    "JOULEPATH_BODY_WAIT_S": "0.6",
+    "JOULEPATH_LEAST_BYTES_PER_S": "100000",
+}
+PATIENT: Final = {"JOULEPATH_HEAD_LIMIT_S": "600", "JOULEPATH_BODY_WAIT_S": "600"}
+
+
+@pytest.fixture(scope="module")
+def hasty(tmp_path_factory: pytest.TempPathFactory, graph_dir: Path) -> Iterator[ServerProcess]:
+    """A server that waits for nobody for longer than a second."""
+    with server_process(tmp_path_factory.mktemp("hasty"), graph_dir, **SHORT) as running:
+        yield running
+
+
+@pytest.fixture(scope="module")
+def crowded(tmp_path_factory: pytest.TempPathFactory, graph_dir: Path) -> Iterator[ServerProcess]:
+    """A server of few descriptors, that waits for ten minutes."""
+    folder = tmp_path_factory.mktemp("crowded")
+    with server_process(folder, graph_dir, DESCRIPTORS, JOULEPATH_STOP_LIMIT_S="3", **PATIENT) as running:
+        yield running
+
+
+@pytest.mark.parametrize("half", [HALF_HEAD, HALF_BODY], ids=["heads", "bodies"])
+def test_more_half_sent_requests_than_descriptors_leave_the_server_reachable_and_its_log_short(
+    crowded: ServerProcess, half: bytes
+) -> None:
+    logged = crowded.log.stat().st_size
+    with ExitStack() as opened:
+        for count in range(3 * DESCRIPTORS):
+            opened.enter_context(crowded.connect(half))
+            if count % DESCRIPTORS == 0:
+                assert crowded.get("/healthz").startswith(b"HTTP/1.1 200")
+        began = time.monotonic()
+        assert crowded.get("/healthz").startswith(b"HTTP/1.1 200")
+        assert time.monotonic() - began < 10.0
+    assert crowded.log.stat().st_size - logged < 20_000
+
+
+def test_half_sent_head_is_answered_408_in_time(hasty: ServerProcess) -> None:
+    answer = hasty.ask(HALF_HEAD)
+    assert answer.startswith(b"HTTP/1.1 408 ")
+    assert b'"request_timeout"' in answer
+
+
+def test_head_that_trickles_is_answered_408_in_time(hasty: ServerProcess) -> None:
+    with hasty.connect(HALF_HEAD) as connection:
+        began = time.monotonic()
+        while time.monotonic() - began < 10.0:
+            try:
+                connection.sendall(b"x")
+            except ConnectionError:
+                break
+            time.sleep(0.1)
+        assert time.monotonic() - began < 5.0
+
+
+def test_next_head_on_a_kept_connection_has_the_same_limit(hasty: ServerProcess) -> None:
+    with hasty.connect(b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n") as connection:
+        assert connection.recv(65536).startswith(b"HTTP/1.1 200")
+        connection.sendall(HALF_HEAD)
+        assert b"HTTP/1.1 408 " in received(connection)
+
+
+def test_half_sent_body_is_answered_408_in_time(hasty: ServerProcess) -> None:
+    answer = hasty.ask(HALF_BODY)
+    assert answer.startswith(b"HTTP/1.1 408 ")
+    assert b"body arrives too slowly" in answer
+
+
+def test_body_that_keeps_to_the_least_rate_is_taken_however_long_it_takes(hasty: ServerProcess) -> None:
+    body = b" " * 400_000 + b"{}"
+    head = f"POST /route HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: {len(body)}\r\n".encode()
+    with hasty.connect(head + b"Content-Type: application/json\r\nConnection: close\r\n\r\n") as connection:
+        for begin in range(0, len(body), 50_000):
+            connection.sendall(body[begin : begin + 50_000])
+            time.sleep(0.25)  # 2 s in all, three times the wait, at twice the rate
+        assert received(connection).startswith(b"HTTP/1.1 422 ")
+
+
+def test_answer_that_nobody_reads_ends_its_connection(hasty: ServerProcess) -> None:
+    ask = b"GET /openapi.json HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"
+    with socket.socket() as connection:
+        connection.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
+        connection.settimeout(30.0)
+        connection.connect(("127.0.0.1", hasty.port))
+        connection.sendall(ask * 40)  # some megabytes, more than the system takes
+        until = time.monotonic() + 60.0
+        while "did not read its answer" not in hasty.log.read_text():
+            assert time.monotonic() < until
+            time.sleep(0.1)
+
+
+def test_address_with_too_many_connections_loses_the_one_that_waits_longest_and_no_other_does(
+    tmp_path: Path, graph_dir: Path
+) -> None:
+    limits = {"JOULEPATH_ADDRESS_CONNECTION_LIMIT": "3", "JOULEPATH_TRUSTED_PROXIES": "192.0.2.1"}
+    with server_process(tmp_path, graph_dir, **PATIENT, **limits) as running, ExitStack() as opened:
+        waiting = [opened.enter_context(running.connect(HALF_HEAD)) for _ in range(3)]
+        time.sleep(0.5)
+        waiting[0].sendall(b"x")  # so that the second one waits longest
+        time.sleep(0.2)
+        assert running.get("/healthz").startswith(b"HTTP/1.1 200")
+        assert received(waiting[1]) == b""
+        for kept in (waiting[0], waiting[2]):
+            kept.sendall(b"\r\nConnection: close\r\n\r\n")
+            assert received(kept).startswith(b"HTTP/1.1 200")
+
+
+def test_server_names_no_software(hasty: ServerProcess) -> None:
+    head = hasty.get("/healthz").partition(b"\r\n\r\n")[0].lower()
+    assert b"server:" not in head
+    assert b"uvicorn" not in head
+
+
+def test_told_to_stop_the_server_ends_in_time_in_spite_of_a_half_sent_body(crowded: ServerProcess) -> None:
+    with crowded.connect(HALF_BODY):
+        time.sleep(0.3)
+        began = time.monotonic()
+        crowded.process.send_signal(signal.SIGTERM)
+        crowded.process.wait(30.0)
+        assert time.monotonic() - began < 8.0
