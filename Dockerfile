@@ -24,6 +24,8 @@ ENV PATH=/opt/joulepath/bin:$PATH PYTHONUNBUFFERED=1
 # graphs of one's own in graphs/ and stored vehicles; for PostgreSQL set JOULEPATH_DATABASE_URL and install the extra "postgresql"
 RUN install --directory --owner joulepath /var/lib/joulepath
 ENV XDG_DATA_HOME=/var/lib JOULEPATH_DATABASE_URL=sqlite:////var/lib/joulepath/vehicles.sqlite
+# whoever reaches the container needs a key: `joulepath keys add NAME` in it makes one; or set JOULEPATH_OPEN_WITHOUT_KEYS=1
+ENV JOULEPATH_KEYS_FILE=/var/lib/joulepath/keys.json
 VOLUME /var/lib/joulepath
 USER joulepath
 WORKDIR /var/lib/joulepath

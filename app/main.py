@@ -19,6 +19,7 @@ from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import GZipMiddleware
 
 from app import VERSION
+from app.access.roles import HEALTH
 from app.diagnosing.use_cases import Diagnoses
 from app.errors.handlers import install_error_handlers
 from app.errors.problems import PROBLEM_TYPE
@@ -28,6 +29,9 @@ from app.http.metrics import Metrics
 from app.http.observed import Observed
 from app.http.readiness import DatabaseProbe
 from app.http.routes import diagnoses, graphs, health, matrix, metrics, range, route, simulate, tiles, vehicles
+from app.http.examples.problems import gate_codes, problems
+from app.http.gate import Gate, SecurityHeaders
+from app.http.routes import diagnoses, graphs, health, matrix, range, route, simulate, tiles, vehicles
 from app.http.routes.access import COMPRESSED_BYTES, COMPRESSION
 from app.http.web import install_web
 from app.schemas.diagnosis import DiagnosisRequest
@@ -64,8 +68,12 @@ PAGES: Final = ("/docs", "/redoc")
 # the bundled pages need inline scripts; nothing may come from another host
 PAGE_POLICY: Final = (
     "default-src 'self'; script-src 'self' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; "
-    "img-src 'self' data:; worker-src 'self' blob:; font-src 'self' data:"
+    "img-src 'self' data:; worker-src 'self' blob:; font-src 'self' data:; frame-ancestors 'self'"
 )
+KEY_SCHEMES: Final = {
+    "bearer": {"type": "http", "scheme": "bearer", "description": "a key of `joulepath keys add`"},
+    "header": {"type": "apiKey", "in": "header", "name": "X-API-Key", "description": "the same in a header of its own"},
+}
 
 
 class PagePolicy:
@@ -135,6 +143,7 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
     install_error_handlers(app, allowed_methods)
     app.add_middleware(BodyLimit, limit_bytes=chosen.body_limit_bytes, upload_limit_bytes=chosen.diagnosis_limit_bytes)
     app.add_middleware(GZipMiddleware, minimum_size=COMPRESSED_BYTES, compresslevel=COMPRESSION)
+    app.add_middleware(Gate, settings=chosen)
     app.add_middleware(
         CORSMiddleware,
         allow_origins=chosen.cors_origins,
@@ -142,10 +151,11 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
         allow_headers=["*"],
     )
     app.add_middleware(Observed, metrics=app.state.metrics, log_client=chosen.log_client)  # the outermost
+    app.add_middleware(SecurityHeaders)
 
     def openapi() -> dict[str, Any]:
         if app.openapi_schema is None:
-            app.openapi_schema = openapi_document(app)
+            app.openapi_schema = openapi_document(app, chosen.keys_file is not None)
         return app.openapi_schema
 
     app.openapi = openapi  # type: ignore[method-assign]  # the documented way to extend the document
@@ -174,7 +184,7 @@ def allowed_methods(path: str) -> set[str]:
     return {method for route in described_routes() if route.path_regex.match(path) for method in route.methods or ()}
 
 
-def openapi_document(app: FastAPI) -> dict[str, Any]:
+def openapi_document(app: FastAPI, keys_demanded: bool = False) -> dict[str, Any]:
     """The OpenAPI document, with problems under their own media type and the schemas that only extensions name."""
     document = get_openapi(
         title=app.title,
@@ -206,7 +216,25 @@ def openapi_document(app: FastAPI) -> dict[str, Any]:
         operations = document["paths"][described.path]
         for method in described.methods or ():
             _restore_examples(operations[method.lower()]["responses"], described.responses)
+    for path, operations in document["paths"].items():
+        for method, operation in operations.items():
+            codes = gate_codes(method.upper(), path, "requestBody" in operation)
+            _add_problems(operation["responses"], problems(path, *codes))
+            if keys_demanded and path in HEALTH:
+                operation["security"] = []
+    if keys_demanded:
+        document["components"]["securitySchemes"] = KEY_SCHEMES
+        document["security"] = [{name: []} for name in KEY_SCHEMES]
     return document
+
+
+def _add_problems(responses: dict[str, Any], further: dict[int | str, dict[str, Any]]) -> None:
+    """Put problems beside those that an operation has declared itself."""
+    for status, added in further.items():
+        empty = {"schema": {"$ref": "#/components/schemas/Problem"}, "examples": {}}
+        known = responses.setdefault(str(status), {"description": "", "content": {PROBLEM_TYPE: empty}})
+        known["description"] = "; ".join(part for part in (known["description"], added["description"]) if part)
+        known["content"][PROBLEM_TYPE]["examples"] |= added["content"][PROBLEM_TYPE]["examples"]
 
 
 def _restore_examples(responses: dict[str, Any], declared: dict[int | str, dict[str, Any]]) -> None:

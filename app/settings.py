@@ -21,7 +21,9 @@ STYLE_FORMS = "https://HOST/PATH, http://HOST/PATH or /PATH on this host"
 ORIGIN_FORMS = "https://HOST, http://HOST or either with :PORT, separated by commas"
 _ORIGIN_FORM = re.compile(r"https?://[A-Za-z0-9.*-]+(:[0-9]+)?\Z|https?://\[[0-9a-fA-F:]+\](:[0-9]+)?\Z")
 _STYLE_FORM = re.compile(r"(https?://[A-Za-z0-9.-]+(:[0-9]+)?)?/[!-~]*\Z")
+HOST_FORMS = "names such as energy.example.org, *.example.org, 192.0.2.7 or [2001:db8::7], without a port"
 NETWORK_FORMS = "addresses or networks such as 10.0.0.7 or 10.0.0.0/8, separated by commas; * for all"
+_HOST_FORM = re.compile(r"(\*\.)?[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*\.?\Z|\[[0-9a-fA-F:.]+\]\Z")
 DATABASE_FILE = "vehicles.sqlite"
 DATABASE_FORMS = "sqlite:///PATH or postgresql://USER:PASSWORD@HOST/NAME"
 
@@ -96,10 +98,24 @@ class Settings(BaseSettings):
         default="info", description="least of what is logged; requests are logged as info"
     )
     log_client: bool = Field(default=False, description="whether the client's address stands in the log of requests")
+    keys_file: Path | None = Field(
+        default=None, description="file of API keys, made by `joulepath keys add`; with it, requests need a key"
+    )
+    open_without_keys: bool = Field(
+        default=False, description="listen on other addresses than this machine's own without demanding keys"
+    )
+    allowed_hosts: Annotated[tuple[str, ...], NoDecode] = Field(
+        default=(), description="names that the service is called by, *.example.org for all below; empty for any"
+    )
     trusted_proxies: Annotated[tuple[str, ...], NoDecode] = Field(
         default=("127.0.0.1", "::1"),
         description="addresses and networks of proxies, whose X-Forwarded-For names the client; * for all",
     )
+    rate_limit_per_s: float = Field(
+        default=50.0, ge=0, description="units a second that a key, or an address without one, may ask for; 0 for any"
+    )
+    rate_burst: int = Field(default=500, ge=1, description="units that may be asked for at once")
+    daily_quota: int = Field(default=0, ge=0, description="units a day of a key, or an address; 0 for any")
     connection_limit: int = Field(default=1000, ge=1, le=100_000, description="most connections at a time")
     address_connection_limit: int = Field(
         default=200, ge=1, description="most connections of one address, but for proxies and this machine"
@@ -144,6 +160,7 @@ class Settings(BaseSettings):
         return value.lower() if isinstance(value, str) else value
 
     @field_validator("recordings_dir", mode="before")
+    @field_validator("recordings_dir", "keys_file", mode="before")
     @classmethod
     def _no_folder_where_empty(cls, value: object) -> object:
         return None if value == "" else value  # which would be the working directory
@@ -175,12 +192,20 @@ class Settings(BaseSettings):
                 raise refusal("", text, NETWORK_FORMS) from error
         return value
 
+    @field_validator("allowed_hosts")
+    @classmethod
+    def _host_names(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+        for name in value:
+            if not _HOST_FORM.match(name):
+                raise refusal("", name, HOST_FORMS)
+        return tuple(name.lower() for name in value)
+
     @field_validator("graph_dirs", mode="before")
     @classmethod
     def _split_paths(cls, value: object) -> object:
         return tuple(Path(part) for part in value.split(os.pathsep) if part) if isinstance(value, str) else value
 
-    @field_validator("cors_origins", "map_origins", "trusted_proxies", mode="before")
+    @field_validator("cors_origins", "map_origins", "allowed_hosts", "trusted_proxies", mode="before")
     @classmethod
     def _split_origins(cls, value: object) -> object:
         return tuple(part.strip() for part in value.split(",") if part.strip()) if isinstance(value, str) else value

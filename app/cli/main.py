@@ -12,10 +12,12 @@ from pydantic import ValidationError
 from rich.console import Console
 from typer.core import TyperGroup
 
+from app.access.errors import KeyFileError
 from app.cli.commands.batch import batches
 from app.cli.commands.compare import comparing
 from app.cli.commands.diagnose import diagnosing
 from app.cli.commands.graphs import graphs, making
+from app.cli.commands.keys import keys
 from app.cli.commands.output import GraphOption, service_for
 from app.cli.commands.prove import proving
 from app.cli.commands.queries import queries
@@ -46,6 +48,7 @@ class ReportingGroup(TyperGroup):
         except ValidationError as error:
             message = _validation_message(error)
         except (Refusal, EnergyError, RoutingError, StoreError, CommandError) as error:
+        except (EnergyError, RoutingError, StoreError, KeyFileError, CommandError) as error:
             message = str(error)
         except json.JSONDecodeError as error:
             message = f"not valid JSON: {error}"
@@ -65,6 +68,7 @@ cli.add_typer(making)
 cli.add_typer(proving)
 cli.add_typer(vehicles, name="vehicles")
 cli.add_typer(graphs, name="graphs")
+cli.add_typer(keys, name="keys")
 
 
 def main() -> None:
@@ -87,17 +91,19 @@ def serve(
     import uvicorn
 
     from app.logs import configure_logs
+    from app.http.gate import listening_settings
     from app.http.server import run_server
     from app.main import create_app
 
     service = service_for(graph)
     configure_logs(service.settings)
+    address = host or service.settings.host
+    settings = listening_settings(service.settings, address)
     console = Console(stderr=True)
     console.print(f"loading graphs: {', '.join(service.atlas.names)}", markup=False, highlight=False)
     service.load_all()
     if (compiled := compilations.state) is not None:
         console.print(f"{compiled.done_count} kernels compiled in {compiled.seconds:.0f} s", highlight=False)
-    settings = service.settings
     graphs_line = f"graphs: {', '.join(service.atlas.names)}; {len(service.vehicles)} bundled vehicles"
     console.print(f"{graphs_line}, others in {service.database.shown_url}", markup=False, highlight=False)
     application = create_app(settings, service)
@@ -112,6 +118,7 @@ def serve(
         access_log=False,  # the application's own line a request has no query, in which places stand
     )
     run_server(application, settings, host or settings.host, settings.port if port is None else port)
+    run_server(application, settings, address, settings.port if port is None else port)
 
 
 @cli.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
+from app.access.roles import HEALTH, READING, Role, need_of
 from app.errors.problems import KINDS, PROBLEM_TYPE, make_problem
 from app.schemas.problem import ErrorCode, FieldProblem, Problem
 
@@ -75,6 +76,38 @@ EXAMPLES: Final = {
     ErrorCode.BODY_TOO_LARGE: (
         "the request body is too large, allowed: at most 4194304 bytes",
         FieldProblem(field="", value=None, allowed="at most 4194304 bytes"),
+    ),
+    ErrorCode.REQUEST_TIMEOUT: (
+        "the request's body arrives too slowly, allowed: 20 s, and a second more for 2000 bytes each",
+        None,
+    ),
+    ErrorCode.UNAUTHORIZED: (
+        "no key was sent, allowed: a key of `joulepath keys add`, as Authorization: Bearer KEY or X-API-Key: KEY",
+        FieldProblem(
+            field="Authorization",
+            value=None,
+            allowed="a key of `joulepath keys add`, as Authorization: Bearer KEY or X-API-Key: KEY",
+        ),
+    ),
+    ErrorCode.FORBIDDEN: (
+        "the key has the role read, allowed: a key with the role write or above",
+        FieldProblem(field="Authorization", value="read", allowed="a key with the role write or above"),
+    ),
+    ErrorCode.WRONG_ORIGIN: (
+        "Origin is 'https://elsewhere.example', allowed: pages of this service, and of JOULEPATH_CORS_ORIGINS",
+        FieldProblem(
+            field="Origin",
+            value="https://elsewhere.example",
+            allowed="pages of this service, and of JOULEPATH_CORS_ORIGINS",
+        ),
+    ),
+    ErrorCode.UNKNOWN_HOST: (
+        "Host is 'elsewhere.example', allowed: a name of JOULEPATH_ALLOWED_HOSTS",
+        FieldProblem(field="Host", value="elsewhere.example", allowed="a name of JOULEPATH_ALLOWED_HOSTS"),
+    ),
+    ErrorCode.RATE_LIMITED: (
+        "too much was asked for, allowed: 50 units a second and 500 at once; again in 1 s",
+        FieldProblem(field="", value=None, allowed="50 units a second and 500 at once"),
     ),
     ErrorCode.SEARCH_LIMIT: (
         "the search needed 2833561 labels, allowed: at most 2833560",
@@ -154,6 +187,21 @@ SEARCH_CODES: Final = (
     ErrorCode.SEARCH_LIMIT,
 )
 BODY_CODES: Final = (ErrorCode.MALFORMED_JSON, ErrorCode.INVALID_VEHICLE, ErrorCode.BODY_TOO_LARGE)
+
+
+def gate_codes(method: str, path: str, with_body: bool) -> tuple[ErrorCode, ...]:
+    """What may be answered before an operation is asked; path: also with parameters in braces."""
+    if path in HEALTH:
+        return ()
+    role = need_of(method, path).role
+    return (
+        *((ErrorCode.REQUEST_TIMEOUT,) if with_body else ()),
+        *((ErrorCode.UNAUTHORIZED,) if role is not None else ()),
+        *((ErrorCode.FORBIDDEN,) if role not in (None, Role.READ) else ()),
+        *((ErrorCode.WRONG_ORIGIN,) if method not in READING else ()),
+        ErrorCode.UNKNOWN_HOST,
+        ErrorCode.RATE_LIMITED,
+    )
 
 
 def problems(instance: str, *codes: ErrorCode) -> dict[int | str, dict[str, Any]]:

@@ -40,7 +40,8 @@ router = APIRouter(tags=["diagnoses"])
 HTML: Final = "text/html"
 # a report is one page with its own styles, scripts and pictures; file names of recordings stand in it
 REPORT_POLICY: Final = (
-    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; font-src data:"
+    "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src data:; font-src data:; "
+    "frame-ancestors 'self'"
 )
 SHARED: Final = (ErrorCode.DATABASE_UNAVAILABLE, ErrorCode.NOT_READY)
 ONE: Final = (ErrorCode.UNKNOWN_DIAGNOSIS, ErrorCode.DIAGNOSIS_DAMAGED, ErrorCode.INVALID_REQUEST, *SHARED)

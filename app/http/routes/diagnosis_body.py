@@ -81,7 +81,7 @@ async def received_body(request: Request, limit_bytes: int) -> tuple[DiagnosisOp
     limit_bytes: of a form. Raises RequestValidationError, MalformedFormError, SourceError, UnsupportedMediaTypeError,
     and BodyTooLargeError while files arrive.
     """
-    media_type = request.headers.get("content-type", JSON).partition(";")[0].strip().lower()
+    media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     if media_type == MULTIPART:
         return await _form(request, limit_bytes)
     if media_type != JSON:
