@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Final
 from fastapi import FastAPI, Request, Response
 from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
+from starlette.requests import ClientDisconnect
 
 from app.errors.problems import PROBLEM_TYPE, problem_bytes
 from app.errors.raised import OverloadedError, RefusedBodyError
@@ -58,6 +59,7 @@ def install_error_handlers(app: FastAPI, allowed_methods: Callable[[str], set[st
         return Response(status_code=CLIENT_GONE)  # which nobody reads
 
     app.add_exception_handler(AbandonedError, handle_abandoned)
+    app.add_exception_handler(ClientDisconnect, handle_abandoned)  # while its body was read
     app.add_exception_handler(Refusal, handle_refusal)
     for kind in (*TABLE, RequestValidationError, HTTPException, Exception):
         app.add_exception_handler(kind, handle)

@@ -240,6 +240,16 @@ class LimitedProtocol(H11Protocol):
             allowed = f"{settings.body_wait_s:g} s, and a second more for {settings.least_bytes_per_s:g} bytes each"
             self._give_up("body", f"the request's body arrives too slowly, allowed: {allowed}")
 
+    def shutdown(self) -> None:
+        """The server stops: a body may still arrive in half of the time that requests have."""
+        super().shutdown()
+        if self.phase is Phase.BODY:
+            self.loop.call_later(self._settings.stop_limit_s * SERVING_FRAC / 2.0, self._stop_waiting)
+
+    def _stop_waiting(self) -> None:
+        if self.phase is Phase.BODY and not self.transport.is_closing():
+            self._give_up("body", "the request's body did not arrive before the service stopped")
+
     def _enter(self, phase: Phase, now: float) -> None:
         self.phase = phase
         self._since_s = now

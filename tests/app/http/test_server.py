@@ -93,6 +93,18 @@ def test_half_sent_body_is_answered_408_in_time(hasty: ServerProcess) -> None:
     assert b"body arrives too slowly" in answer
 
 
+def test_clients_that_are_slow_or_gone_leave_no_traceback(hasty: ServerProcess) -> None:
+    form = (
+        b"POST /diagnoses HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 1000\r\n"
+        b"Content-Type: multipart/form-data; boundary=x\r\n\r\n--x\r\n"
+    )
+    for half in (HALF_BODY, form):
+        hasty.connect(half).close()
+        assert hasty.ask(half).startswith(b"HTTP/1.1 408 ")
+    assert hasty.get("/healthz").startswith(b"HTTP/1.1 200")
+    assert "Traceback" not in hasty.log.read_text()
+
+
 def test_body_that_keeps_to_the_least_rate_is_taken_however_long_it_takes(hasty: ServerProcess) -> None:
     body = b" " * 400_000 + b"{}"
     head = f"POST /route HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: {len(body)}\r\n".encode()
@@ -145,3 +157,4 @@ def test_told_to_stop_the_server_ends_in_time_in_spite_of_a_half_sent_body(crowd
         crowded.process.send_signal(signal.SIGTERM)
         crowded.process.wait(30.0)
         assert time.monotonic() - began < 8.0
+    assert "Traceback" not in crowded.log.read_text()
