@@ -1,5 +1,7 @@
 /** Calls of the service; whatever goes wrong becomes an ApiError that can be shown to a reader. */
 
+import { keyHeaders } from "./key.js";
+
 export class ApiError extends Error {
   /**
    * @param {string} message what to show
@@ -21,7 +23,7 @@ export class ApiError extends Error {
  * @throws {ApiError} and AbortError where the signal fired
  */
 export async function call(path, { method, body, form, signal, accept } = {}) {
-  const headers = { Accept: accept ?? "application/json, application/geo+json;q=0.9" };
+  const headers = { Accept: accept ?? "application/json, application/geo+json;q=0.9", ...keyHeaders() };
   const options = { method: method ?? (body || form ? "POST" : "GET"), headers, signal };
   if (body !== undefined) {
     headers["Content-Type"] = "application/json";
@@ -49,6 +51,13 @@ export async function call(path, { method, body, form, signal, accept } = {}) {
     throw new ApiError(detail, { code: told?.code, status: response.status, fields: told?.errors ?? [] });
   }
   return told;
+}
+
+/** A page of the service as text, such as a report. @throws {ApiError} */
+export async function pageText(path) {
+  const response = await fetch(path, { headers: keyHeaders() });
+  if (!response.ok) throw new ApiError(`The service answered ${response.status}.`, { status: response.status });
+  return response.text();
 }
 
 const TAKEN_BACK_EVERY_MS = 4000; // the service works on what was taken back, and many of them would pile up there

@@ -8,6 +8,7 @@ import { conditionsPanel } from "./journey/conditions.js";
 import { journeyOf, setDefaultGraph } from "./journey/journey.js";
 import { placesPanel } from "./journey/places.js";
 import { vehiclePanel } from "./journey/vehicle.js";
+import { askForKey } from "./key.js";
 import { MapView } from "./map/view.js";
 import { working } from "./notices.js";
 import { rangePanel } from "./range/panel.js";
@@ -135,6 +136,10 @@ function drawGraph({ session, view }, tiles) {
 }
 
 start().catch((error) => {
+  if (error instanceof ApiError && error.status === 401) {
+    askForKey(error.message);
+    return;
+  }
   const message = error instanceof ApiError ? error.message : `The page could not start: ${error.message}`;
   fill(byId("places"), el("div", { class: "notice bad", role: "alert" }, message, " ", retry()));
 });

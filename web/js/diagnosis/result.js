@@ -1,8 +1,10 @@
 /** What a diagnosis found, as the pane shows it. */
 
+import { pageText } from "../api.js";
 import { el, fill, newId } from "../dom.js";
 import { saveFile } from "../download.js";
 import { bringGround, losesPlaces, missingGround, shownGround } from "../journey/ground.js";
+import { typedKey } from "../key.js";
 import { failure, warningsOf, working } from "../notices.js";
 import { energyText, number } from "../units.js";
 import { applying } from "./apply.js";
@@ -148,10 +150,14 @@ function profileTable(profile) {
 
 function downloads({ id, result }) {
   const save = () => saveFile("diagnosis.json", JSON.stringify(result, null, 1), "application/json");
-  return el(
-    "div", { class: "row wrap" },
-    el("a", { class: "button", href: pathOf(id, "report"), target: "_blank", rel: "noopener" }, "Report"),
-    el("button", { type: "button", class: "button", on: { click: save } }, "diagnosis.json"),
-    el("a", { class: "button", href: pathOf(id, "effects"), download: "effects.json" }, "effects.json"),
-  );
+  const file = (name, type, below, text) =>
+    el("button", { type: "button", class: "button", on: { click: async () => saveFile(name, await pageText(pathOf(id, below)), type) } }, text);
+  // a link can send no key: with one, both are fetched and saved
+  const [report, effects] = typedKey()
+    ? [file("report.html", "text/html", "report", "Report"), file("effects.json", "application/json", "effects", "effects.json")]
+    : [
+        el("a", { class: "button", href: pathOf(id, "report"), target: "_blank", rel: "noopener" }, "Report"),
+        el("a", { class: "button", href: pathOf(id, "effects"), download: "effects.json" }, "effects.json"),
+      ];
+  return el("div", { class: "row wrap" }, report, el("button", { type: "button", class: "button", on: { click: save } }, "diagnosis.json"), effects);
 }

@@ -1,6 +1,7 @@
 /** Recordings sent as a form, with how much of them has gone: fetch tells nothing of that. */
 
 import { ApiError } from "../api.js";
+import { keyHeaders } from "../key.js";
 
 /**
  * Send a form; resolves to the answer.
@@ -14,6 +15,7 @@ export function sendForm(path, form, { told, signal }) {
     request.open("POST", path);
     request.responseType = "json";
     request.setRequestHeader("Accept", "application/json");
+    for (const [name, value] of Object.entries(keyHeaders())) request.setRequestHeader(name, value);
     request.upload.addEventListener("progress", ({ loaded, total }) => told(total ? loaded / total : 0));
     request.addEventListener("load", () => {
       const { status, response } = request;

@@ -1,6 +1,7 @@
 /** The map: its ground, the layers that answers are drawn on, markers, and what the user does with them. */
 
 import { el } from "../dom.js";
+import { keyHeadersFor } from "../key.js";
 import { basemapStyle } from "./basemap.js";
 import { installGlyphs } from "./glyphs.js";
 import { MarkerSet } from "./markers.js";
@@ -53,6 +54,7 @@ export class MapView {
       container: this.container, bounds: this.extent ?? tiles.bounds, fitBoundsOptions: { padding: this.extent ? this.#paddings()[0] : 20 }, attributionControl: false,
       dragRotate: false, pitchWithRotate: false, touchPitch: false, maxPitch: 0, fadeDuration: 0, maxZoom: 18.5,
       locale: { "Map.Title": "Map of the roads" },
+      transformRequest: (url) => ({ url, headers: keyHeadersFor(url) }),
     });
     this.map.touchZoomRotate.disableRotation();
     this.map.keyboard.disableRotation();
