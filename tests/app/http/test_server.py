@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import signal
 import socket
 import time
@@ -10,6 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 import pytest
 
+from app.http.server import BoundedRate
 from tests.app.http.server_process import received, server_process
 
 if TYPE_CHECKING:
@@ -105,6 +107,20 @@ def test_clients_that_are_slow_or_gone_leave_no_traceback(hasty: ServerProcess) 
     assert "Traceback" not in hasty.log.read_text()
 
 
+def test_log_lines_beyond_the_rate_are_left_out_and_counted() -> None:
+    logger = logging.Logger("a server")
+    written: list[logging.LogRecord] = []
+    handler = logging.Handler()
+    handler.emit = written.append  # type: ignore[method-assign]
+    logger.addHandler(handler)
+    bound = BoundedRate(per_s=0.5)
+    logger.addFilter(bound)
+    for _ in range(1000):
+        logger.error("out of descriptors")
+    assert 5 <= len(written) <= 10  # ten seconds' worth at once
+    assert bound.dropped == 1000 - len(written)
+
+
 def test_body_that_keeps_to_the_least_rate_is_taken_however_long_it_takes(hasty: ServerProcess) -> None:
     body = b" " * 400_000 + b"{}"
     head = f"POST /route HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: {len(body)}\r\n".encode()
@@ -142,6 +158,23 @@ def test_address_with_too_many_connections_loses_the_one_that_waits_longest_and_
         for kept in (waiting[0], waiting[2]):
             kept.sendall(b"\r\nConnection: close\r\n\r\n")
             assert received(kept).startswith(b"HTTP/1.1 200")
+
+
+@pytest.mark.parametrize(
+    ("proxies", "sent", "limited"),
+    [
+        ("127.0.0.1", "203.0.113.5", True),
+        ("127.0.0.1", "127.0.0.1, 203.0.113.5", True),  # the first is what the client made up
+        ("192.0.2.1", "203.0.113.5", False),  # it comes from this machine, which has no rate
+    ],
+)
+def test_proxy_is_believed_whose_client_it_names_and_nobody_else_is(
+    tmp_path: Path, graph_dir: Path, proxies: str, sent: str, limited: bool
+) -> None:
+    limits = {"JOULEPATH_TRUSTED_PROXIES": proxies, "JOULEPATH_RATE_LIMIT_PER_S": "0.01", "JOULEPATH_RATE_BURST": "1"}
+    with server_process(tmp_path, graph_dir, **limits) as running:
+        answers = [running.get("/vehicles", f"X-Forwarded-For: {sent}\r\n").split(b" ", 2)[1] for _ in range(2)]
+    assert answers == [b"200", b"429" if limited else b"200"]
 
 
 def test_server_names_no_software(hasty: ServerProcess) -> None:
