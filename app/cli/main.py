@@ -106,6 +106,8 @@ def serve(
         console.print(f"{compiled.done_count} kernels compiled in {compiled.seconds:.0f} s", highlight=False)
     graphs_line = f"graphs: {', '.join(service.atlas.names)}; {len(service.vehicles)} bundled vehicles"
     console.print(f"{graphs_line}, others in {service.database.shown_url}", markup=False, highlight=False)
+    if settings.keys_file is None and settings.open_without_keys:
+        console.print("open without keys: whoever reaches this server may change what it holds", style="yellow")
     application = create_app(settings, service)
     # what is loaded stays: full collections, which areas with their many points set off, need not look at it again
     gc.collect()

@@ -48,6 +48,29 @@ class ServerProcess:
         return self.ask(f"GET {path} HTTP/1.1\r\nHost: 127.0.0.1\r\nConnection: close\r\n{headers}\r\n".encode())
 
 
+@contextmanager
+def small_server(folder: Path, descriptors: int = 1024, **settings: str) -> Iterator[ServerProcess]:
+    """The server with a small application (small_server.py), on a socket that it is given."""
+    log = folder / "server.log"
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("JOULEPATH_")}
+    with socket.create_server(("127.0.0.1", 0)) as listening, log.open("wb") as said:
+        port, handed_on = listening.getsockname()[1], listening.fileno()
+        command = f'ulimit -n {descriptors}; exec "{sys.executable}" -m tests.app.http.small_server {handed_on}'
+        process = subprocess.Popen(
+            ["sh", "-c", command],
+            cwd=ROOT,
+            env=environment | settings,
+            stdout=said,
+            stderr=said,
+            pass_fds=[handed_on],
+        )
+    try:
+        yield ServerProcess(port, process, log)
+    finally:
+        process.kill()
+        process.wait()
+
+
 def received(connection: socket.socket) -> bytes:
     """What arrives until the other side closes."""
     whole = b""

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 import pytest
 
 from app.http.server import BoundedRate
-from tests.app.http.server_process import received, server_process
+from tests.app.http.server_process import received, server_process, small_server
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -158,6 +158,31 @@ def test_address_with_too_many_connections_loses_the_one_that_waits_longest_and_
         for kept in (waiting[0], waiting[2]):
             kept.sendall(b"\r\nConnection: close\r\n\r\n")
             assert received(kept).startswith(b"HTTP/1.1 200")
+
+
+def test_process_ends_in_time_whatever_holds_it(tmp_path: Path) -> None:
+    with small_server(tmp_path, JOULEPATH_STOP_LIMIT_S="1.5") as running:
+        assert running.get("/").startswith(b"HTTP/1.1 200")
+        with running.connect(b"GET /block HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n"):
+            time.sleep(0.5)
+            began = time.monotonic()
+            running.process.send_signal(signal.SIGTERM)
+            assert running.process.wait(30.0) == 1
+        assert 1.0 < time.monotonic() - began < 8.0
+        assert "not stopped within 1.5 s" in running.log.read_text()
+
+
+def test_server_without_a_free_descriptor_writes_little_and_answers_again_when_there_is_one(tmp_path: Path) -> None:
+    with small_server(tmp_path, 128) as running, running.connect() as kept, ExitStack() as opened:
+        for path in (b"/hoard", b"/release"):
+            kept.sendall(b"GET " + path + b" HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
+            assert kept.recv(65536).startswith(b"HTTP/1.1 200")
+            if path == b"/hoard":
+                for _ in range(200):
+                    opened.enter_context(running.connect(HALF_HEAD))
+                time.sleep(3.0)
+                assert running.log.stat().st_size < 200_000
+        assert running.get("/").startswith(b"HTTP/1.1 200")
 
 
 @pytest.mark.parametrize(
