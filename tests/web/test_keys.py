@@ -51,5 +51,14 @@ def test_map_asks_for_a_key_says_when_it_is_wrong_and_works_with_the_right_one(
     expect(page.page.get_by_role("radio", name="Eco:")).to_be_attached()
     assert key not in page.page.url
     assert page.page.evaluate("Object.values(localStorage).join()").find(key) == -1
+    page.refused.add(403)
+    page.page.get_by_role("tab", name="Diagnosis").click()
+    page.page.locator("input[type=file]").first.set_input_files(
+        [{"name": "drive.csv", "mimeType": "text/csv", "buffer": b"time_s,speed_kmh,power_w\n0,0,400\n1,3.6,2500\n"}]
+    )
+    page.page.get_by_role("button", name="Diagnose").click()
+    expect(page.page.get_by_text("the key has the role read")).to_be_visible()
+    page.page.get_by_role("button", name="Use another key").click()
+    expect(page.page.get_by_text("This service needs a key.")).to_be_visible()
     assert not page.faults, page.faults
     context.close()

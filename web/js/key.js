@@ -22,6 +22,12 @@ export function keyHeaders() {
 /** The same for an address: none for that of another host. */
 export const keyHeadersFor = (url) => (new URL(url, document.baseURI).origin === location.origin ? keyHeaders() : {});
 
+/** Start again without the key that was typed, so that another can be. */
+export function forgetKey() {
+  sessionStorage.removeItem(NAME);
+  location.reload();
+}
+
 /** Ask for a key in place of the panels; the page starts again with it. */
 export function askForKey(message) {
   const id = newId("key");

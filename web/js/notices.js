@@ -5,6 +5,8 @@ import { byId, el } from "./dom.js";
 
 export const PHONE = matchMedia("(max-width: 760px)");
 const CALM = matchMedia("(prefers-reduced-motion: reduce)");
+import { el } from "./dom.js";
+import { forgetKey, typedKey } from "./key.js";
 
 /** Work under way. */
 export const working = (text) => el("div", { class: "busy-line" }, el("span", { class: "spinner", "aria-hidden": "true" }), text);
@@ -12,10 +14,12 @@ export const working = (text) => el("div", { class: "busy-line" }, el("span", { 
 /** An ApiError with what can be done about it. */
 export function failure(error, again) {
   const retry = error.status === 0 || error.status >= 500 || error.status === 429;
+  const other = typedKey() && (error.status === 401 || error.code === "forbidden");
   return el(
     "div",
     { class: "notice bad", role: "alert" },
     el("p", {}, error.message),
+    other && el("button", { type: "button", class: "button", on: { click: forgetKey } }, "Use another key"),
     retry && again && el("button", { type: "button", class: "button", on: { click: again } }, "Try again"),
   );
 }

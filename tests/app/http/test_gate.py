@@ -8,7 +8,7 @@ import pytest
 from starlette.testclient import TestClient
 
 from app.access.keys import add_key, remove_key
-from app.access.roles import Role
+from app.access.roles import HEALTH, Role
 from app.errors.problems import KINDS
 from app.http.gate import host_name, listening_settings
 from app.main import create_app
@@ -66,6 +66,18 @@ def test_without_a_key_everything_but_health_page_and_description_is_refused(gua
         assert response.headers["www-authenticate"] == 'Bearer realm="joulepath"'
     refused(guarded.post("/route", json=ROUTE), ErrorCode.UNAUTHORIZED)
     refused(guarded.post("/graphs/reload"), ErrorCode.UNAUTHORIZED)
+
+
+def test_every_endpoint_says_in_its_description_what_it_answers_without_a_key(guarded: TestClient) -> None:
+    paths = guarded.get("/openapi.json").json()["paths"]
+    for path, operations in paths.items():
+        for method, operation in operations.items():
+            if path not in HEALTH:
+                refused(guarded.request(method.upper(), path), ErrorCode.UNAUTHORIZED)
+                examples = operation["responses"]["401"]["content"]["application/problem+json"]["examples"]
+                assert examples["unauthorized"]["value"]["status"] == 401
+                assert {"421", "429"} <= set(operation["responses"])
+                assert ("403" in operation["responses"]) == (method != "get")
 
 
 def test_key_is_taken_in_either_header_and_an_unknown_one_is_not(

@@ -89,6 +89,18 @@ def test_next_head_on_a_kept_connection_has_the_same_limit(hasty: ServerProcess)
         assert b"HTTP/1.1 408 " in received(connection)
 
 
+def test_head_without_end_is_refused_before_it_fills_the_memory(hasty: ServerProcess) -> None:
+    with hasty.connect(HALF_HEAD) as connection:
+        sent = 0
+        while sent < 10_000_000:
+            try:
+                connection.sendall(b"x" * 10_000)
+            except ConnectionError:
+                break
+            sent += 10_000
+    assert sent < 10_000_000
+
+
 def test_half_sent_body_is_answered_408_in_time(hasty: ServerProcess) -> None:
     answer = hasty.ask(HALF_BODY)
     assert answer.startswith(b"HTTP/1.1 408 ")
