@@ -14,7 +14,7 @@ from typer.testing import CliRunner
 from app.access.keys import KeyRing
 from app.access.roles import Role
 from app.cli.main import cli
-from tests.app.http.server_process import ROOT, server_process
+from tests.app.server_process import ROOT, server_process
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Final
 import pytest
 
 from app.http.server import BoundedRate
-from tests.app.http.server_process import received, server_process, small_server
+from tests.app.server_process import received, server_process, small_server
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
 
-    from tests.app.http.server_process import ServerProcess
+    from tests.app.server_process import ServerProcess
 
 DESCRIPTORS: Final = 192
 HALF_HEAD: Final = b"GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\nX-Half: "

@@ -1,4 +1,4 @@
-"""A server of its own for tests: `python -m tests.app.http.small_server FD`, on a listening socket that it is given.
+"""A server of its own for tests: `python -m tests.app.small_server FD`, on a listening socket that it is given.
 
 GET /hoard opens files until no descriptor is free, /release closes them, /block holds the event loop.
 """

@@ -18,7 +18,7 @@ from tests.app.expected import database_in
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-ROOT: Final = Path(__file__).resolve().parents[3]
+ROOT: Final = Path(__file__).resolve().parents[2]
 LISTENING: Final = re.compile(r"Uvicorn running on http://127\.0\.0\.1:(\d+)")
 START_S: Final = 300.0  # a first start compiles
 PATIENCE_S: Final = 30.0
@@ -55,7 +55,7 @@ def small_server(folder: Path, descriptors: int = 1024, **settings: str) -> Iter
     environment = {name: value for name, value in os.environ.items() if not name.startswith("JOULEPATH_")}
     with socket.create_server(("127.0.0.1", 0)) as listening, log.open("wb") as said:
         port, handed_on = listening.getsockname()[1], listening.fileno()
-        command = f'ulimit -n {descriptors}; exec "{sys.executable}" -m tests.app.http.small_server {handed_on}'
+        command = f'ulimit -n {descriptors}; exec "{sys.executable}" -m tests.app.small_server {handed_on}'
         process = subprocess.Popen(
             ["sh", "-c", command],
             cwd=ROOT,
