@@ -97,7 +97,7 @@ class TextFormatter(logging.Formatter):
 class AtMost(logging.Filter):
     """Lets so many records a second through; the next one then says how many were dropped. clock: in seconds."""
 
-    def __init__(self, per_s: int = LINES_PER_S, clock: Callable[[], float] = time.monotonic) -> None:
+    def __init__(self, per_s: float = LINES_PER_S, clock: Callable[[], float] = time.monotonic) -> None:
         super().__init__()
         self._per_s = per_s
         self._clock = clock
@@ -127,7 +127,7 @@ def configure_logs(settings: Settings) -> None:
             "version": 1,
             "disable_existing_loggers": False,
             "formatters": {"line": {"()": formatter}},
-            "filters": {"at_most": {"()": AtMost}},
+            "filters": {"at_most": {"()": AtMost, "per_s": settings.log_limit_per_s}},
             "handlers": {"stderr": {"class": "logging.StreamHandler", "formatter": "line"}},
             "root": {"handlers": ["stderr"], "level": "ERROR" if level == "ERROR" else "WARNING"},
             "loggers": {

@@ -25,13 +25,12 @@ from app.errors.handlers import install_error_handlers
 from app.errors.problems import PROBLEM_TYPE
 from app.http.admission import Admission
 from app.http.body_limit import BodyLimit
+from app.http.examples.problems import gate_codes, problems
+from app.http.gate import Gate, SecurityHeaders
 from app.http.metrics import Metrics
 from app.http.observed import Observed
 from app.http.readiness import DatabaseProbe
 from app.http.routes import diagnoses, graphs, health, matrix, metrics, range, route, simulate, tiles, vehicles
-from app.http.examples.problems import gate_codes, problems
-from app.http.gate import Gate, SecurityHeaders
-from app.http.routes import diagnoses, graphs, health, matrix, range, route, simulate, tiles, vehicles
 from app.http.routes.access import COMPRESSED_BYTES, COMPRESSION
 from app.http.web import install_web
 from app.schemas.diagnosis import DiagnosisRequest
@@ -150,8 +149,8 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
         allow_methods=["GET", "POST", "PUT", "DELETE"],
         allow_headers=["*"],
     )
-    app.add_middleware(Observed, metrics=app.state.metrics, log_client=chosen.log_client)  # the outermost
     app.add_middleware(SecurityHeaders)
+    app.add_middleware(Observed, metrics=app.state.metrics, log_client=chosen.log_client)  # the outermost
 
     def openapi() -> dict[str, Any]:
         if app.openapi_schema is None:

@@ -47,8 +47,7 @@ class ReportingGroup(TyperGroup):
             return super().invoke(ctx)
         except ValidationError as error:
             message = _validation_message(error)
-        except (Refusal, EnergyError, RoutingError, StoreError, CommandError) as error:
-        except (EnergyError, RoutingError, StoreError, KeyFileError, CommandError) as error:
+        except (Refusal, EnergyError, RoutingError, StoreError, KeyFileError, CommandError) as error:
             message = str(error)
         except json.JSONDecodeError as error:
             message = f"not valid JSON: {error}"
@@ -88,11 +87,9 @@ def serve(
     graph: GraphOption = None,
 ) -> None:
     """Serve HTTP; settings come from JOULEPATH_… variables too."""
-    import uvicorn
-
-    from app.logs import configure_logs
     from app.http.gate import listening_settings
     from app.http.server import run_server
+    from app.logs import configure_logs
     from app.main import create_app
 
     service = service_for(graph)
@@ -112,14 +109,6 @@ def serve(
     # what is loaded stays: full collections, which areas with their many points set off, need not look at it again
     gc.collect()
     gc.freeze()
-    uvicorn.run(
-        application,
-        host=host or settings.host,
-        port=settings.port if port is None else port,
-        log_config=None,  # as it is configured
-        access_log=False,  # the application's own line a request has no query, in which places stand
-    )
-    run_server(application, settings, host or settings.host, settings.port if port is None else port)
     run_server(application, settings, address, settings.port if port is None else port)
 
 

@@ -316,6 +316,8 @@ def run_server(
         ws="none",
         backlog=ACCEPTED_AT_ONCE,
         server_header=False,
+        log_config=None,  # as it is configured
+        access_log=False,  # the application's own line a request has no query, in which places stand
         forwarded_allow_ips=list(settings.trusted_proxies),
         timeout_keep_alive=cast("int", settings.keep_alive_s),
         timeout_graceful_shutdown=cast("int", settings.stop_limit_s * SERVING_FRAC),

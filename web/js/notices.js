@@ -2,11 +2,10 @@
 
 import { ApiError } from "./api.js";
 import { byId, el } from "./dom.js";
+import { forgetKey, typedKey } from "./key.js";
 
 export const PHONE = matchMedia("(max-width: 760px)");
 const CALM = matchMedia("(prefers-reduced-motion: reduce)");
-import { el } from "./dom.js";
-import { forgetKey, typedKey } from "./key.js";
 
 /** Work under way. */
 export const working = (text) => el("div", { class: "busy-line" }, el("span", { class: "spinner", "aria-hidden": "true" }), text);

@@ -62,7 +62,7 @@ def test_graph_is_shown_with_its_extent(client: TestClient) -> None:
     assert lengths["tertiary"] == pytest.approx(grid["length_km"])
 
 
-def test_readyz_of_a_started_service_names_its_graphs(client: TestClient) -> None:
+def test_readyz_of_a_started_service_names_its_graphs(client: TestClient, service: Service) -> None:
     answer = client.get("/readyz").json()
     assert answer["status"] == "ready"
     assert answer["graphs"] == [
