@@ -159,7 +159,6 @@ class Settings(BaseSettings):
     def _in_any_case(cls, value: object) -> object:
         return value.lower() if isinstance(value, str) else value
 
-    @field_validator("recordings_dir", mode="before")
     @field_validator("recordings_dir", "keys_file", mode="before")
     @classmethod
     def _no_folder_where_empty(cls, value: object) -> object:
