@@ -47,7 +47,7 @@ def show_graph(
 
 
 @router.post(
-    "/graphs/reload",
+    "/reload",
     summary="Take in graphs that have changed on disk",
     response_model=GraphsReloaded,
     responses={
@@ -56,7 +56,7 @@ def show_graph(
                 "application/json": {"example": {"added": ["andorra"], "replaced": [], "removed": [], "refused": []}}
             }
         },
-        **problems("/graphs/reload", ErrorCode.UNKNOWN_GRAPH, ErrorCode.GRAPH_DAMAGED, ErrorCode.NOT_READY),
+        **problems("/reload", ErrorCode.UNKNOWN_GRAPH, ErrorCode.GRAPH_DAMAGED, ErrorCode.NOT_READY),
     },
 )
 def reload_graphs(service: RunningService) -> Response:

@@ -50,7 +50,7 @@ def test_every_endpoint_of_reading_and_writing_has_its_role_and_any_other_change
 
 @pytest.mark.parametrize(
     ("method", "path"),
-    [("POST", "/graphs/reload"), ("PATCH", "/vehicles/x"), ("POST", "/"), ("DELETE", "/web/x"), ("PUT", "/diagnoses")],
+    [("POST", "/reload"), ("PATCH", "/vehicles/x"), ("POST", "/"), ("DELETE", "/web/x"), ("PUT", "/diagnoses")],
 )
 def test_change_that_is_not_known_is_for_admins(method: str, path: str) -> None:
     assert need_of(method, path).role is Role.ADMIN

@@ -65,7 +65,7 @@ def test_without_a_key_everything_but_health_page_and_description_is_refused(gua
         refused(response, ErrorCode.UNAUTHORIZED)
         assert response.headers["www-authenticate"] == 'Bearer realm="joulepath"'
     refused(guarded.post("/route", json=ROUTE), ErrorCode.UNAUTHORIZED)
-    refused(guarded.post("/graphs/reload"), ErrorCode.UNAUTHORIZED)
+    refused(guarded.post("/reload"), ErrorCode.UNAUTHORIZED)
 
 
 def test_every_endpoint_says_in_its_description_what_it_answers_without_a_key(guarded: TestClient) -> None:

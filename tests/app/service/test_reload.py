@@ -54,7 +54,7 @@ def test_graphs_that_were_added_replaced_and_removed_are_taken_in(running: Servi
         save_graph(slower("grid"), graphs / "grid")
         save_graph(street_grid("new", Terrain.SYNTHETIC), graphs / "new")
         shutil.rmtree(graphs / "level")
-        answered = client.post("/graphs/reload")
+        answered = client.post("/reload")
         assert answered.status_code == 200
         assert answered.json() == {"added": ["new"], "replaced": ["grid"], "removed": ["level"], "refused": []}
         after = client.post("/route", json={**TRIP, "graph": "grid"}).json()["routes"][0]
@@ -62,7 +62,7 @@ def test_graphs_that_were_added_replaced_and_removed_are_taken_in(running: Servi
         assert client.get("/graphs/grid/tiles.json").json()["tiles"] != tiles
         assert client.post("/route", json={**TRIP, "graph": "new"}).status_code == 200
         check_problem(client.post("/route", json={**TRIP, "graph": "level"}), 404, "unknown_graph")
-        assert client.post("/graphs/reload").json() == {"added": [], "replaced": [], "removed": [], "refused": []}
+        assert client.post("/reload").json() == {"added": [], "replaced": [], "removed": [], "refused": []}
 
 
 def test_graph_that_is_damaged_stays_as_it_was(running: Service, graphs: Path) -> None:
@@ -91,7 +91,7 @@ def test_nothing_changes_where_a_folder_cannot_be_looked_through(running: Servic
     with pytest.raises(GraphFormatError, match=r"meta\.json"):
         running.reload_graphs()
     with TestClient(create_app(running.settings, running)) as client:
-        check_problem(client.post("/graphs/reload"), 409, "graph_damaged")
+        check_problem(client.post("/reload"), 409, "graph_damaged")
         assert client.post("/route", json={**TRIP, "graph": "level"}).status_code == 200
 
 
@@ -107,7 +107,7 @@ def test_no_request_fails_while_graphs_are_replaced(running: Service, graphs: Pa
         asking.start()
         for k in range(6):
             save_graph(slower("grid") if k % 2 == 0 else street_grid("grid", Terrain.SYNTHETIC), graphs / "grid")
-            assert client.post("/graphs/reload").json()["replaced"] == ["grid"]
+            assert client.post("/reload").json()["replaced"] == ["grid"]
         stop.set()
         asking.join()
     assert len(statuses) > 3
