@@ -145,8 +145,9 @@ def _walk(folder: Path, vehicle: AnyVehicle, seed: int, steps: _Steps) -> tuple[
 def _array_sizes(graph: RoadGraph, space: SearchSpace, pool: WorkspacePool) -> tuple[ArraySize, ...]:
     of_graph = [(name, getattr(graph, name)) for name in ARRAY_NAMES]
     known = {id(array) for _, array in of_graph}
+    of_space = [(name, kept) for name, kept in space.arrays._asdict().items() if isinstance(kept, np.ndarray)]
     # columns of a table are views of it, which take nothing
-    of_space = [(n, a) for n, a in space.arrays._asdict().items() if id(a) not in known and a.base is None]
+    of_space = [(name, array) for name, array in of_space if id(array) not in known and array.base is None]
     with space.drives.lent() as lent:
         of_drives = [(name, kept) for name, kept in lent.table._asdict().items() if isinstance(kept, np.ndarray)]
     costs = space.lower_bound.costs()

@@ -398,7 +398,7 @@ def test_simulate_without_exactly_one_form_is_refused(client: TestClient, body: 
         (NoPathError("no road leads to the goal"), 404, "no_path"),
         (LinkError("length_m", 2, 0.0, "above 0"), 422, "invalid_link"),
         (ComparisonError("series", "absent", "a measured one"), 422, "diagnosis_failed"),
-        (GraphFormatError("grid", "version", 1, "2, by division"), 409, "graph_damaged"),
+        (GraphFormatError("grid", "version", 1, "2"), 409, "graph_damaged"),
         (ZeroDivisionError("division by zero"), 500, "internal"),
     ],
 )
