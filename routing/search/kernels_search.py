@@ -51,6 +51,7 @@ from routing.search.kernels_workspace import (
     BAG_EPOCH,
     BAG_LABEL,
     BAG_STATE,
+    COMPARED,
     COST,
     CRAMPED,
     CROWDED,
@@ -70,6 +71,7 @@ from routing.search.kernels_workspace import (
     NEXT,
     OFFSET,
     PARENT,
+    PAUSE_COMPARED,
     PAUSE_LABELS,
     PAUSED,
     REDUCED_BELOW_ZERO,
@@ -191,6 +193,7 @@ def is_dominated(m: Rivalry, ws: Workspace, link: int, new: Label, parent: int) 
         label = after
     if crowd > CROWD:
         ws.counter[CROWDED] += 1
+        ws.counter[COMPARED] += crowd
     return dominated
 
 
@@ -226,7 +229,8 @@ def run(
 
     Precondition: reduced costs are not negative, or r.correcting. d: drives known from earlier searches, to which this
     one adds if it fills. Returns FOUND (counter[GOAL] is the label), DONE, or FULL or CRAMPED when the workspace or the
-    table of drives must grow before going on, and PAUSED after PAUSE_LABELS, to be called again for the rest.
+    table of drives must grow before going on, and PAUSED after PAUSE_LABELS or PAUSE_COMPARED, to be called again for
+    the rest.
     O(L log L) for L labels made. Ties: the label met first stays.
 
     Arrays are borrowed and read by row and column: counting references and views of rows in and out with locked
@@ -244,7 +248,7 @@ def run(
     goal_row = links.row.shape[0]
     capacity = pointer.shape[0]
     heap_size, made, settled = counter[HEAP], counter[LABELS], counter[SETTLED]
-    pause = settled + PAUSE_LABELS
+    pause, pause_compared = settled + PAUSE_LABELS, counter[COMPARED] + PAUSE_COMPARED
     status = DONE
     if h.used and h.reach[FARTHEST] == math.inf:  # not yet, and not again after making room
         look_ahead(r, ws, h, heap_size)
@@ -274,7 +278,7 @@ def run(
         if room > 0 and drives.used[0] + s.turns * (drives.most_turns + 2) > room:
             status = CRAMPED
             break
-        if settled >= pause:
+        if settled >= pause or counter[COMPARED] >= pause_compared:
             status = PAUSED
             break
         heap_drop(ws.heap_key, ws.heap_label, heap_size)

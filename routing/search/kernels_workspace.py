@@ -17,10 +17,13 @@ KEY, COST, ENERGY, TIME, DISTANCE, SPEED, STOPPED, OFFSET = range(8)
 LINK, PARENT, NEXT, STATE = range(4)
 DEAD = -2  # as the next label of its link: another one dominates it
 # counters; REFUSED_S: when the battery first refused something while cabin or tyres warm up [s], -1 for never
-LABELS, HEAP, SETTLED, GOAL, CYCLE, REDUCED_BELOW_ZERO, CROWDED, REFUSED_S = range(8)
+# COMPARED: comparisons of labels on links where they crowd
+LABELS, HEAP, SETTLED, GOAL, CYCLE, REDUCED_BELOW_ZERO, CROWDED, REFUSED_S, COMPARED = range(9)
+COUNTERS = 9
 BAG_LABEL, BAG_EPOCH, BAG_STATE, BAG_COST = range(4)
 DONE, FOUND, FULL, NEGATIVE_CYCLE, TOO_MANY, CRAMPED, PAUSED = range(7)
 PAUSE_LABELS = 8192  # settled before a kernel pauses, 10 to 20 ms, so that its caller may stop it
+PAUSE_COMPARED = 300_000  # as many in crowds take as long
 
 
 class Workspace(NamedTuple):
@@ -32,7 +35,7 @@ class Workspace(NamedTuple):
     heap_key: NDArray[np.float64]  # (C,)
     heap_label: NDArray[np.int32]  # (C,)
     bag: NDArray[np.float64]  # (M + 1, 4)
-    counter: NDArray[np.int64]  # (8,)
+    counter: NDArray[np.int64]  # (COUNTERS,)
 
 
 @njit(nogil=True, cache=True, inline="always")

@@ -38,6 +38,7 @@ SAME_OFFSET_M: Final = 1e-6  # of goals on one link that a search need not tell 
 # beyond these a search from a nearly full battery gives up its proof, and the answer names a bound instead
 STRICT_LABELS_PER_LINK: Final = 8
 STRICT_LABELS: Final = 20_000
+STRICT_COMPARED: Final = 64  # in crowds, for each label that it may make: they can grow as its square
 
 NO_DESCENT: Final = np.empty((0, 2))  # leads in charge count in full
 
@@ -67,7 +68,8 @@ def _proven(
 ) -> tuple[Found, SearchCounts]:
     """What a search finds, searched again with safe leads alone where the battery filled up while something warms up.
 
-    Where that makes too many labels, or lemma 1 doesn't hold, it is what the first one found, with a bound.
+    Where that makes too many labels or compares too many, or lemma 1 doesn't hold, it is what the first one found, with
+    a bound.
     """
     found, counts = search(rules)
     if counts.unpaid_j == 0.0 or rules.correcting:
@@ -150,6 +152,8 @@ def _settle(
             lent.grow()
         elif status != kernels_workspace.PAUSED or budget.is_over:
             return ws, status
+        elif rules.descent.size and ws.counter[kernels_workspace.COMPARED] > STRICT_COMPARED * rules.label_limit:
+            return ws, kernels_workspace.TOO_MANY
 
 
 def _check_settled(

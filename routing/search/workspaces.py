@@ -13,7 +13,7 @@ from routing.cache_budget import CacheBudget
 from routing.links.aligned import aligned
 from routing.lower_bound.lower_bound import GoalBoundScratch
 from routing.places import LinkPosition
-from routing.search.kernels_workspace import LABELS, Workspace
+from routing.search.kernels_workspace import COUNTERS, LABELS, Workspace
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -34,7 +34,7 @@ def new_workspace(links: int, capacity: int) -> Workspace:
         heap_key=aligned(capacity, 1),
         heap_label=np.empty(capacity, np.int32),
         bag=np.zeros((links + 1, 4)),
-        counter=np.zeros(8, np.int64),
+        counter=np.zeros(COUNTERS, np.int64),
     )
 
 
