@@ -34,7 +34,7 @@ SHORT_BEFORE_LONG: Final = 8  # short calls that go first while a longer one wai
 BUSY_S: Final = 2.0  # since the last short call, in which one thread is kept for the next
 LONG_S: Final = 1.0  # from which on a call that was taken for short counts as long
 MOST_THREADS_FACTOR: Final = 4  # of the threads, with those whose calls have turned out long
-NEW_FRAC: Final = 0.1  # of an average that a new value makes
+NEW_FRAC: Final = 0.1  # of an average that a new value makes, once there are so many
 
 
 class Cost(StrEnum):
@@ -90,8 +90,8 @@ class Admission:
     At least one short call runs at any time: while long ones hold all threads, on one more.
 
     A call has a time budget, within which searches stop by themselves. One that has not begun by then never runs. What
-    can't be ready in time by what calls of its kind took of late is refused at once. When the client goes away, its
-    call is stopped.
+    can't be ready in time by what calls of its kind took of late is refused at once, unless nothing is ahead of it: of
+    what is never tried nobody knows how long it takes by now. When the client goes away, its call is stopped.
 
     queue_limit: calls that may wait.
     """
@@ -105,6 +105,7 @@ class Admission:
         self._running = dict.fromkeys(Cost, 0)
         self._mean_s = dict.fromkeys(Cost, 0.0)  # nothing is known yet
         self._unanswered = {(cost, outcome): 0 for cost in Cost for outcome in Outcome}
+        self._known = dict.fromkeys(Cost, 0)
         self._last_short_s = -math.inf
         self._short_in_turn = 0
         self._parts_ahead = 0
@@ -138,6 +139,10 @@ class Admission:
             self._admit(cost, self._wait_s(cost) + self._mean_s[cost])
             async with _watched(request, budget):
                 return await self._result(self._submit(call, cost, budget), budget)
+        wait_s = self._wait_s(cost)
+        self._admit(cost, wait_s + self._mean_s[cost] if wait_s > 0.0 else 0.0)
+        async with _watched(request, budget):
+            return await self._result(self._submit(call, cost, budget), budget)
 
     async def run_parts(
         self, request: Request, prepare: Callable[[], PartedWork[Part, Whole]], part_count: int
@@ -158,6 +163,14 @@ class Admission:
                         return await self._all_parts(prepare, budget)
                     finally:
                         self._end_turn()
+        first = self._parts_ahead == 0
+        self._admit(Cost.PART, 0.0 if first else self._parts_s(self._parts_ahead + part_count))
+        async with _watched(request, budget):
+            self._parts_ahead += part_count
+            try:
+                await self._turn(part_count, budget)
+                try:
+                    return await self._all_parts(prepare, budget, first)
                 finally:
                     self._parts_ahead -= part_count
 
@@ -185,9 +198,12 @@ class Admission:
             raise
 
     async def _all_parts(self, prepare: Callable[[], PartedWork[Part, Whole]], budget: TimeBudget) -> Whole:
+    async def _all_parts(
+        self, prepare: Callable[[], PartedWork[Part, Whole]], budget: TimeBudget, first: bool
+    ) -> Whole:
         work = await self._result(self._submit(prepare, Cost.PART, budget, typical=False), budget)
         count = work.part_count
-        if self._parts_s(count) > budget.left_s:
+        if not first and self._parts_s(count) > budget.left_s:
             raise OverloadedError(self._parts_s(count))
         parts: dict[int, Part] = {}
         begun: dict[asyncio.Future[Part], int] = {}
@@ -321,8 +337,9 @@ class Admission:
             return
         seconds, value, error = job.result()
         if waiting.typical and not isinstance(error, AbandonedError):
-            mean_s = self._mean_s[waiting.cost]
-            self._mean_s[waiting.cost] = mean_s + (seconds - mean_s) * NEW_FRAC if mean_s > 0.0 else seconds
+            self._known[waiting.cost] += 1
+            new_frac = max(NEW_FRAC, 1.0 / self._known[waiting.cost])
+            self._mean_s[waiting.cost] += (seconds - self._mean_s[waiting.cost]) * new_frac
         if not waiting.done.done():
             if error is None:
                 waiting.done.set_result(value)

@@ -177,6 +177,30 @@ def test_call_that_would_not_be_ready_in_time_is_refused_at_once() -> None:
     run(body)
 
 
+@pytest.mark.parametrize("cost", [Cost.SHORT, Cost.LONG])
+def test_call_is_tried_when_nothing_is_ahead_of_it_however_long_the_last_ones_took(cost: Cost) -> None:
+    async def body() -> None:
+        async with admission(limit_s=0.2) as searches:
+            client = Client()
+            for _ in range(3):
+                with pytest.raises(TimeUpError):
+                    await searches.run(client.request, until_stopped, cost)
+            assert await searches.run(client.request, lambda: "answered", cost) == "answered"
+
+    run(body)
+
+
+def test_work_is_tried_when_nothing_is_ahead_of_it_however_long_the_last_parts_took() -> None:
+    async def body() -> None:
+        async with admission(limit_s=0.5) as searches:
+            slow = Numbers(2, lambda idx: time.sleep(0.3) or idx)
+            assert await searches.run_parts(Client().request, lambda: slow, 2) == [0, 1]
+            quick = Numbers(20, lambda idx: idx)
+            assert await searches.run_parts(Client().request, lambda: quick, 20) == list(range(20))
+
+    run(body)
+
+
 def test_no_more_calls_wait_than_the_queue_holds() -> None:
     async def body() -> None:
         async with admission(threads=1, queue=3) as searches:
