@@ -179,8 +179,13 @@ def described_routes() -> list[APIRoute]:
 
 
 def allowed_methods(path: str) -> set[str]:
-    """Methods of all endpoints at an address, for the Allow header of a 405."""
-    return {method for route in described_routes() if route.path_regex.match(path) for method in route.methods or ()}
+    """Methods of the endpoints at an address, for the Allow header of a 405.
+
+    An address that is an endpoint's own, as /graphs/reload, is no graph of that name.
+    """
+    matching = [route for route in described_routes() if route.path_regex.match(path)]
+    own = [route for route in matching if route.path == path]
+    return {method for route in own or matching for method in route.methods or ()}
 
 
 def openapi_document(app: FastAPI, keys_demanded: bool = False) -> dict[str, Any]:

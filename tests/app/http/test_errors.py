@@ -335,6 +335,8 @@ def test_unknown_address_answers_404(client: TestClient) -> None:
         ("PUT", "/range", "GET, POST"),
         ("PUT", "/vehicles", "GET"),
         ("PATCH", "/vehicles/bmw-i3-60ah", "DELETE, GET, PUT"),
+        ("DELETE", "/graphs/reload", "POST"),
+        ("DELETE", "/graphs/grid", "GET"),
     ],
 )
 def test_unknown_method_answers_405_with_the_allowed(client: TestClient, method: str, path: str, allowed: str) -> None:
@@ -399,6 +401,7 @@ def test_simulate_without_exactly_one_form_is_refused(client: TestClient, body: 
         (LinkError("length_m", 2, 0.0, "above 0"), 422, "invalid_link"),
         (ComparisonError("series", "absent", "a measured one"), 422, "diagnosis_failed"),
         (GraphFormatError("grid", "version", 1, "2"), 409, "graph_damaged"),
+        (GraphFormatError("grid", "version", 1, "2; import the map again"), 409, "graph_damaged"),
         (ZeroDivisionError("division by zero"), 500, "internal"),
     ],
 )
