@@ -1,6 +1,7 @@
 # Every target does its own set-up: it finds Python >= 3.11, makes .venv and installs the locked dependencies.
 # Variables: PYTHON (interpreter to use), HOST and PORT (serve), ARGS (serve, bench, prove), PYTEST_ARGS and PROCESSES
-# (test), SECONDS_OF_FUZZ and SEED (fuzz), RECORDINGS (prove: folder of real drives).
+# (test), FUZZ (fuzz: files, api or both), SECONDS_OF_FUZZ (of each) and SEED, SECONDS_OF_SOAK and CLIENTS (soak),
+# RECORDINGS (prove: folder of real drives).
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
@@ -18,6 +19,9 @@ PYTEST_ARGS ?=
 PROCESSES ?= 2
 SECONDS_OF_FUZZ ?= 300
 SEED ?= 0
+FUZZ ?= files api
+SECONDS_OF_SOAK ?= 1800
+CLIENTS ?= 64
 RECORDINGS ?= $(wildcard ../shared/data/recordings/bmw-i3)
 BROWSERS := chromium chromium-browser google-chrome
 BROWSER_PACKAGES := chromium fonts-dejavu-core
@@ -25,6 +29,7 @@ DATABASE_PACKAGES := postgresql
 CANDIDATES = $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python)
 
 .PHONY: help serve test test-jit test-nojit browser postgresql fuzz lint check format bench prove lock clean
+.PHONY: help serve test test-jit test-nojit browser fuzz soak lint check format bench prove lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
@@ -42,8 +47,14 @@ test-jit: $(VENV)/.dev browser postgresql
 test-nojit: $(VENV)/.dev
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -m nojit $(PYTEST_ARGS)
 
-fuzz: $(VENV)/.dev ## Give damaged files to every reader for SECONDS_OF_FUZZ, from SEED on
-	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.fuzz $(SECONDS_OF_FUZZ) $(SEED)
+fuzz: $(VENV)/.dev ## Give damaged files to every reader, then odd requests to a service; FUZZ=files or FUZZ=api for one
+	@for part in $(FUZZ); do case "$$part" in \
+		files) OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.fuzz $(SECONDS_OF_FUZZ) $(SEED);; \
+		api) OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.fuzz.api $(SECONDS_OF_FUZZ) $(SEED);; \
+		*) echo "make: FUZZ is $$part, allowed: files, api" >&2; exit 2;; esac; done
+
+soak: $(VENV)/.dev ## Let CLIENTS of all kinds ask a service for SECONDS_OF_SOAK; prints times, memory and what is wrong
+	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.faults.soak $(SECONDS_OF_SOAK) $(CLIENTS) $(SEED)
 
 browser: ## Install Debian's Chromium for the tests of the web map, where it is missing and root asks
 	@if [ -n "$${JOULEPATH_CHROMIUM:-}" ] || command -v $(BROWSERS) >/dev/null; then exit 0; fi; \
