@@ -16,6 +16,7 @@ from routing.links.aligned import aligned
 from routing.lower_bound import kernels_least, kernels_lower_bound
 from routing.lower_bound.kernels_least import Reduction
 from routing.lower_bound.kernels_lower_bound import GoalBound
+from routing.time_budget import time_budget
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -85,7 +86,10 @@ class LowerBound:
         return held
 
     def costs(self) -> LeastCosts:
-        """The links by head and their entries, in O(M) the first time; no least cost is known then."""
+        """The links by head and their entries, in O(M) the first time; no least cost is known then.
+
+        Raises as TimeBudget.check does.
+        """
         with self._lock:
             if self._costs is None:
                 self._costs = self._unknown()
@@ -96,13 +100,16 @@ class LowerBound:
         plain = plain_physics(self._physics)
         entry = np.empty((graph.link_count, 3))
         kernels_least.fill_entries(plain, arrays.row, arrays.successor_first, arrays.successor, PASSES, entry)
+        time_budget().check()
         first, order = np.zeros(graph.node_count + 1, np.int64), np.empty(graph.link_count, np.int32)
         kernels_lower_bound.links_by_head(graph.head, first, order)
         into = np.full((graph.link_count, 4), np.nan)
         into[:, kernels_lower_bound.INTO_M] = graph.length_m[order]
         into[:, kernels_lower_bound.INTO_TAIL] = graph.tail[order]
+        time_budget().check()
         place_m = _places_m(graph)
         longer = max(kernels_lower_bound.most_straight(place_m, graph.tail, graph.head, graph.length_m), 1.0)
+        time_budget().check()
         load_n = max(least_load_n(plain, arrays.roads, np.maximum(arrays.speed_limit_mps, 0.0)), 0.0)
         fastest_mps = float(arrays.speed_limit_mps.max())
         if arrays.carries:  # on board a metre takes nothing

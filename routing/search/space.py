@@ -23,6 +23,7 @@ from routing.links.drives import Drives
 from routing.links.kernels_tables import LinkArrays
 from routing.links.stops import link_stops
 from routing.lower_bound.lower_bound import LowerBound
+from routing.time_budget import time_budget
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -125,17 +126,21 @@ def search_space(
     """Everything that the kernel needs to know of a graph for one vehicle under given conditions, in O(M).
 
     The rule `counted` depends on the way so far and has no state graph; the search then uses `expected`.
-    Raises ConditionsError where a vehicle cannot feel a condition.
+    Raises ConditionsError where a vehicle cannot feel a condition, and as TimeBudget.check does, which is asked before
+    each step that takes a fraction of a second for a million links.
     """
     drive = drive_of(vehicle, conditions, printed=link_model is LinkModel.PRINTED)
     physics = drive.physics
     probability, wait = link_stops(graph, settings, stop_rule)
+    time_budget().check()
     setting = link_setting(graph, drive)
     driven = setting.driven_mps
+    time_budget().check()
     roads = drive.roads(setting, wait)
     carried = graph.is_ferry()
     interval, run_up, settling = _run_up(physics, driven)
     run_up[carried] = settling[carried] = 0.0  # all board at rest
+    time_budget().check()
     top = interval.copy()
     kernels_links.top_classes(graph.length_m, graph.successor_first, graph.successor, run_up, top)
     half_inertia = 0.5 * physics.inertia_kg
@@ -144,7 +149,9 @@ def search_space(
     row[:, kernels_tables.LIMIT] = np.where(carried, CARRIED_MPS, driven)
     row[:, kernels_tables.HEIGHT] = graph.node_height_m[graph.tail]
     row[:, kernels_tables.STOP] = probability
+    time_budget().check()
     kernels_links.fill_cruise(physics, row, roads)
+    time_budget().check()
     if graph.ferries is not None:
         row[graph.ferries.link, kernels_tables.CRUISE_S] = graph.ferries.duration_s
     arrays = LinkArrays(
@@ -165,6 +172,7 @@ def search_space(
     slack = slack_rules(physics, roads, driven)
     slack = slack._replace(bounds=slack_bounds(physics, slack, half_inertia, roads, driven))
     lower_bound = LowerBound(graph, arrays, physics, slack, potential_share(physics))
+    time_budget().check()
     least_n = least_load_n(physics, roads, driven)
     drives = Drives(graph.successor_first)
     return SearchSpace(arrays, physics, slack, half_inertia, drives, lower_bound, least_n, graph.copies)

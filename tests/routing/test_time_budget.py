@@ -76,6 +76,16 @@ def test_search_stops_soon_after_it_is_abandoned(planner: Planner, vehicle: AnyV
     thread.join()
 
 
+def test_vehicle_that_nobody_has_asked_for_is_given_up_while_the_graph_is_seen_as_its_own(
+    planner: Planner, vehicle: AnyVehicle
+) -> None:
+    """That takes seconds for a million links."""
+    query = replace(across(planner, vehicle), vehicle=replace(vehicle, aux_power_w=1234.5))
+    with within(TimeBudget(0.0)), pytest.raises(TimeUpError):
+        planner.route(query)
+    assert len(planner.route(query).routes) == 2
+
+
 def test_routes_found_in_time_are_answered_and_the_others_named(planner: Planner, vehicle: AnyVehicle) -> None:
     query = across(planner, vehicle)
     whole = planner.route(query)
