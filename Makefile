@@ -28,8 +28,7 @@ BROWSER_PACKAGES := chromium fonts-dejavu-core
 DATABASE_PACKAGES := postgresql
 CANDIDATES = $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python)
 
-.PHONY: help serve test test-jit test-nojit browser postgresql fuzz lint check format bench prove lock clean
-.PHONY: help serve test test-jit test-nojit browser fuzz soak lint check format bench prove lock clean
+.PHONY: help serve test test-jit test-nojit browser postgresql fuzz soak lint check format bench prove lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile

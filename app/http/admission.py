@@ -136,13 +136,10 @@ class Admission:
         """
         budget = TimeBudget(self.limit_s)
         with self._counted(cost):
-            self._admit(cost, self._wait_s(cost) + self._mean_s[cost])
+            wait_s = self._wait_s(cost)
+            self._admit(cost, wait_s + self._mean_s[cost] if wait_s > 0.0 else 0.0)
             async with _watched(request, budget):
                 return await self._result(self._submit(call, cost, budget), budget)
-        wait_s = self._wait_s(cost)
-        self._admit(cost, wait_s + self._mean_s[cost] if wait_s > 0.0 else 0.0)
-        async with _watched(request, budget):
-            return await self._result(self._submit(call, cost, budget), budget)
 
     async def run_parts(
         self, request: Request, prepare: Callable[[], PartedWork[Part, Whole]], part_count: int
@@ -153,24 +150,17 @@ class Admission:
         and what a part raises; the other parts then end with those under way.
         """
         budget = TimeBudget(self.limit_s)
+        first = self._parts_ahead == 0
         with self._counted(Cost.PART):
-            self._admit(Cost.PART, self._parts_s(self._parts_ahead + part_count))
+            self._admit(Cost.PART, 0.0 if first else self._parts_s(self._parts_ahead + part_count))
             async with _watched(request, budget):
                 self._parts_ahead += part_count
                 try:
                     await self._turn(part_count, budget)
                     try:
-                        return await self._all_parts(prepare, budget)
+                        return await self._all_parts(prepare, budget, first)
                     finally:
                         self._end_turn()
-        first = self._parts_ahead == 0
-        self._admit(Cost.PART, 0.0 if first else self._parts_s(self._parts_ahead + part_count))
-        async with _watched(request, budget):
-            self._parts_ahead += part_count
-            try:
-                await self._turn(part_count, budget)
-                try:
-                    return await self._all_parts(prepare, budget, first)
                 finally:
                     self._parts_ahead -= part_count
 
@@ -197,7 +187,6 @@ class Admission:
             self._unanswered[cost, Outcome.ABANDONED] += 1
             raise
 
-    async def _all_parts(self, prepare: Callable[[], PartedWork[Part, Whole]], budget: TimeBudget) -> Whole:
     async def _all_parts(
         self, prepare: Callable[[], PartedWork[Part, Whole]], budget: TimeBudget, first: bool
     ) -> Whole:
