@@ -5,8 +5,9 @@ from __future__ import annotations
 import codecs
 import glob
 import gzip
-import io
+import os
 import zlib
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -24,6 +25,27 @@ GZIP_MAGIC: Final = b"\x1f\x8b"
 ZIP_MAGIC: Final = b"PK\x03\x04"
 UTF32_MARKS: Final = (codecs.BOM_UTF32_LE, codecs.BOM_UTF32_BE)
 UTF16_MARKS: Final = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)
+
+
+@dataclass(slots=True)
+class UnpackedBytes:
+    """How much may be unpacked of all files that are read together, and how much was [B]."""
+
+    most: int
+    spent: int = 0
+
+    @property
+    def left(self) -> int:
+        """What may still be unpacked [B]."""
+        return max(self.most - self.spent, 0)
+
+    def spend(self, path: str, size: int) -> None:
+        """Count what a file has unpacked; raises RecordingError beyond the limit."""
+        self.spent += size
+        if self.spent > self.most:
+            found = f"beyond the {self.most / 1e6:g} MB that may be unpacked of all files"
+            allowed = f"at most {self.most / 1e6:g} MB in all; leave out drives, columns or samples"
+            raise RecordingError(path, 1, "the file", found, allowed)
 
 
 def recording_files(paths: Iterable[Path | str]) -> list[Path]:
@@ -60,22 +82,26 @@ def recording_id(path: Path) -> str:
     return name
 
 
-def file_content(path: Path, most_bytes: int = MOST_BYTES) -> bytes:
+def file_content(path: Path, most_bytes: int = MOST_BYTES, together: UnpackedBytes | None = None) -> bytes:
     """What is in a file, unpacked where it is gzip, of at most most_bytes packed and unpacked.
 
-    Raises RecordingError for a larger file before it is read whole, and for a broken one; OSError where it can't be
-    opened.
+    together: what may be unpacked of this file and others. Raises RecordingError for a larger file before it is read
+    whole, and for a broken one; OSError where it can't be opened.
     """
+    most = most_bytes if together is None else min(most_bytes, together.left)
     with path.open("rb") as file:
-        content = file.read(most_bytes + 1)
+        _check_size(path, os.fstat(file.fileno()).st_size, most_bytes)
+        if file.peek(len(GZIP_MAGIC)).startswith(GZIP_MAGIC):
+            try:
+                with gzip.GzipFile(fileobj=file) as packed:
+                    content = packed.read(most + 1)
+            except (OSError, EOFError, zlib.error) as error:
+                raise RecordingError(str(path), 1, "the file", f"not gzip ({error})", "a whole gzip file") from error
+        else:
+            content = file.read(most + 1)
     _check_size(path, len(content), most_bytes)
-    if content.startswith(GZIP_MAGIC):
-        try:
-            with gzip.open(io.BytesIO(content)) as packed:
-                content = packed.read(most_bytes + 1)
-        except (OSError, EOFError, zlib.error) as error:
-            raise RecordingError(str(path), 1, "the file", f"not gzip ({error})", "a whole gzip file") from error
-        _check_size(path, len(content), most_bytes)
+    if together is not None:
+        together.spend(str(path), len(content))
     return content
 
 

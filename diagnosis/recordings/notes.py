@@ -45,6 +45,10 @@ class RecordingError(DiagnosisError, Refusal):
         self.column = column
         super().__init__(column, value, allowed, subject=f"{path}, row {row}: {column}")
 
+    def without_trace(self) -> RecordingError:
+        """The same to be kept: without the frames that it passed, which hold the tables of its file."""
+        return RecordingError(self.path, self.row, self.column, str(self.value), str(self.allowed))
+
 
 class OrderError(RecordingError):
     """A time that runs back, or far from the others: rows may be out of order, or drives joined."""

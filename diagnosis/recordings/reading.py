@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from diagnosis.recordings.files import file_content, recording_files, recording_id, text_of
+from diagnosis.recordings.files import UnpackedBytes, file_content, recording_files, recording_id, text_of
 from diagnosis.recordings.formats.car_services import (
     DRIVE,
     SERVICE_NAMES,
@@ -36,7 +36,7 @@ from diagnosis.recordings.formats.obd import (
 )
 from diagnosis.recordings.formats.order import in_order
 from diagnosis.recordings.formats.parquet import PARQUET_MAGIC, parquet_table
-from diagnosis.recordings.formats.tables import LogTable
+from diagnosis.recordings.formats.tables import LogTable, check_drives, first_told
 from diagnosis.recordings.formats.totals import TOTALS_NAMES, is_totals, read_totals
 from diagnosis.recordings.notes import Note, NoteKind, OrderError, RecordingError, shown
 from diagnosis.recordings.recording import Recording
@@ -81,6 +81,7 @@ def _read(table: LogTable, hidden: Sequence[str]) -> tuple[list[Recording], list
     """The drives in a table, checked, and the errors of those that can't be read where it has several."""
     table, form = _with_form(table)
     parts = [table] if form.split is None else form.split(table)
+    check_drives(table.path, len(parts))
     drives: list[Recording] = []
     errors: list[RecordingError] = []
     while parts:
@@ -96,15 +97,16 @@ def _read(table: LogTable, hidden: Sequence[str]) -> tuple[list[Recording], list
             parts[:0] = ordered
         except RecordingError as error:
             errors.append(_of_part(error, part, several=several))
-    return drives, errors
+    return drives, first_told(table.path, errors)
 
 
 def _of_part(error: RecordingError, part: LogTable, *, several: bool) -> RecordingError:
-    """The error of one of several drives in a file, which names it."""
+    """The error of a drive, which names it where the file has several; without the frames that hold its table."""
+    kept = error.without_trace()
     if not several:
-        return error
+        return kept
     path = f"{error.path}, drive {part.id}"
-    return RecordingError(path, error.row, error.column, str(error.value), str(error.allowed))
+    return RecordingError(path, kept.row, kept.column, str(kept.value), kept.allowed)
 
 
 def _with_form(table: LogTable) -> tuple[LogTable, Format]:
@@ -143,9 +145,22 @@ def read_drives(path: Path, hidden: Sequence[str] = ()) -> list[Recording]:
     return drives
 
 
-def _drives(path: Path, hidden: Sequence[str]) -> tuple[list[Recording], list[RecordingError]]:
+def _drives(
+    path: Path, hidden: Sequence[str], together: UnpackedBytes | None = None
+) -> tuple[list[Recording], list[RecordingError]]:
     """The drives in a file, and the errors of those that are none where it has several."""
-    content = file_content(path)
+    try:
+        return _decoded(path, hidden, together)
+    except MemoryError:
+        pass  # its frames hold the tables of the file: they go before anything else is made
+    allowed = "less than the memory that is left; split it into drives, or send fewer files"
+    raise RecordingError(str(path), 1, "the file", "too large once it is read", allowed)
+
+
+def _decoded(
+    path: Path, hidden: Sequence[str], together: UnpackedBytes | None
+) -> tuple[list[Recording], list[RecordingError]]:
+    content = file_content(path, together=together)
     name = recording_id(path)
     if not content.startswith(PARQUET_MAGIC):
         text = text_of(path, content)
@@ -157,21 +172,28 @@ def _drives(path: Path, hidden: Sequence[str]) -> tuple[list[Recording], list[Re
         table = json_table(str(path), name, text, hidden, is_read) if is_json(text) else None
         table = table or csv_table(str(path), name, text, hidden, is_read)
     else:
-        table = parquet_table(str(path), name, content, hidden, is_read)
+        table = parquet_table(str(path), name, content, hidden, is_read, together)
     return read_totals(table) if is_totals(table.names) else _read(table, hidden)
 
 
 def read_recordings(
-    paths: Iterable[Path | str], hidden: Sequence[str] = (), on_progress: OnProgress | None = None
+    paths: Iterable[Path | str],
+    hidden: Sequence[str] = (),
+    on_progress: OnProgress | None = None,
+    *,
+    together: UnpackedBytes | None = None,
 ) -> tuple[list[Recording], list[RecordingError]]:
     """The recordings in files, folders and patterns such as "drives/*.csv", and the errors of those that can't be read.
 
     A bad file doesn't stop the others, nor does one that can't be opened. Two files of the same id, such as trip.csv
     and trip.csv.gz, can't be told apart: the second is an error. on_progress is called with the files done, and all.
+    together: how much may be unpacked of all of them; files beyond it are errors. Errors are without the frames that
+    raised them.
     """
     files = recording_files(paths)
     found: list[Recording] = []
     errors: list[RecordingError] = []
+    ids: set[str] = set()
     first: dict[str, Path] = {}
     for done, path in enumerate(files, start=1):
         before = first.setdefault(recording_id(path), path)
@@ -180,16 +202,17 @@ def read_recordings(
                 raise RecordingError(
                     str(path), 1, "its id", recording_id(path), f"one that {before} does not have already"
                 )
-            drives, refused = _drives(path, hidden)
+            drives, refused = _drives(path, hidden, together)
             errors += refused
             for recording in drives:
-                if any(recording.id == known.id for known in found):
+                if recording.id in ids:
                     allowed = "one that no file has already"
                     errors.append(RecordingError(str(path), 1, "its id", recording.id, allowed))
                 else:
+                    ids.add(recording.id)
                     found.append(recording)
         except RecordingError as error:
-            errors.append(error)
+            errors.append(error.without_trace())
         except OSError as error:
             text = error.strerror or str(error)
             errors.append(

@@ -10,12 +10,21 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
 from diagnosis.recordings.formats.numbers import COMMA_THOUSANDS, DECIMAL_COMMA, DECIMAL_POINT, POINT_THOUSANDS
-from diagnosis.recordings.formats.tables import MOST_ROWS, LogTable, check_columns, check_rows, is_hidden
+from diagnosis.recordings.formats.tables import (
+    MOST_CELLS,
+    MOST_COLUMNS,
+    MOST_ROWS,
+    LogTable,
+    check_cells,
+    check_columns,
+    check_rows,
+    is_hidden,
+)
 from diagnosis.recordings.formats.units import is_unit, plain_unit
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError, shown
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
 DELIMITERS: Final = ";,\t|"
 BEFORE_HEADER: Final = 200  # lines that may stand before the header
@@ -23,6 +32,8 @@ COMMENTS: Final = ("#", "//", "%")
 SEPARATOR: Final = re.compile(r'\s*"?sep=(.|\\t)"?\s*', re.IGNORECASE)
 UNIT_IN_NAME: Final = re.compile(r"(?:[\[(]([^\[\]()]*)[\])]|_([a-z]+))$")
 MOST_FOOTERS: Final = 5
+MOST_ROW: Final = 1_000_000  # letters of a line, and of a row, which may have several
+MOST_SECTIONS: Final = 5000  # each with a header of its own
 
 
 def csv_table(path: str, trip_id: str, text: str, hidden: Sequence[str], is_read: Callable[[str], bool]) -> LogTable:
@@ -33,8 +44,10 @@ def csv_table(path: str, trip_id: str, text: str, hidden: Sequence[str], is_read
     or no samples are left out, decimal commas become points, each with a note. Where the header comes again, also with
     other columns, the rows below it are in its columns.
     """
+    _check_lines(path, text)
     skipped, delimiter, body = _without_preamble(text, is_read)
-    reader = csv.reader(io.StringIO(body, newline=""), delimiter=delimiter, skipinitialspace=delimiter == " ")
+    counted = _Counted()
+    reader = csv.reader(_lines(path, body, counted), delimiter=delimiter, skipinitialspace=delimiter == " ")
     sections: list[_Section] = []
     notes: list[Note] = []
     short: RecordingError | None = None
@@ -44,16 +57,19 @@ def csv_table(path: str, trip_id: str, text: str, hidden: Sequence[str], is_read
         first = next(reader, [])
         header = [name.strip() for name in first]
         check_columns(path, header)
-        begin, columns, comments, count = first[0] if first else "", len(header), 0, 0
+        begin, columns, comments, count, cells = first[0] if first else "", len(header), 0, 0, 0
         section = _section(header, hidden, is_read)
         rows, lines, kept = section.rows, section.lines, section.kept
         sections.append(section)
         for row in reader:
+            counted.letters = 0
             if row and any(cell and not cell.isspace() for cell in row):
                 if short is not None:
                     raise short
                 if row[0] == begin and _is_header(row, header, is_read):
                     header = [name.strip() for name in row]
+                    check_columns(path, header)
+                    _check_sections(path, sections)
                     columns, section = len(header), _section(header, hidden, is_read)
                     rows, lines, kept = section.rows, section.lines, section.kept
                     sections.append(section)
@@ -74,8 +90,10 @@ def csv_table(path: str, trip_id: str, text: str, hidden: Sequence[str], is_read
                 rows.append([row[k] for k in kept])
                 lines.append(reader.line_num + skipped)
                 count += 1
-                if count > MOST_ROWS:
+                cells += len(kept)
+                if count > MOST_ROWS or cells > MOST_CELLS:
                     check_rows(path, count)
+                    check_cells(path, cells)
     except csv.Error as error:
         line = reader.line_num + skipped
         raise RecordingError(path, line, "the row", str(error), f"cells set off by {delimiter}") from error
@@ -90,6 +108,44 @@ def csv_table(path: str, trip_id: str, text: str, hidden: Sequence[str], is_read
         again = f"the header comes again, {len(sections) - 1} times: rows are in the columns of the one above them"
         notes.append(Note(NoteKind.READ, "", again))
     return with_decimal_points(_joined(path, trip_id, sections, notes, reader.line_num + skipped or 1))
+
+
+@dataclass(slots=True)
+class _Counted:
+    """Letters of the row that is being read, which quotes may spread over lines."""
+
+    letters: int = 0
+
+
+def _lines(path: str, text: str, counted: _Counted) -> Iterator[str]:
+    """The lines of a text; RecordingError where a row of them grows too long."""
+    for line in io.StringIO(text, newline=""):
+        counted.letters += len(line)
+        if counted.letters > MOST_ROW:
+            raise _too_long(path)
+        yield line
+
+
+def _check_lines(path: str, text: str) -> None:
+    """Raises RecordingError for a text with a line that is longer than any table's, O(letters)."""
+    at = 0
+    while at + MOST_ROW < len(text):
+        end = max(text.rfind(sign, at, at + MOST_ROW) for sign in "\n\r")
+        if end < 0:
+            raise _too_long(path)
+        at = end + 1
+
+
+def _too_long(path: str) -> RecordingError:
+    found = f"more than {MOST_ROW} letters long"
+    return RecordingError(path, 1, "a line", found, f"at most {MOST_ROW} letters, quotes that are closed")
+
+
+def _check_sections(path: str, sections: Sequence[_Section]) -> None:
+    """Raises RecordingError where the header comes again too often."""
+    if len(sections) >= MOST_SECTIONS:
+        found = f"there more than {MOST_SECTIONS} times"
+        raise RecordingError(path, 1, "the header", found, f"at most {MOST_SECTIONS} times; split it into drives")
 
 
 @dataclass(slots=True)
@@ -126,6 +182,8 @@ def _joined(path: str, trip_id: str, sections: Sequence[_Section], notes: list[N
         columns = tuple(cells.get(k, ()) for k in section.names)
         return LogTable(path, trip_id, tuple(section.names.values()), columns, lines, notes)
     names = dict.fromkeys(name for section in sections for name in section.names.values())
+    check_columns(path, names)
+    check_cells(path, len({section.names[k] for section in sections for k in section.kept}) * len(lines))
     found: dict[str, list[str]] = {}
     for section in sections:
         own = dict(zip(section.kept, zip(*section.rows, strict=True), strict=True)) if section.rows else {}
@@ -261,7 +319,7 @@ def _without_preamble(text: str, is_read: Callable[[str], bool]) -> tuple[int, s
             bare = line.lstrip().lstrip("#%/").lstrip() if line.lstrip().startswith(COMMENTS) else line
             for delimiter in dict.fromkeys((given or _delimiter(bare), _delimiter(bare), " ")):
                 names = [name.strip().strip('"') for name in bare.split(delimiter)]
-                if sum(is_read(name) for name in names) > 1:
+                if sum(is_read(name) for name in names[:MOST_COLUMNS]) > 1:
                     return k, delimiter, bare + text[at + len(line) :]
             if first < 0 and bare is line:
                 first, begin = k, at

@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from diagnosis.recordings.formats.named_columns import MOST_KMH
-from diagnosis.recordings.formats.tables import Column, LogTable, check_rows
+from diagnosis.recordings.formats.tables import MOST_ROWS, Column, LogTable, check_rows
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError, shown
 from diagnosis.recordings.positions import east_north_m, stray
 from diagnosis.recordings.recording import Detail, Recording
@@ -29,6 +29,9 @@ ALLOWED: Final = "GPX with a track: trkpt with lat, lon and time"
 GPX: Final = re.compile(r"<(?:\w+:)?gpx\b")
 POINT_END: Final = re.compile(r"</((?:\w+:)?)trkpt\s*>")
 MOST_STRAY_FRAC: Final = 0.05
+ELEMENT_BYTES: Final = 200  # that an element takes once it is read, and an attribute; measured
+ATTRIBUTE_BYTES: Final = 100
+MOST_READ_BYTES: Final = 1_500_000_000
 MEAN_S: Final = 4.0  # over which positions are averaged for a speed, so that a receiver at rest does not drive
 
 
@@ -45,10 +48,18 @@ def read_gpx(path: str, drive_id: str, text: str) -> Recording:
     """
     if re.search(r"<!(?:DOCTYPE|ENTITY)", text, re.IGNORECASE):
         raise RecordingError(path, 1, "the file", "XML with a document type", ALLOWED)
+    size = ELEMENT_BYTES * (text.count("<") - text.count("</")) + ATTRIBUTE_BYTES * text.count("=")
+    if size > MOST_READ_BYTES:
+        found = f"XML that takes {size / 1e9:.1f} GB once it is read"
+        raise RecordingError(path, 1, "the file", found, f"at most {MOST_READ_BYTES / 1e9:g} GB; split it into drives")
     root, notes = _root(path, text.strip("\ufeff \t\r\n"))
-    tracks = [_points(track) for track in root.iter() if _tag(track) == "trkseg"] or [_points(root)]
+    tracks: list[list[tuple[str, ...]]] = []
+    for track in root.iter():
+        if _tag(track) == "trkseg":
+            tracks.append(_points(path, track))
+            check_rows(path, sum(map(len, tracks)))  # of tracks within tracks each has all points
+    tracks = tracks or [_points(path, root)]
     points = [point for track in _in_order(tracks, notes) for point in track]
-    check_rows(path, len(points))
     if len(points) < 2:
         raise RecordingError(path, 1, "the track", f"{len(points)} points with a time", f"at least 2; {ALLOWED}")
     names = (TIME.name, LATITUDE.name, LONGITUDE.name, HEIGHT.name, SPEED.name)
@@ -125,7 +136,7 @@ def _in_order(tracks: list[list[tuple[str, ...]]], notes: list[Note]) -> list[li
     return sorted(known, key=lambda track: track[0][0])
 
 
-def _points(track: Element) -> list[tuple[str, ...]]:
+def _points(path: str, track: Element) -> list[tuple[str, ...]]:
     """Time, latitude, longitude, height and speed of each point of a track that has a time, as texts."""
     points = []
     for point in track.iter():
@@ -135,6 +146,8 @@ def _points(track: Element) -> list[tuple[str, ...]]:
         if own.get("time"):
             place = (point.get(name, "").replace(",", ".") for name in ("lat", "lon"))
             points.append((own["time"], *place, own.get("ele", ""), own.get("speed", "")))
+            if len(points) > MOST_ROWS:
+                check_rows(path, len(points))
     return points
 
 

@@ -7,7 +7,7 @@ import re
 from typing import TYPE_CHECKING, Any, Final
 
 from diagnosis.recordings.formats.csv_tables import with_decimal_points
-from diagnosis.recordings.formats.tables import LogTable, check_columns, check_rows, is_hidden
+from diagnosis.recordings.formats.tables import LogTable, check_cells, check_columns, check_rows, is_hidden
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError, shown
 
 if TYPE_CHECKING:
@@ -18,6 +18,8 @@ EXAMPLE: Final = '{"utc": 1700000000, "speed": 50, "power": 12.5}'
 ALLOWED: Final = f"one JSON object a line, such as {EXAMPLE}, or an array of them"
 BETWEEN: Final = re.compile(r"(?:[\s,]|(?:#|//)[^\n]*(?:\n|$))*")  # objects that stand one after the other
 DEEPEST: Final = 4
+MOST_READ_BYTES: Final = 1_500_000_000
+READ_BYTES: Final = {"{": 240, "[": 90, ":": 40, ",": 40}  # that each of these takes once it is read; measured
 BEGIN: Final = re.compile(r"(?:\s|(?:#|//)[^\n]*\n)*(?:\{|\[\s*[\[{\]])")
 
 
@@ -36,17 +38,22 @@ def json_table(path: str, trip_id: str, text: str, hidden: Sequence[str], is_rea
     columns: dict[str, list[str]] = {}
     notes: list[Note] = []
     lines: list[int] = []
+    kept = 0
     for number, record in _records(path, text, notes):
+        check_columns(path, record)
         for name, value in record.items():
             if not isinstance(value, dict | list) and not is_hidden(name, hidden):
+                new = name not in columns
                 cells = columns.setdefault(name, [])
                 if not is_read(name):
                     continue
+                kept += new
                 cells.extend([""] * (len(lines) - len(cells)))
                 cells.append("" if value is None else TRUTHS.get(str(value).lower(), str(value)))
         lines.append(number)
         check_rows(path, len(lines))
-        check_columns(path, list(columns))
+        check_columns(path, columns)
+        check_cells(path, kept * len(lines))
     if len(lines) < 2:
         raise RecordingError(path, lines[-1] if lines else 1, "the table", f"{len(lines)} rows", "at least 2 samples")
     for name, cells in columns.items():
@@ -56,6 +63,7 @@ def json_table(path: str, trip_id: str, text: str, hidden: Sequence[str], is_rea
 
 def _records(path: str, text: str, notes: list[Note]) -> Iterator[tuple[int, dict[str, Any]]]:
     """Rows by their number: that of the line where a text has an object a line, else by their order."""
+    _check_size(path, text)
     whole = _parsed_whole(text)
     if whole is not None:
         found = _rows_in(whole, 0)
@@ -67,6 +75,14 @@ def _records(path: str, text: str, notes: list[Note]) -> Iterator[tuple[int, dic
     if text.lstrip().startswith("["):
         _whole(path, text)  # tells what is broken
     yield from _one_by_one(path, text, notes)
+
+
+def _check_size(path: str, text: str) -> None:
+    """Raises RecordingError for a text that would take too much memory."""
+    size = sum(each * text.count(sign) for sign, each in READ_BYTES.items())
+    if size > MOST_READ_BYTES:
+        found = f"JSON that takes {size / 1e9:.1f} GB once it is read"
+        raise RecordingError(path, 1, "the file", found, f"at most {MOST_READ_BYTES / 1e9:g} GB; split it into drives")
 
 
 def _parsed_whole(text: str) -> Any:

@@ -39,6 +39,7 @@ SECONDS: Final = Column("SECONDS", "time_s", 0.0, 1e10)
 TIME: Final = Column("time", "time_s", 0.0, 1e10)
 LEAST_PACK_V: Final = 48.0  # below it is the battery of the lights
 NAMED_MOST: Final = 12
+LONGEST_NAME: Final = 300  # letters; a longer one is of no parameter
 
 DISCHARGED: Final = r"(?:energy discharged|discharged? energy)"
 CHARGED: Final = r"(?:energy charged|charged? energy)"
@@ -325,6 +326,8 @@ def _read_note(series: Series, unit: str) -> Note:
 
 def _name_andplain_unit(name: str) -> tuple[str, str]:
     """A wide column's name in two: its unit is in the last brackets, or behind a comma, a slash, "in" or "_"."""
+    if len(name) > LONGEST_NAME:
+        return name, ""
     match = re.fullmatch(r"(.*\S)\s*[(\[]([^()\[\]]*)[)\]]", name)
     if match is None:
         match = re.fullmatch(r"(.*\w)(?:,? in | / |, ?|_)(\S+)", name)
@@ -347,6 +350,8 @@ def _is_speed(name: str) -> bool:
 
 def _parameter(name: str) -> tuple[LoggedParameter, int] | None:
     """The parameter that goes by a name, with the rank of the pattern that fits."""
+    if len(name) > LONGEST_NAME:
+        return None
     for parameter in LOGGED_PARAMETERS:
         for rank, pattern in enumerate(parameter.patterns):
             if re.fullmatch(pattern, _plain(name)):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from typing import TYPE_CHECKING, Final
@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 
 MOST_ROWS: Final = 2_000_000
 MOST_COLUMNS: Final = 1000
+MOST_CELLS: Final = 30_000_000  # that are kept of one file: ten samples a second of 48 columns for 17 hours
+MOST_DRIVES: Final = 50_000  # in one file
+MOST_TOLD: Final = 100  # drives of one file that can't be read, and are named one by one
 POSITIONS: Final = ("latitude_deg", "longitude_deg")
 COUNTERS_S: Final = (DAY_S, 7.0 * DAY_S, 2.0**16, 2.0**32 / 1000.0)  # after which counters of seconds begin again
 ABSENT: Final = frozenset(
@@ -261,10 +264,32 @@ def check_rows(path: str, count: int) -> None:
         )
 
 
-def check_columns(path: str, names: Sequence[str]) -> None:
+def check_columns(path: str, names: Collection[str]) -> None:
     """Raises RecordingError for more columns than a recording may have."""
     if len(names) > MOST_COLUMNS:
         raise RecordingError(path, 1, "the header", f"{len(names)} columns wide", f"at most {MOST_COLUMNS} columns")
+
+
+def check_cells(path: str, count: int) -> None:
+    """Raises RecordingError for more cells, in columns that are read, than a recording may have."""
+    if count > MOST_CELLS:
+        found = f"more than {MOST_CELLS} cells in columns that are read"
+        raise RecordingError(path, 1, "the table", found, f"at most {MOST_CELLS}; split it into drives")
+
+
+def check_drives(path: str, count: int) -> None:
+    """Raises RecordingError for more drives than a file may have."""
+    if count > MOST_DRIVES:
+        raise RecordingError(path, 1, "the file", f"{count} drives", f"at most {MOST_DRIVES}; split it")
+
+
+def first_told(path: str, errors: Sequence[RecordingError]) -> list[RecordingError]:
+    """Errors of drives of one file as they are kept: without frames, and of very many the first, and how many more."""
+    kept = [error.without_trace() for error in errors[:MOST_TOLD]]
+    if len(errors) > MOST_TOLD:
+        found = f"{len(errors)} drives that can't be read, of which {MOST_TOLD} are named"
+        kept.append(RecordingError(path, errors[MOST_TOLD].row, "the file", found, "drives that can be read"))
+    return kept
 
 
 def _is_absent(cell: str | float) -> bool:

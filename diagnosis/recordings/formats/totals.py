@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from diagnosis.recordings.formats.tables import Column, LogTable
+from diagnosis.recordings.formats.tables import MOST_ROWS, Column, LogTable, check_drives, first_told
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError
 from diagnosis.recordings.recording import Detail, Recording
 from energy.units import JOULE_PER_KWH, ZERO_CELSIUS_K
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 STEP_S: Final = 10.0  # of the drives that are made of rows
 MOST_MPS: Final = 200.0 / 3.6
+MOST_SAMPLES: Final = 3 * MOST_ROWS  # that are made of the rows of a table: 16,000 hours
 DISTANCE: Final = Column("distance_km", "", 0.01, 2000.0, 1000.0)
 DURATIONS: Final = (
     Column("duration_s", "", 10.0, 200_000.0),
@@ -55,20 +56,26 @@ def read_totals(table: LogTable) -> tuple[list[Recording], list[RecordingError]]
     for name in table.names:
         if name in TOTALS_NAMES:
             table.cells(name)
+    check_drives(table.path, len(table.lines))
     found: list[Recording] = []
     errors: list[RecordingError] = []
     ids: set[str] = set()
+    samples = 0
     for row in range(len(table.lines)):
         try:
             drive = _drive(_row(table, row))
             if drive.id in ids:
                 raise table.error(row, TRIP, drive.id, "an id that no row before has")
         except RecordingError as error:
-            errors.append(error)
+            errors.append(error.without_trace())
             continue
         ids.add(drive.id)
         found.append(drive)
-    return found, errors
+        samples += drive.time_s.size
+        if samples > MOST_SAMPLES:
+            lasting = f"drives of more than {MOST_SAMPLES * STEP_S / 3600.0:.0f} hours in all"
+            raise table.error(row, "the table", lasting, "fewer; split it")
+    return found, first_told(table.path, errors)
 
 
 def _row(table: LogTable, row: int) -> LogTable:
