@@ -86,6 +86,15 @@ class Settings(BaseSettings):
     )
     diagnosis_limit_files: int = Field(default=1000, ge=1, le=10_000, description="most recordings of one diagnosis")
     diagnosis_queue_limit: int = Field(default=8, ge=1, description="most diagnoses that are queued or running")
+    diagnosis_unpacked_bytes: int = Field(
+        default=1024 * 1024 * 1024, ge=1024, description="most that the recordings of one diagnosis unpack to [B]"
+    )
+    diagnosis_memory_bytes: int = Field(
+        default=4 * 1024 * 1024 * 1024,
+        ge=64 * 1024 * 1024,
+        description="most memory of one diagnosis, beyond that of program and graph [B]",
+    )
+    diagnosis_time_limit_s: float = Field(default=3600.0, gt=0, description="longest run of one diagnosis [s]")
     time_limit_s: float = Field(default=30.0, gt=0, description="longest wait for an answer [s]")
     search_threads: int = Field(
         default=max(os.cpu_count() or 1, 1), ge=1, description="searches that run at the same time"

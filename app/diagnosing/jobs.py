@@ -9,16 +9,16 @@ import queue
 import secrets
 import shutil
 import socket
-import tempfile
 import threading
 import time
 from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from app.diagnosing.worker import Advanced, Failed, Finished, Message, portable, work
+from app.diagnosing.limits import how_ended
+from app.diagnosing.spool import Spool, sweep
+from app.diagnosing.worker import Advanced, Failed, Finished, Message, beyond, portable, work
 from app.errors.diagnosing import DiagnosisInterruptedError
 from app.errors.table import problem_of
 from app.store.diagnoses import UNFINISHED
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from multiprocessing.connection import Connection
     from multiprocessing.context import SpawnProcess
+    from pathlib import Path
 
     from app.diagnosing.worker import Task
     from app.store.diagnoses import DiagnosisStore, StoredDiagnosis
@@ -47,6 +48,7 @@ class Job:
 
     task: Task
     own: bool
+    reached: Advanced = field(default_factory=lambda: Advanced("starting", 0.0))
     cancelled: threading.Event = field(default_factory=threading.Event)
 
     @property
@@ -69,9 +71,10 @@ class DiagnosisJobs:
         self._running = False
         self._closing = threading.Event()
         self._thread: threading.Thread | None = None
-        self._spool: Path | None = None
+        self._spool: Spool | None = None
         self._starting = threading.Lock()
         _running_here.add(self.worker)
+        sweep()
 
     @property
     def counts(self) -> dict[str, int]:
@@ -80,11 +83,11 @@ class DiagnosisJobs:
         return {"queued": max(len(self._jobs) - running, 0), "running": running}
 
     def folder(self) -> Path:
-        """A new folder for the files of one job."""
+        """A new folder for the files of one job; raises OSError."""
         with self._starting:
             if self._spool is None:
-                self._spool = Path(tempfile.mkdtemp(prefix="joulepath-diagnoses-"))
-        return Path(tempfile.mkdtemp(dir=self._spool))
+                self._spool = Spool()
+        return self._spool.new_folder()
 
     def add(self, job: Job) -> None:
         """Have a stored job carried out after those before it."""
@@ -122,7 +125,7 @@ class DiagnosisJobs:
                 self._interrupted(diagnosis_id, "the service was stopped")
         _running_here.discard(self.worker)
         if self._spool is not None:
-            shutil.rmtree(self._spool, ignore_errors=True)
+            self._spool.close()
 
     def _interrupted(self, diagnosis_id: str, reason: str) -> bool:
         problem = problem_of(DiagnosisInterruptedError(reason), f"/diagnoses/{diagnosis_id}")
@@ -167,12 +170,14 @@ class DiagnosisJobs:
         if outcome is not None:
             self._stored(lambda: self._kept(job, outcome))
         elif not job.cancelled.is_set() and not self._closing.is_set():
-            reason = f"its process ended (exit code {process.exitcode})"
+            at = f"at {job.reached.stage!r}, {job.reached.done_frac:.0%} done"
+            reason = f"{how_ended(process.exitcode)}, {at}"
             self._stored(lambda: self._interrupted(job.id, reason))
 
     def _watched(self, job: Job, receiver: Connection[object, Message]) -> Finished | Failed | None:
-        """What comes out of a job, None where it was stopped or its process ended."""
+        """What comes out of a job, or that it takes too long; None where it was stopped or its process ended."""
         alive_s = time.monotonic()
+        end_s = alive_s + job.task.limits.time_s
         while not job.cancelled.is_set() and not self._closing.is_set():
             if time.monotonic() - alive_s >= ALIVE_EVERY_S:
                 alive_s = time.monotonic()
@@ -180,11 +185,14 @@ class DiagnosisJobs:
                     self.store.show_alive(self.worker)
                     if not self.store.is_running(job.id):  # another process has cancelled it
                         job.cancelled.set()
+            if time.monotonic() > end_s:
+                return beyond(job.task, "time", f"{job.task.limits.time_s:g} s", "JOULEPATH_DIAGNOSIS_TIME_LIMIT_S")
             try:
                 message = receiver.recv() if receiver.poll(POLL_S) else None
             except (EOFError, OSError):
                 return None
             if isinstance(message, Advanced):
+                job.reached = message
                 with suppress(DatabaseUnavailableError):
                     self.store.advance(job.id, message.stage, message.done_frac)
             elif message is not None:

@@ -10,6 +10,7 @@ import numpy as np
 from app.errors.diagnosing import RefusedFile, UnusableRecordingsError, storable
 from diagnosis.errors import DiagnosisCancelled
 from diagnosis.holdout import drawn_trips, named_trips
+from diagnosis.recordings.files import UnpackedBytes
 from diagnosis.recordings.reading import read_recordings
 
 if TYPE_CHECKING:
@@ -36,7 +37,8 @@ class DiagnosisOrder:
 
     hidden: patterns of columns that are dropped while reading. held_out: ids of trips, or patterns of ids, that are
     kept out of the fit; held_out_frac: and of all trips this share, drawn at random by the seed [-]. dem: elevation
-    files, from which drives without height get theirs.
+    files, from which drives without height get theirs. unpacked_bytes: most that all files unpack to, None
+    for no limit.
     """
 
     files: tuple[Path, ...]
@@ -46,6 +48,7 @@ class DiagnosisOrder:
     held_out_frac: float = 0.0
     seed: int = 1
     dem: tuple[Path, ...] = ()
+    unpacked_bytes: int | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +97,8 @@ def carry_out(
         if progress is not None:
             progress(stage, begun + (1.0 - begun) * done)
 
-    recordings, errors = read_recordings(order.files, order.hidden, file_read)
+    together = None if order.unpacked_bytes is None else UnpackedBytes(order.unpacked_bytes)
+    recordings, errors = read_recordings(order.files, order.hidden, file_read, together=together)
     refused = tuple(RefusedFile(storable(error.path), storable(str(error))) for error in errors)
     if not recordings:
         raise UnusableRecordingsError(refused)

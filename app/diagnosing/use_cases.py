@@ -9,15 +9,25 @@ import shutil
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
+from anyio import CapacityLimiter
 from pydantic import TypeAdapter, ValidationError
 
+from app.diagnosing.arrivals import Arrival, Arrivals
 from app.diagnosing.jobs import DiagnosisJobs, Job
+from app.diagnosing.limits import JobLimits
 from app.diagnosing.order import DiagnosisOrder
 from app.diagnosing.sources import files_below, uploaded_name
 from app.diagnosing.worker import Task
 from app.errors.diagnosing import DiagnosisNotDoneError, SourceError, TooManyDiagnosesError, storable, uploads_stored
+from app.errors.diagnosing import (
+    DiagnosisNotDoneError,
+    SourceError,
+    StorageFullError,
+    TooManyDiagnosesError,
+    storable,
+)
 from app.errors.raised import BodyTooLargeError
 from app.errors.validation import validation_detail
 from app.schemas.diagnosis import (
@@ -50,6 +60,7 @@ if TYPE_CHECKING:
     from app.store.diagnoses import StoredDiagnosis
 
 _REFUSED = TypeAdapter(list[RefusedRecording])
+FOLDER_SEARCHES: Final = 2  # for what patterns name, at the same time
 _WARNINGS = TypeAdapter(list[str])
 _NO_RESIDUALS = ResidualCollection(kind="tracks", graph=None, features=[]).model_dump_json()
 
@@ -70,16 +81,26 @@ class Diagnoses:
         self.settings = service.settings
         self.store = DiagnosisStore(service.database)
         self.jobs = DiagnosisJobs(self.store)
+        self.folder_searches = CapacityLimiter(FOLDER_SEARCHES)
+        self.arrivals = Arrivals(self.settings.diagnosis_queue_limit)
 
     def close(self) -> None:
         """Stop what runs."""
         self.jobs.close()
+
+    def begin_arrival(self) -> Arrival:
+        """A place in the queue for a request whose body is still to be read.
+
+        Raises TooManyDiagnosesError where none is free, and DatabaseUnavailableError.
+        """
+        return self.arrivals.begin(sum(row.state in UNFINISHED for row in self._rows()))
 
     def begin_uploaded(self, options: DiagnosisOptions, files: Sequence[UploadedFile]) -> DiagnosisAnswer:
         """Queue a diagnosis of uploaded recordings.
 
         Raises SourceError naming a file that can't be taken, VehicleNotFoundError, VehicleError, GraphNotFoundError,
         HoldoutError, TooManyDiagnosesError, UploadsFullError or DatabaseUnavailableError.
+        HoldoutError, TooManyDiagnosesError, StorageFullError or DatabaseUnavailableError.
         """
         names = [uploaded_name(file.name, f"recordings[{k}]") for k, file in enumerate(files)]
         for k, name in enumerate(names):
@@ -93,17 +114,28 @@ class Diagnoses:
             for name, file in zip(names, files, strict=True):
                 with uploads_stored(), (folder / name).open("wb") as target:
                     shutil.copyfileobj(file.content, target)
+        try:
+            folder = self.jobs.folder()
+        except OSError as error:
+            raise StorageFullError(error) from error
+        try:
+            _write(folder, names, files)
             return self._begin(sent, folder, [Path(name) for name in names], own=True)
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
             raise
 
-    def begin_referenced(self, sent: DiagnosisRequest) -> DiagnosisAnswer:
-        """Queue a diagnosis of recordings below the configured folder; raises as `begin_uploaded` does."""
+    def named_files(self, patterns: Sequence[str]) -> tuple[Path, ...]:
+        """Recordings below the configured folder, relative to it; raises SourceError."""
         folder = self.settings.recordings_dir
         if folder is None:
-            raise SourceError("recordings", sent.recordings, "uploaded files; no folder of recordings is configured")
-        files = files_below(folder, sent.recordings)
+            raise SourceError("recordings", patterns, "uploaded files; no folder of recordings is configured")
+        return files_below(folder, patterns)
+
+    def begin_referenced(self, sent: DiagnosisRequest, files: Sequence[Path]) -> DiagnosisAnswer:
+        """Queue a diagnosis of named_files; raises as `begin_uploaded` does."""
+        folder = self.settings.recordings_dir
+        assert folder is not None, "files are below it"
         self._check_count(len(files))
         if sum((folder / file).stat().st_size for file in files) > self.settings.diagnosis_limit_bytes:
             raise BodyTooLargeError(self.settings.diagnosis_limit_bytes)
@@ -182,12 +214,18 @@ class Diagnoses:
             held_out=tuple(sent.holdout),
             held_out_frac=sent.holdout_fraction,
             seed=sent.seed,
+            unpacked_bytes=self.settings.diagnosis_unpacked_bytes,
+        )
+        limits = JobLimits(
+            memory_bytes=self.settings.diagnosis_memory_bytes,
+            time_s=self.settings.diagnosis_time_limit_s,
+            unpacked_bytes=self.settings.diagnosis_unpacked_bytes,
         )
         limit = self.settings.diagnosis_queue_limit
         self._rows()  # those that are lost don't count
         if not self.store.submit(new, limit):
             raise TooManyDiagnosesError(limit)
-        self.jobs.add(Job(Task(diagnosis_id, order, folder, graph_dir), own))
+        self.jobs.add(Job(Task(diagnosis_id, order, folder, limits, graph_dir), own))
         return self.show(diagnosis_id)
 
     def _rows(self) -> list[StoredDiagnosis]:
@@ -215,6 +253,16 @@ class Diagnoses:
         row = self._row(diagnosis_id)
         if row.state is not DiagnosisState.DONE:
             raise DiagnosisNotDoneError(diagnosis_id, row.state.value)
+
+
+def _write(folder: Path, names: Sequence[str], files: Sequence[UploadedFile]) -> None:
+    """Write uploaded files into a folder; raises StorageFullError."""
+    try:
+        for name, file in zip(names, files, strict=True):
+            with (folder / name).open("wb") as target:
+                shutil.copyfileobj(file.content, target)
+    except OSError as error:
+        raise StorageFullError(error) from error
 
 
 def _summary(row: StoredDiagnosis) -> dict[str, Any]:

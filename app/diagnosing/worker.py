@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import logging
 import multiprocessing
@@ -12,8 +13,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Final
 
 from app.diagnosing.documents import documents_of
+from app.diagnosing.limits import go_first, held_memory
 from app.diagnosing.order import carry_out
-from app.errors.diagnosing import RefusedFile, UnusableRecordingsError, storable
+from app.errors.diagnosing import DiagnosisLimitError, RefusedFile, UnusableRecordingsError, storable
 from app.errors.table import problem_of
 from app.store.diagnoses import DiagnosisDocuments
 
@@ -22,8 +24,10 @@ if TYPE_CHECKING:
     from multiprocessing.connection import Connection
     from pathlib import Path
 
+    from app.diagnosing.limits import JobLimits
     from app.diagnosing.order import DiagnosisOrder, Progress
     from diagnosis.answer.results import Diagnosis
+    from routing.planner import Planner
 
 LOG: Final = logging.getLogger(__name__)
 NICENESS: Final = 10  # of 19: what the service answers meanwhile goes first
@@ -41,6 +45,7 @@ class Task:
     diagnosis_id: str
     order: DiagnosisOrder
     folder: Path
+    limits: JobLimits
     graph_dir: Path | None = None
 
 
@@ -81,20 +86,31 @@ def work(task: Task, sender: Connection) -> None:
     """Carry out a task, and send what comes of it; runs in its own process."""
     with suppress(OSError):
         os.nice(NICENESS)
+    go_first()
     os.chdir(task.folder)  # so that messages name files as they were sent
     parent = multiprocessing.parent_process()
     reporter = _Reporter(sender)
-    message: Message
+    message: Message | None = None
     try:
         message = Finished(_documents(task, reporter.advanced, lambda: parent is not None and not parent.is_alive()))
+    except MemoryError:
+        pass  # its frames hold what there was no memory beside: they go before anything is said
     except Exception as error:  # whatever it is, the diagnosis has failed by it
         problem = problem_of(error, f"/diagnoses/{task.diagnosis_id}")
         if problem.status >= 500:
             LOG.exception("diagnosis %s", task.diagnosis_id)
         refused = error.refused if isinstance(error, UnusableRecordingsError) else ()
         message = Failed(problem.model_dump_json(), refused_json(refused))
+    if message is None:
+        message = beyond(task, "memory", f"{task.limits.memory_bytes / 1e9:.3g} GB", "JOULEPATH_DIAGNOSIS_MEMORY_BYTES")
     sender.send(message)
     sender.close()
+
+
+def beyond(task: Task, what: str, limit: str, setting: str) -> Failed:
+    """What comes of a task that takes more than it may."""
+    problem = problem_of(DiagnosisLimitError(what, limit, setting), f"/diagnoses/{task.diagnosis_id}")
+    return Failed(problem.model_dump_json(), refused_json(()))
 
 
 def headline(diagnosis: Diagnosis) -> str:
@@ -110,16 +126,25 @@ def refused_json(refused: Sequence[RefusedFile]) -> str:
 
 
 def _documents(task: Task, advanced: Progress, cancelled: Callable[[], bool]) -> DiagnosisDocuments:
-    """What a task leaves; raises what carrying it out raises."""
+    """What a task leaves; raises what carrying it out raises, MemoryError where it takes more memory than it may."""
     # what is imported here takes a while, and the process that serves needs none of it
-    from app.diagnosing.places import on_graph
-    from app.diagnosing.timelines import trip_documents
-    from app.diagnosing.tracks import track_features
-    from diagnosis.matching.matched_drives import MatchedDrives
+    importlib.import_module("diagnosis.engine")  # so that it is there before memory is limited
     from routing.graph.files import load_graph
     from routing.planner import Planner
 
     planner = None if task.graph_dir is None else Planner(load_graph(task.graph_dir))
+    with held_memory(task.limits.memory_bytes):
+        return _left_by(task, planner, advanced, cancelled)
+
+
+def _left_by(
+    task: Task, planner: Planner | None, advanced: Progress, cancelled: Callable[[], bool]
+) -> DiagnosisDocuments:
+    from app.diagnosing.places import on_graph
+    from app.diagnosing.timelines import trip_documents
+    from app.diagnosing.tracks import track_features
+    from diagnosis.matching.matched_drives import MatchedDrives
+
     drives = None if planner is None else MatchedDrives(planner.graph)
     share = 1.0 if planner is None else DIAGNOSING_SHARE
     diagnosed = carry_out(task.order, lambda stage, done: advanced(stage, share * done), cancelled, drives=drives)

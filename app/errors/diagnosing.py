@@ -98,6 +98,25 @@ class DiagnosisInterruptedError(DiagnosingError):
         super().__init__(f"interrupted: {reason}; send the recordings again")
 
 
+class DiagnosisLimitError(DiagnosingError):
+    """A diagnosis that takes more than one may: memory or time."""
+
+    def __init__(self, what: str, limit: str, setting: str) -> None:
+        self.limit = limit
+        super().__init__(
+            f"the diagnosis takes more {what} than {limit}, allowed: at most that ({setting}); send fewer drives,"
+            " shorter ones, or without columns that are not needed"
+        )
+
+
+class StorageFullError(DiagnosingError):
+    """Uploaded files that can't be stored, most often since the disk is full."""
+
+    def __init__(self, error: OSError) -> None:
+        self.reason = error.strerror or str(error)
+        super().__init__(f"the uploaded files can't be stored ({self.reason}); try again later, or send fewer drives")
+
+
 class MalformedFormError(DiagnosingError):
     """A multipart body that can't be read."""
 

@@ -9,6 +9,7 @@ from fastapi.exceptions import RequestValidationError
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 
+from app.errors.diagnosing import TooManyDiagnosesError
 from app.errors.problems import PROBLEM_TYPE, problem_bytes
 from app.errors.raised import OverloadedError, RefusedBodyError
 from app.errors.table import TABLE, problem_of
@@ -29,6 +30,8 @@ def problem_response(error: Exception, instance: str, headers: Mapping[str, str]
     problem = problem_of(error, instance)
     note_problem(problem.code.value)
     sent = dict(headers or {})
+    if isinstance(error, TooManyDiagnosesError):
+        sent["Connection"] = "close"  # files that are still arriving are not waited for
     if problem.status in (429, 503):
         sent.setdefault("Retry-After", str(error.retry_s if isinstance(error, OverloadedError) else RETRY_S))
     return Response(problem_bytes(problem), problem.status, sent, media_type=PROBLEM_TYPE)

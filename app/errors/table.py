@@ -9,7 +9,9 @@ from starlette.exceptions import HTTPException
 
 from app.errors.diagnosing import (
     DiagnosisInterruptedError,
+    DiagnosisLimitError,
     MalformedFormError,
+    StorageFullError,
     TooManyDiagnosesError,
     UnusableRecordingsError,
     UploadsFullError,
@@ -56,6 +58,7 @@ TABLE: Final[Mapping[type[Exception], tuple[ErrorCode, Callable[[Any], list[Fiel
     DatabaseUnavailableError: (ErrorCode.DATABASE_UNAVAILABLE, _no_fields),
     DiagnosisError: (ErrorCode.DIAGNOSIS_FAILED, _no_fields),
     DiagnosisInterruptedError: (ErrorCode.DIAGNOSIS_INTERRUPTED, _no_fields),
+    DiagnosisLimitError: (ErrorCode.DIAGNOSIS_FAILED, _no_fields),
     MalformedFormError: (ErrorCode.MALFORMED_FORM, _no_fields),
     GraphFormatError: (ErrorCode.GRAPH_DAMAGED, _refused_fields),
     NoPathError: (ErrorCode.NO_PATH, _no_fields),

@@ -46,6 +46,7 @@ class ErrorCode(StrEnum):
     UNKNOWN_HOST = "unknown_host"
     RATE_LIMITED = "rate_limited"
     TOO_MANY_DIAGNOSES = "too_many_diagnoses"
+    STORAGE_FULL = "storage_full"
     SEARCH_LIMIT = "search_limit"
     TIME_LIMIT = "time_limit"
     OVERLOADED = "overloaded"

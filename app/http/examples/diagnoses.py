@@ -33,7 +33,7 @@ def diagnosis_answers(service: Service) -> dict[str, Any]:
     diagnoses = Diagnoses(service)
     try:
         asked = DiagnosisRequest.model_validate(DIAGNOSIS_REQUESTS["on a graph"]["value"])
-        shown = diagnoses.begin_referenced(asked)
+        shown = diagnoses.begin_referenced(asked, diagnoses.named_files(asked.recordings))
         while shown.state in UNFINISHED:
             time.sleep(POLL_S)
             shown = diagnoses.show(shown.id)

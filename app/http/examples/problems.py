@@ -163,6 +163,10 @@ EXAMPLES: Final = {
         "8 diagnoses are queued or running already, allowed: at most 8; try again later",
         None,
     ),
+    ErrorCode.STORAGE_FULL: (
+        "the uploaded files can't be stored (No space left on device); try again later, or send fewer drives",
+        None,
+    ),
     ErrorCode.NOT_READY: ("graphs are being loaded and kernels compiled; try again in a moment", None),
 }
 

@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path as FilePath
 from typing import Annotated, Any, Final
 
+from anyio import to_thread
 from fastapi import APIRouter, Depends, Path, Request, Response
+from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import UploadFile
 
+from app.diagnosing.arrivals import Arrival
 from app.diagnosing.use_cases import Diagnoses, UploadedFile
 from app.errors.raised import NotReadyError
 from app.http.examples.answers import (
@@ -56,10 +62,15 @@ AnyTrip = Annotated[
 
 @dataclass(frozen=True, slots=True)
 class Received:
-    """A body as it was read: a request that names recordings, or options with uploaded files."""
+    """A body as it was read: a request with the files that it names, or options with uploaded files.
+
+    arrival: its place in the queue until it is queued.
+    """
 
     sent: DiagnosisOptions
     files: tuple[UploadedFile, ...]
+    named: tuple[FilePath, ...]
+    arrival: Arrival
 
 
 def running_diagnoses(request: Request) -> Diagnoses:
@@ -74,13 +85,20 @@ RunningDiagnoses = Annotated[Diagnoses, Depends(running_diagnoses)]
 
 
 async def received(request: Request, diagnoses: RunningDiagnoses) -> AsyncIterator[Received]:
-    """The body of a request, its files open until the answer is made."""
-    sent, files = await received_body(request, diagnoses.settings.diagnosis_limit_bytes)
+    """The body of a request, its files open until the answer is made; where the queue is full, nothing is read."""
+    arrival = await run_in_threadpool(diagnoses.begin_arrival)
+    files: list[UploadFile] = []
     try:
-        yield Received(sent, tuple(UploadedFile(file.filename or "", file.file) for file in files))
+        sent, files = await received_body(request, diagnoses.settings.diagnosis_limit_bytes)
+        named: tuple[FilePath, ...] = ()
+        if isinstance(sent, DiagnosisRequest):  # on few threads of their own, so that others are free
+            named = await to_thread.run_sync(diagnoses.named_files, sent.recordings, limiter=diagnoses.folder_searches)
+        yield Received(sent, tuple(UploadedFile(file.filename or "", file.file) for file in files), named, arrival)
     finally:
+        arrival.end()
         for file in files:
-            await file.close()
+            with suppress(OSError):
+                await file.close()
 
 
 def _json(example: dict[str, Any]) -> dict[str, Any]:
@@ -134,10 +152,13 @@ def begin_diagnosis(body: Annotated[Received, Depends(received)], diagnoses: Run
     found. What it has learned can then be named by its id as the `effects` of routes and areas. With a `graph`,
     recordings with positions are matched to its roads.
     """
-    if isinstance(body.sent, DiagnosisRequest):
-        queued = diagnoses.begin_referenced(body.sent)
-    else:
-        queued = diagnoses.begin_uploaded(body.sent, body.files)
+    try:
+        if isinstance(body.sent, DiagnosisRequest):
+            queued = diagnoses.begin_referenced(body.sent, body.named)
+        else:
+            queued = diagnoses.begin_uploaded(body.sent, body.files)
+    finally:
+        body.arrival.end()
     return Response(queued.model_dump_json(), 202, {"Location": f"/diagnoses/{queued.id}"}, media_type=JSON)
 
 

@@ -12,6 +12,7 @@ from starlette.datastructures import UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 
 from app.errors.diagnosing import MalformedFormError, SourceError, UnsupportedMediaTypeError, uploads_stored
+from app.errors.diagnosing import MalformedFormError, SourceError, StorageFullError, UnsupportedMediaTypeError
 from app.errors.raised import BodyTooLargeError
 from app.http.json_body import read_json
 from app.schemas.diagnosis import MAX_PATTERNS, MAX_RECORDINGS, DiagnosisOptions, DiagnosisRequest
@@ -79,7 +80,7 @@ async def received_body(request: Request, limit_bytes: int) -> tuple[DiagnosisOp
     """What a body asks for: a DiagnosisRequest for JSON, options with files, to be closed, for a form.
 
     limit_bytes: of a form. Raises RequestValidationError, MalformedFormError, SourceError, UnsupportedMediaTypeError,
-    and BodyTooLargeError while files arrive.
+    and BodyTooLargeError or StorageFullError while files arrive.
     """
     media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     if media_type == MULTIPART:
@@ -108,10 +109,13 @@ async def _form(request: Request, limit_bytes: int) -> tuple[DiagnosisOptions, l
         raise MalformedFormError(error.message) from error
     except ValueError as error:  # of a charset that is none of text
         raise MalformedFormError(str(error)) from error
+    except OSError as error:
+        raise StorageFullError(error) from error
     try:
         return _understood(form)
     except BaseException:
-        await form.close()
+        with suppress(OSError):  # what could not be written is not missed
+            await form.close()
         raise
 
 

@@ -1,0 +1,99 @@
+"""Uploads to a full queue, to a full disk, and patterns from many clients at once: refused at once, and no 5xx else."""
+
+from __future__ import annotations
+
+import json
+import resource
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from tests.app.expected import check_problem
+from tests.faults.measured import REPOSITORY
+from tests.faults.test_jobs import CAR, queued
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+    from contextlib import AbstractContextManager
+    from pathlib import Path
+
+    from starlette.testclient import TestClient
+
+    Serving = Callable[..., AbstractContextManager[TestClient]]
+
+pytestmark = pytest.mark.nojit
+
+FORM = {"content-type": "multipart/form-data; boundary=x"}
+FULL_DISK = """
+import json, resource, signal, sys
+from pathlib import Path
+from starlette.testclient import TestClient
+from app.main import create_app
+from app.service.service import Service
+from app.settings import Settings
+folder = Path(sys.argv[1])
+settings = Settings(graph_dirs=(), database_url=f"sqlite:///{folder}/vehicles.sqlite")
+with TestClient(create_app(settings, Service(settings, {}))) as client:
+    client.get("/diagnoses")
+    signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+    found = []
+    for size in (900_000, 3_000_000):
+        resource.setrlimit(resource.RLIMIT_FSIZE, (400_000, resource.RLIM_INFINITY))
+        answer = client.post("/diagnoses", files=[("recordings", ("a.csv", b"1" * size))])
+        resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
+        found.append((answer.status_code, answer.json()))
+    left = [str(path) for path in Path(sys.argv[2]).rglob("*.csv")]
+print(json.dumps([found, left]))
+"""
+
+
+def test_full_queue_is_told_before_an_upload_is_read(serving: Serving) -> None:
+    with serving(diagnosis_queue_limit=1) as client:
+        path = queued(client, "long")
+        refused = client.post("/diagnoses", content=b"x" * 10, headers=FORM)
+        check_problem(refused, 429, "too_many_diagnoses")
+        assert (refused.headers["connection"], int(refused.headers["retry-after"]) > 0) == ("close", True)
+        client.delete(path)
+        check_problem(client.post("/diagnoses", content=b"x" * 10, headers=FORM), 422, "malformed_form")
+
+
+@pytest.mark.skipif(not hasattr(resource, "RLIMIT_FSIZE"), reason="files can't be limited here")
+def test_disk_that_is_full_at_an_upload_answers_507_and_leaves_nothing(tmp_path: Path) -> None:
+    (tmp_path / "spool").mkdir()
+    done = subprocess.run(
+        [sys.executable, "-c", FULL_DISK, str(tmp_path), str(tmp_path / "spool")],
+        capture_output=True,
+        text=True,
+        check=True,
+        cwd=REPOSITORY,
+        env={"PATH": "", "TMPDIR": str(tmp_path / "spool"), "HOME": str(tmp_path)},
+        timeout=60.0,
+    )
+    found, left = json.loads(done.stdout.splitlines()[-1])
+    for status, problem in found:
+        assert (status, problem["code"]) == (507, "storage_full"), problem
+        assert "can't be stored (File too large)" in problem["detail"]
+    assert left == []
+
+
+def test_patterns_of_many_clients_leave_the_service_reachable(serving: Serving, recordings_dir: Path) -> None:
+    within = recordings_dir
+    for _ in range(30):
+        within = within / "d"
+        within.mkdir()
+        (within / "up").symlink_to(recordings_dir)
+    patterns = ["**/" * 60 + "x.csv", "*/" * 60 + "x.csv", "**/x.csv"]
+
+    def ask(number: int) -> tuple[int, dict[str, Any]]:
+        body = {"recordings": [patterns[number % len(patterns)]], "vehicle": CAR}
+        answer = client.post("/diagnoses", json=body)
+        return answer.status_code, answer.json()
+
+    with serving() as client, ThreadPoolExecutor(45) as pool:
+        asked = [pool.submit(ask, number) for number in range(45)]
+        assert client.get("/diagnoses").status_code == 200
+        codes = {answered.result(20.0)[1]["code"] for answered in asked}
+        assert codes <= {"invalid_request", "too_many_diagnoses"}
