@@ -74,6 +74,21 @@ def test_text_that_rows_share_is_read_once(tmp_path: Path) -> None:
     assert measured.peak_mb < 300.0
 
 
+def test_pages_that_unpack_to_more_than_the_footer_says_are_refused(tmp_path: Path) -> None:
+    path = tmp_path / "pages.parquet"
+    texts = [f"{k:0200d}" for k in range(20_000)]
+    table = pa.table({"time_s": texts, "speed_kmh": np.zeros(20_000), "power_w": np.zeros(20_000)})
+    parquet.write_table(table, path, use_dictionary=False, data_page_size=8_000_000, write_statistics=False)
+    begin = parquet.ParquetFile(path).metadata.row_group(0).column(0).data_page_offset
+    content = bytearray(path.read_bytes())
+    assert content[begin : begin + 3] == b"\x15\x00\x15"  # the page's kind, and its size in four bytes
+    content[begin + 3 : begin + 7] = b"\xfe\xff\xff\x7f"
+    path.write_bytes(content)
+    measured = read_apart(tmp_path)
+    assert "time_s is pages of 134 MB unpacked, which its footer does not say" in measured.errors[0]
+    assert measured.peak_mb < 100.0
+
+
 def test_line_that_never_ends_is_refused_before_it_is_taken_apart(tmp_path: Path) -> None:
     (tmp_path / "wide.csv.gz").write_bytes(gzip.compress(b"time_s,speed_kmh,power_w\n" + b"1," * 45_000_000, 1))
     measured = read_apart(tmp_path)

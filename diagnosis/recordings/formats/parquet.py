@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 
 from diagnosis.recordings.files import MOST_BYTES
+from diagnosis.recordings.formats.parquet_pages import pages_bytes
 from diagnosis.recordings.formats.tables import Cells, LogTable, check_cells, check_rows, is_hidden
 from diagnosis.recordings.notes import RecordingError, shown
 
@@ -52,12 +53,13 @@ def parquet_table(
         groups = [file.metadata.row_group(k) for k in range(file.metadata.num_row_groups)]
         rows = max(file.metadata.num_rows, sum(group.num_rows for group in groups))
         check_rows(path, rows)
-        unpacked = sum(max(group.total_byte_size, _column_bytes(group)) for group in groups)
+        unpacked = sum(group.total_byte_size for group in groups)
         if not 0 <= unpacked <= MOST_BYTES:
             found = f"{unpacked / 1e6:.0f} MB unpacked"
             raise RecordingError(path, 1, "the file", found, f"at most {MOST_BYTES / 1e6:g} MB; split it into drives")
         if together is not None:
             together.spend(path, unpacked)
+        _check_pages(path, content, groups)
         fields = [field for field in file.schema_arrow if not is_hidden(field.name, hidden)]
         wanted = [field for field in fields if is_read(field.name) and _is_cells(field.type, pa)]
         check_cells(path, len(wanted) * rows)
@@ -65,7 +67,9 @@ def parquet_table(
         kept: list[tuple[str, Cells]] = []
         text_bytes = 0
         for name in dict.fromkeys(field.name for field in wanted):
-            for column in file.read(columns=[name]).columns:
+            table = file.read(columns=[name])  # and those whose names go on from it behind a point
+            own = [k for k, known in enumerate(table.column_names) if known == name]
+            for column in map(table.column, own):
                 if len(column) != rows:
                     raise ValueError(f"{len(column)} of {rows} rows in {name}")
                 text_bytes += _text_bytes(column, pa)
@@ -86,10 +90,21 @@ def parquet_table(
     return LogTable(path, trip_id, names, columns, range(1, rows + 1))
 
 
-def _column_bytes(group: Any) -> int:
-    """What the columns of a group of rows say that they take unpacked; -1 for a file that lies."""
-    sizes = [group.column(k).total_uncompressed_size for k in range(group.num_columns)]
-    return sum(sizes) if min(sizes, default=0) >= 0 else -1
+def _check_pages(path: str, content: bytes, groups: Sequence[Any]) -> None:
+    """Raises RecordingError where pages unpack to more than a footer says, ValueError where they can't be found.
+
+    Decoders trust the headers of pages, and the limit of size rests on the footer.
+    """
+    unpacked = 0
+    for column in (group.column(k) for group in groups for k in range(group.num_columns)):
+        begin, first = column.data_page_offset, column.dictionary_page_offset
+        begin = min(begin, first) if column.has_dictionary_page and first and first > 0 else begin
+        for size in pages_bytes(content, begin, column.total_compressed_size):
+            unpacked += size
+            if unpacked > MOST_BYTES:
+                found = f"pages of {unpacked / 1e6:.0f} MB unpacked, which its footer does not say"
+                allowed = f"at most {MOST_BYTES / 1e6:g} MB; split it into drives"
+                raise RecordingError(path, 1, column.path_in_schema, found, allowed)
 
 
 def _too_much_text(path: str, name: str) -> RecordingError:
