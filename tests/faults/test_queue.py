@@ -4,9 +4,14 @@ from __future__ import annotations
 
 import json
 import resource
+import signal
+import socket
 import subprocess
 import sys
+import time
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing
+from http.client import HTTPConnection
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -27,6 +32,17 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.nojit
 
 FORM = {"content-type": "multipart/form-data; boundary=x"}
+SERVE = """
+import sys
+import uvicorn
+from app.main import create_app
+from app.service.service import Service
+from app.settings import Settings
+settings = Settings(
+    graph_dirs=(), database_url=f"sqlite:///{sys.argv[1]}/vehicles.sqlite", recordings_dir=f"{sys.argv[1]}/d"
+)
+uvicorn.run(create_app(settings, Service(settings, {})), port=int(sys.argv[2]), log_level="warning")
+"""
 FULL_DISK = """
 import json, resource, signal, sys
 from pathlib import Path
@@ -77,6 +93,45 @@ def test_disk_that_is_full_at_an_upload_answers_507_and_leaves_nothing(tmp_path:
         assert (status, problem["code"]) == (507, "storage_full"), problem
         assert "can't be stored (File too large)" in problem["detail"]
     assert left == []
+
+
+def test_service_ends_by_a_signal_beside_patterns_of_clients_that_are_gone(tmp_path: Path) -> None:
+    within = tmp_path
+    for _ in range(12):
+        within = within / "d"
+        within.mkdir()
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    body = json.dumps({"recordings": ["**/" * 60 + "x.csv", "*/" * 60 + "x.csv"]}).encode()
+    request = b"POST /diagnoses HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: %d\r\n\r\n%s"
+    server = subprocess.Popen([sys.executable, "-c", SERVE, str(tmp_path), str(port)], cwd=REPOSITORY)
+    try:
+        reached(port)
+        for _ in range(45):
+            with socket.create_connection(("127.0.0.1", port), 10.0) as client:
+                client.sendall(request % (len(body), body))
+        assert reached(port) == 200
+        server.send_signal(signal.SIGTERM)
+        assert server.wait(20.0) in (0, -signal.SIGTERM)
+    finally:
+        server.kill()
+        server.wait()
+
+
+def reached(port: int) -> int:
+    """The status of a short call, as soon as the service answers."""
+    last_s = time.monotonic() + 30.0
+    while True:
+        try:
+            with closing(HTTPConnection("127.0.0.1", port, timeout=10.0)) as connection:
+                connection.request("GET", "/diagnoses")
+                with connection.getresponse() as answer:
+                    return answer.status
+        except ConnectionRefusedError:
+            if time.monotonic() > last_s:
+                raise
+            time.sleep(0.1)
 
 
 def test_patterns_of_many_clients_leave_the_service_reachable(serving: Serving, recordings_dir: Path) -> None:
