@@ -121,6 +121,16 @@ def test_text_of_many_small_values_is_refused_before_it_is_read(tmp_path: Path, 
     assert measured.peak_mb < 400.0
 
 
+@pytest.mark.parametrize("element", [b"trkseg", b"trkpt"])
+def test_tracks_within_tracks_are_refused_before_each_has_the_points_of_all(tmp_path: Path, element: bytes) -> None:
+    deep = 2_000
+    text = b"<gpx>" + (b"<%s>" % element) * deep + b"<a/>" * 3_000 + (b"</%s>" % element) * deep + b"</gpx>"
+    (tmp_path / "deep.gpx").write_bytes(text)
+    measured = read_apart(tmp_path)
+    assert "the file is tracks or points within each other" in measured.errors[0]
+    assert measured.peak_mb < 100.0
+
+
 def test_columns_that_few_rows_have_are_counted_for_all_of_them(tmp_path: Path) -> None:
     names = [f'"{"".join(c.upper() if k >> i & 1 else c for i, c in enumerate("speed_kmh"))}":1' for k in range(256)]
     lines = b'{"time_s":1}\n' * 240_000 + b"{" + ",".join(names).encode() + b"}\n"

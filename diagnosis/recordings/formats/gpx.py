@@ -9,7 +9,7 @@ from xml.etree import ElementTree
 import numpy as np
 
 from diagnosis.recordings.formats.named_columns import MOST_KMH
-from diagnosis.recordings.formats.tables import MOST_ROWS, Column, LogTable, check_rows
+from diagnosis.recordings.formats.tables import Column, LogTable, check_rows
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError, shown
 from diagnosis.recordings.positions import east_north_m, stray
 from diagnosis.recordings.recording import Detail, Recording
@@ -32,6 +32,7 @@ MOST_STRAY_FRAC: Final = 0.05
 ELEMENT_BYTES: Final = 200  # that an element takes once it is read, and an attribute; measured
 ATTRIBUTE_BYTES: Final = 100
 MOST_READ_BYTES: Final = 1_500_000_000
+MOST_LOOKS: Final = 4  # at an element: each is in a track, and in a point of it
 MEAN_S: Final = 4.0  # over which positions are averaged for a speed, so that a receiver at rest does not drive
 
 
@@ -53,12 +54,8 @@ def read_gpx(path: str, drive_id: str, text: str) -> Recording:
         found = f"XML that takes {size / 1e9:.1f} GB once it is read"
         raise RecordingError(path, 1, "the file", found, f"at most {MOST_READ_BYTES / 1e9:g} GB; split it into drives")
     root, notes = _root(path, text.strip("\ufeff \t\r\n"))
-    tracks: list[list[tuple[str, ...]]] = []
-    for track in root.iter():
-        if _tag(track) == "trkseg":
-            tracks.append(_points(path, track))
-            check_rows(path, sum(map(len, tracks)))  # of tracks within tracks each has all points
-    tracks = tracks or [_points(path, root)]
+    tracks = _tracks(path, root)
+    check_rows(path, sum(map(len, tracks)))
     points = [point for track in _in_order(tracks, notes) for point in track]
     if len(points) < 2:
         raise RecordingError(path, 1, "the track", f"{len(points)} points with a time", f"at least 2; {ALLOWED}")
@@ -136,18 +133,31 @@ def _in_order(tracks: list[list[tuple[str, ...]]], notes: list[Note]) -> list[li
     return sorted(known, key=lambda track: track[0][0])
 
 
-def _points(path: str, track: Element) -> list[tuple[str, ...]]:
-    """Time, latitude, longitude, height and speed of each point of a track that has a time, as texts."""
-    points = []
+def _tracks(path: str, root: Element) -> list[list[tuple[str, ...]]]:
+    """The points of each track, or of the file where it has none; RecordingError where they lie within each other."""
+    left = [MOST_LOOKS * sum(1 for _ in root.iter())]
+    tracks = [_points(path, track, left) for track in root.iter() if _tag(track) == "trkseg"]
+    return tracks or [_points(path, root, left)]
+
+
+def _points(path: str, track: Element, left: list[int]) -> list[tuple[str, ...]]:
+    """Time, latitude, longitude, height and speed of each point of a track that has a time, as texts.
+
+    left: how many elements may still be looked at, counted down: each once, but for those within each other.
+    """
+    points: list[tuple[str, ...]] = []
     for point in track.iter():
+        left[0] -= 1
+        if left[0] < 0:
+            raise RecordingError(path, 1, "the file", "tracks or points within each other", ALLOWED)
         if _tag(point) != "trkpt":
             continue
-        own = {_tag(child): (child.text or "").strip() for child in point.iter() if child is not point}
+        inner = list(point.iter())
+        left[0] -= len(inner)
+        own = {_tag(child): (child.text or "").strip() for child in inner if child is not point}
         if own.get("time"):
             place = (point.get(name, "").replace(",", ".") for name in ("lat", "lon"))
             points.append((own["time"], *place, own.get("ele", ""), own.get("speed", "")))
-            if len(points) > MOST_ROWS:
-                check_rows(path, len(points))
     return points
 
 
