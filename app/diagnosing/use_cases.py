@@ -20,12 +20,11 @@ from app.diagnosing.limits import JobLimits
 from app.diagnosing.order import DiagnosisOrder
 from app.diagnosing.sources import files_below, uploaded_name
 from app.diagnosing.worker import Task
-from app.errors.diagnosing import DiagnosisNotDoneError, SourceError, TooManyDiagnosesError, storable, uploads_stored
 from app.errors.diagnosing import (
     DiagnosisNotDoneError,
     SourceError,
-    StorageFullError,
     TooManyDiagnosesError,
+    UploadsFullError,
     storable,
 )
 from app.errors.raised import BodyTooLargeError
@@ -100,7 +99,6 @@ class Diagnoses:
 
         Raises SourceError naming a file that can't be taken, VehicleNotFoundError, VehicleError, GraphNotFoundError,
         HoldoutError, TooManyDiagnosesError, UploadsFullError or DatabaseUnavailableError.
-        HoldoutError, TooManyDiagnosesError, StorageFullError or DatabaseUnavailableError.
         """
         names = [uploaded_name(file.name, f"recordings[{k}]") for k, file in enumerate(files)]
         for k, name in enumerate(names):
@@ -108,16 +106,10 @@ class Diagnoses:
                 raise SourceError(f"recordings[{k}]", name, "a name that no other file has")
         self._check_count(len(names))
         sent = DiagnosisRequest(recordings=names, **dict(options))
-        with uploads_stored():
-            folder = self.jobs.folder()
-        try:
-            for name, file in zip(names, files, strict=True):
-                with uploads_stored(), (folder / name).open("wb") as target:
-                    shutil.copyfileobj(file.content, target)
         try:
             folder = self.jobs.folder()
         except OSError as error:
-            raise StorageFullError(error) from error
+            raise UploadsFullError(error) from error
         try:
             _write(folder, names, files)
             return self._begin(sent, folder, [Path(name) for name in names], own=True)
@@ -256,13 +248,13 @@ class Diagnoses:
 
 
 def _write(folder: Path, names: Sequence[str], files: Sequence[UploadedFile]) -> None:
-    """Write uploaded files into a folder; raises StorageFullError."""
+    """Write uploaded files into a folder; raises UploadsFullError."""
     try:
         for name, file in zip(names, files, strict=True):
             with (folder / name).open("wb") as target:
                 shutil.copyfileobj(file.content, target)
     except OSError as error:
-        raise StorageFullError(error) from error
+        raise UploadsFullError(error) from error
 
 
 def _summary(row: StoredDiagnosis) -> dict[str, Any]:

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import errno
-from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from energy.errors import Refusal
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Sequence
 
 
 def storable(text: str) -> str:
@@ -56,24 +54,6 @@ class TooManyDiagnosesError(DiagnosingError):
         super().__init__(f"{limit} diagnoses are queued or running already, allowed: at most {limit}; try again later")
 
 
-class UploadsFullError(DiagnosingError):
-    """No space is left for uploaded files."""
-
-    def __init__(self) -> None:
-        super().__init__("no space is left on the server's disk for the uploaded recordings; try again later")
-
-
-@contextmanager
-def uploads_stored() -> Iterator[None]:
-    """Within it, a full disk is an UploadsFullError."""
-    try:
-        yield
-    except OSError as error:
-        if error.errno not in (errno.ENOSPC, errno.EDQUOT):
-            raise
-        raise UploadsFullError from error
-
-
 class DiagnosisNotDoneError(Refusal, DiagnosingError):
     """Something that only a finished diagnosis has."""
 
@@ -109,7 +89,7 @@ class DiagnosisLimitError(DiagnosingError):
         )
 
 
-class StorageFullError(DiagnosingError):
+class UploadsFullError(DiagnosingError):
     """Uploaded files that can't be stored, most often since the disk is full."""
 
     def __init__(self, error: OSError) -> None:

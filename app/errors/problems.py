@@ -63,7 +63,6 @@ KINDS: Final[Mapping[ErrorCode, ProblemKind]] = {
     ErrorCode.UNKNOWN_HOST: ProblemKind(421, "The service is not known by this name"),
     ErrorCode.RATE_LIMITED: ProblemKind(429, "More was asked for than is allowed to one client"),
     ErrorCode.TOO_MANY_DIAGNOSES: ProblemKind(429, "Too many diagnoses are waiting"),
-    ErrorCode.STORAGE_FULL: ProblemKind(507, "Uploaded files can't be stored"),
     ErrorCode.SEARCH_LIMIT: ProblemKind(503, "The search grew beyond its limit"),
     ErrorCode.TIME_LIMIT: ProblemKind(503, "The answer took longer than allowed"),
     ErrorCode.OVERLOADED: ProblemKind(503, "More is asked than can be answered in time"),

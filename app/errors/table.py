@@ -11,7 +11,6 @@ from app.errors.diagnosing import (
     DiagnosisInterruptedError,
     DiagnosisLimitError,
     MalformedFormError,
-    StorageFullError,
     TooManyDiagnosesError,
     UnusableRecordingsError,
     UploadsFullError,

@@ -51,7 +51,6 @@ class ErrorCode(StrEnum):
     TIME_LIMIT = "time_limit"
     OVERLOADED = "overloaded"
     DATABASE_UNAVAILABLE = "database_unavailable"
-    STORAGE_FULL = "storage_full"
     NOT_READY = "not_ready"
     INTERNAL = "internal"
 

@@ -125,10 +125,6 @@ EXAMPLES: Final = {
         "the vehicle database postgresql+psycopg://joulepath:***@db/vehicles is not available: connection refused",
         None,
     ),
-    ErrorCode.STORAGE_FULL: (
-        "the vehicle database sqlite:////var/lib/joulepath/vehicles.sqlite is not available: database or disk is full",
-        None,
-    ),
     ErrorCode.MALFORMED_FORM: (
         "the multipart body can't be read: Missing boundary in multipart.",
         None,

@@ -11,8 +11,12 @@ from pydantic import ValidationError
 from starlette.datastructures import UploadFile
 from starlette.formparsers import MultiPartException, MultiPartParser
 
-from app.errors.diagnosing import MalformedFormError, SourceError, UnsupportedMediaTypeError, uploads_stored
-from app.errors.diagnosing import MalformedFormError, SourceError, StorageFullError, UnsupportedMediaTypeError
+from app.errors.diagnosing import (
+    MalformedFormError,
+    SourceError,
+    UnsupportedMediaTypeError,
+    UploadsFullError,
+)
 from app.errors.raised import BodyTooLargeError
 from app.http.json_body import read_json
 from app.schemas.diagnosis import MAX_PATTERNS, MAX_RECORDINGS, DiagnosisOptions, DiagnosisRequest
@@ -80,7 +84,7 @@ async def received_body(request: Request, limit_bytes: int) -> tuple[DiagnosisOp
     """What a body asks for: a DiagnosisRequest for JSON, options with files, to be closed, for a form.
 
     limit_bytes: of a form. Raises RequestValidationError, MalformedFormError, SourceError, UnsupportedMediaTypeError,
-    and BodyTooLargeError or StorageFullError while files arrive.
+    and BodyTooLargeError or UploadsFullError while files arrive.
     """
     media_type = request.headers.get("content-type", "").partition(";")[0].strip().lower()
     if media_type == MULTIPART:
@@ -103,14 +107,13 @@ async def _form(request: Request, limit_bytes: int) -> tuple[DiagnosisOptions, l
             parser = MultiPartParser(
                 request.headers, arriving, max_files=MAX_RECORDINGS, max_fields=2 * MAX_PATTERNS + 10
             )
-            with uploads_stored():  # longer files are kept on the disk while they arrive
-                form = await parser.parse()
+            form = await parser.parse()  # longer files are kept on the disk while they arrive
     except MultiPartException as error:
         raise MalformedFormError(error.message) from error
     except ValueError as error:  # of a charset that is none of text
         raise MalformedFormError(str(error)) from error
     except OSError as error:
-        raise StorageFullError(error) from error
+        raise UploadsFullError(error) from error
     try:
         return _understood(form)
     except BaseException:

@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from starlette.testclient import TestClient
 
-from app.errors.diagnosing import UploadsFullError, uploads_stored
 from app.main import create_app
 from app.service.service import Service
 from app.settings import Settings
@@ -285,13 +284,6 @@ def test_body_that_cannot_be_read_is_refused(
 ) -> None:
     response = running.post("/diagnoses", content=content, headers={"content-type": media_type})
     check_problem(response, status, code or response.json()["code"])
-
-
-def test_full_disk_is_told_as_such() -> None:
-    with pytest.raises(UploadsFullError), uploads_stored(), Path("/dev/full").open("wb") as target:
-        target.write(b"x" * 100_000)
-    with pytest.raises(FileNotFoundError), uploads_stored():
-        Path("nowhere").read_bytes()
 
 
 def test_upload_on_a_full_disk_answers_507_and_leaves_nothing(
