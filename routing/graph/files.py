@@ -216,14 +216,15 @@ def _read(files: GraphFiles) -> RoadGraph:
     arrays = {name: _array(files, name) for name in ARRAY_NAMES}
     _check_shapes(files.path, arrays)
     _check_values(files.path, arrays)
-    check_structure(files.path, arrays)
+    copies = _copies(files, arrays)
+    check_structure(files.path, arrays, copies)
     return RoadGraph(
         meta=meta,
         names=_names(files, count=int(arrays["name_idx"].max(initial=-1)) + 1),
         conditional=_conditional(files, arrays["tail"].size),
         cut_node=_cut_node(files, arrays["node_lat_deg"].size),
         ferries=_ferries(files, arrays),
-        copies=_copies(files, arrays),
+        copies=copies,
         **arrays,
     )
 

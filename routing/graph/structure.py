@@ -14,13 +14,15 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from routing.graph.link_copies import LinkCopies
+
 END_E7: Final = 10  # how far the ends of a line may be from its nodes, which are rounded otherwise
 
 
-def check_structure(path: str, arrays: Mapping[str, NDArray[Any]]) -> None:
+def check_structure(path: str, arrays: Mapping[str, NDArray[Any]], copies: LinkCopies | None = None) -> None:
     """Raise GraphFormatError naming the first link or node that does not fit; the values are within their ranges."""
     _check_places(path, arrays)
-    _check_pairs(path, arrays)
+    _check_pairs(path, arrays, np.empty(0, np.int64) if copies is None else copies.of)
     _check_turns(path, arrays)
     _check_lines(path, arrays)
 
@@ -34,11 +36,15 @@ def _check_places(path: str, arrays: Mapping[str, NDArray[Any]]) -> None:
             raise GraphFormatError(path, f"{name}.npy", f"{arrays[name][k]} at {k}", f"{-most:g}..{most:g}")
 
 
-def _check_pairs(path: str, arrays: Mapping[str, NDArray[Any]]) -> None:
+def _check_pairs(path: str, arrays: Mapping[str, NDArray[Any]], of: NDArray[np.int64]) -> None:
+    """of: what the last links are copies of, which have the other direction of those and are that of none."""
     tail, head, reverse = arrays["tail"], arrays["head"], arrays["reverse_idx"]
+    whole = tail.size - of.size
+    original = np.concatenate((np.arange(whole), of))
     link = np.flatnonzero(reverse >= 0)
     other = reverse[link]
-    wrong = (reverse[other] != link) | (tail[other] != head[link]) | (head[other] != tail[link])
+    meets = (tail[other] == head[link]) & (head[other] == tail[link])
+    wrong = (other >= whole) | (reverse[other] != original[link]) | ~meets
     if wrong.any():
         k = int(link[wrong.argmax()])
         allowed = "the same road the other way, which names this link in turn"

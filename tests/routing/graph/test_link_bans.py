@@ -13,14 +13,16 @@ from hypothesis import strategies as st
 
 from energy.chain.chain import LinkModel, StopRule
 from energy.stops import StopSettings
+from routing.errors import GraphFormatError
 from routing.graph.conditional_limits import EVERY_DAY, ConditionalLimits
 from routing.graph.ferries import Ferries
 from routing.graph.files import load_graph, save_graph
 from routing.graph.link_bans import LinkBan, carried, whole_successors
 from routing.graph.link_copies import link_copies_from
 from routing.graph.networkx_graph import from_networkx, to_networkx
-from routing.graph.road_graph import RoadGraph
+from routing.graph.road_graph import ARRAY_NAMES, RoadGraph
 from routing.graph.snap import RoadIndex
+from routing.graph.structure import check_structure
 from routing.places import LinkPosition, Point
 from routing.search.found import Limits
 from routing.search.search import find_path
@@ -135,6 +137,21 @@ def test_every_link_of_a_graph_with_copies_leads_to_every_other_one_and_copies_l
         may_follow = {*graph.successors(link).tolist(), int(graph.reverse_idx[link])}
         assert set(successor[first[link] : first[link + 1]].tolist()) <= may_follow
     assert first[graph.link_count] == first[copied.link_count]
+
+
+@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow, HealthCheck.filter_too_much])
+@given(banned(nodes=5))
+def test_any_graph_with_copies_is_sound_and_one_whose_copy_is_the_other_direction_of_a_link_is_not(case):
+    copied, _ = carried(*case)
+    assume(copied.copies is not None)
+    arrays = {name: getattr(copied, name) for name in ARRAY_NAMES}
+    check_structure("graph", arrays, copied.copies)
+    twins = copied.reverse_idx.copy()
+    of = int(copied.copies.of[0])
+    assume(twins[of] >= 0)
+    twins[twins[of]] = copied.road_link_count
+    with pytest.raises(GraphFormatError, match="reverse_idx"):
+        check_structure("graph", arrays | {"reverse_idx": twins}, copied.copies)
 
 
 def leads_on(graph: RoadGraph, walk: tuple[int, ...]) -> bool:
