@@ -29,6 +29,7 @@ DATABASE_PACKAGES := postgresql
 CANDIDATES = $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python)
 
 .PHONY: help serve test test-jit test-nojit browser postgresql fuzz soak lint check format bench prove lock clean
+.PHONY: help serve test test-jit test-nojit browser nginx fuzz lint check format bench prove lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
@@ -40,6 +41,7 @@ test: test-jit test-nojit ## Run all tests in PROCESSES processes, then the smal
 
 # A file's tests stay in one process, so that what its fixtures make is made once. PROCESSES=0: no other, for a debugger.
 test-jit: $(VENV)/.dev browser postgresql
+test-jit: $(VENV)/.dev browser nginx
 	$(BIN)/python -m pytest --numprocesses $(PROCESSES) --dist loadfile $(PYTEST_ARGS)
 
 # Takes about 20 s, of which most is collecting, which every process would do for itself.
@@ -77,11 +79,27 @@ postgresql: ## Install Debian's PostgreSQL for the tests of the store, where it 
 		"or name the folder of its programs: JOULEPATH_POSTGRESQL_BIN=/path/to/bin" >&2
 
 lint: $(VENV)/.dev ## Check format, style, types, the import contract and the scripts of the web map
+# Unpacked instead of installed, so that none is started.
+nginx: $(VENV)/.created ## Bring Debian's nginx into .venv for the tests of deploy/, where it is missing
+	@if PATH="$$PATH:/usr/sbin" command -v nginx >/dev/null || [ -x $(VENV)/nginx/usr/sbin/nginx ]; then exit 0; fi; \
+	if command -v apt-get >/dev/null && command -v dpkg-deb >/dev/null; then \
+		echo "make: bringing nginx into $(VENV) for the tests of deploy/"; \
+		place="$(abspath $(VENV))/nginx"; mkdir -p "$$place"; \
+		{ [ "$$(id -u)" != 0 ] || apt-get update -qq; } && (cd "$$place" && apt-get download -qq nginx 2>/dev/null) && \
+			dpkg-deb -x "$$place"/nginx_*.deb "$$place" && exit 0; \
+	fi; \
+	echo "make: there is no nginx for the tests of deploy/. Install it (Debian: apt install nginx)" >&2
+
+lint: $(VENV)/.dev ## Check format, style, types, the import contract, the scripts of the web map and deploy/
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 	$(BIN)/oxlint --deny-warnings web
+	$(BIN)/hadolint Dockerfile
+	$(BIN)/yamllint --strict deploy
+	$(BIN)/check-jsonschema --builtin-schema vendor.compose-spec deploy/compose.yaml
+	$(BIN)/kubernetes-validate --strict --quiet deploy/kubernetes.yaml
 
 check: lint test ## All of lint and test
 
@@ -97,7 +115,7 @@ prove: $(VENV)/.dev ## Prove the diagnosis where the cause is known and conceale
 
 lock: $(VENV)/.created ## Resolve the dependencies anew into both lock files
 	$(PIP) install --quiet uv
-	$(LOCK) --upgrade --extra build --output-file requirements.lock
+	$(LOCK) --upgrade --extra build --extra postgresql --output-file requirements.lock
 	$(LOCK) --upgrade --extra build --extra dev --extra proof --constraints requirements.lock --output-file requirements-dev.lock
 
 clean: ## Remove the environment, caches and build output
