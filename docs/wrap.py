@@ -20,7 +20,9 @@ GLUED: Final = re.compile(r"(?:[-*+]|#+|=+|-+|\d+[.)])$|[>|]|```|~~~")  # begins
 
 def pages() -> list[Path]:
     """All pages that people read, but for the licence."""
-    return sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("data/**/*.md")])
+    return sorted(
+        [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("deploy/*.md"), *ROOT.glob("data/**/*.md")]
+    )
 
 
 def wrapped(page: str) -> str:

@@ -11,7 +11,7 @@ from typing import Final
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 PACKAGES: Final = tuple(sorted(path.parent.name for path in ROOT.glob("*/__init__.py")))
-FOLDERS: Final = (*PACKAGES, "data", "docs", "tests", "web")
+FOLDERS: Final = (*PACKAGES, "data", "deploy", "docs", "tests", "web")
 SPAN: Final = re.compile(r"`([^`\n]+)`")
 FILE: Final = re.compile(r"((?:[\w.-]+/)*[\w-]+\.(?:py|js|md))(?:: ([\w.]+))?")
 FOLDER: Final = re.compile(rf"((?:{'|'.join(FOLDERS)})(?:/[\w-]+)*)/")
