@@ -22,7 +22,9 @@ COPY web web
 RUN pip wheel --no-index --no-deps --no-build-isolation --wheel-dir dist . && pip install --no-index --no-deps dist/*.whl
 
 FROM ${PYTHON_IMAGE}
-RUN useradd --system --no-create-home --home-dir /var/lib/joulepath --uid 10001 joulepath \
+RUN groupadd --gid 10001 joulepath \
+    && useradd --uid 10001 --gid joulepath --no-create-home --home-dir /var/lib/joulepath --shell /usr/sbin/nologin \
+        joulepath \
     && install --directory --owner joulepath --group joulepath --mode 0750 \
         /var/lib/joulepath /var/lib/joulepath/graphs /var/lib/joulepath/cache
 COPY --from=builder /opt/joulepath /opt/joulepath
@@ -46,6 +48,6 @@ USER 10001
 WORKDIR /var/lib/joulepath
 EXPOSE 8000
 # a first start compiles for some minutes and answers nothing meanwhile
-HEALTHCHECK --interval=15s --timeout=5s --start-period=600s --start-interval=3s --retries=3 \
+HEALTHCHECK --interval=15s --timeout=5s --start-period=600s --retries=3 \
     CMD ["python", "-c", "import os, urllib.request as r; r.urlopen(f'http://127.0.0.1:{os.environ[\"JOULEPATH_PORT\"]}/readyz', timeout=4)"]
 CMD ["joulepath", "serve"]
