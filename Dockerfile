@@ -28,19 +28,15 @@ RUN groupadd --gid 10001 joulepath \
     && install --directory --owner joulepath --group joulepath --mode 0750 \
         /var/lib/joulepath /var/lib/joulepath/graphs /var/lib/joulepath/cache
 COPY --from=builder /opt/joulepath /opt/joulepath
-ENV PATH=/opt/joulepath/bin:$PATH PYTHONUNBUFFERED=1
-# graphs of one's own in graphs/ and stored vehicles; for PostgreSQL set JOULEPATH_DATABASE_URL and install the extra "postgresql"
-RUN install --directory --owner joulepath /var/lib/joulepath
-ENV XDG_DATA_HOME=/var/lib JOULEPATH_DATABASE_URL=sqlite:////var/lib/joulepath/vehicles.sqlite
-# whoever reaches the container needs a key: `joulepath keys add NAME` in it makes one; or set JOULEPATH_OPEN_WITHOUT_KEYS=1
-ENV JOULEPATH_KEYS_FILE=/var/lib/joulepath/keys.json
 # In the volume: graphs/ (graphs of one's own), vehicles.sqlite (unless JOULEPATH_DATABASE_URL names PostgreSQL) and
-# cache/ (compiled kernels, which only fit the processor that they were made on).
+# cache/ (compiled kernels, which only fit the processor that they were made on), and keys.json: whoever reaches the
+# container needs a key. `joulepath keys add NAME` in it makes one; JOULEPATH_OPEN_WITHOUT_KEYS=1 lets everybody in.
 ENV PATH=/opt/joulepath/bin:$PATH \
     PYTHONUNBUFFERED=1 \
     PYTHONDONTWRITEBYTECODE=1 \
     XDG_DATA_HOME=/var/lib \
     XDG_CACHE_HOME=/var/lib/joulepath/cache \
+    JOULEPATH_KEYS_FILE=/var/lib/joulepath/keys.json \
     JOULEPATH_HOST=0.0.0.0 \
     JOULEPATH_PORT=8000
 VOLUME /var/lib/joulepath

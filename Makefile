@@ -28,8 +28,7 @@ BROWSER_PACKAGES := chromium fonts-dejavu-core
 DATABASE_PACKAGES := postgresql
 CANDIDATES = $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python)
 
-.PHONY: help serve test test-jit test-nojit browser postgresql fuzz soak lint check format bench prove lock clean
-.PHONY: help serve test test-jit test-nojit browser nginx fuzz lint check format bench prove lock clean
+.PHONY: help serve test test-jit test-nojit browser postgresql nginx fuzz soak lint check format bench prove lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
@@ -40,8 +39,7 @@ serve: $(VENV)/.runtime ## Serve the HTTP interface on http://127.0.0.1:8000
 test: test-jit test-nojit ## Run all tests in PROCESSES processes, then the small ones again without compilation
 
 # A file's tests stay in one process, so that what its fixtures make is made once. PROCESSES=0: no other, for a debugger.
-test-jit: $(VENV)/.dev browser postgresql
-test-jit: $(VENV)/.dev browser nginx
+test-jit: $(VENV)/.dev browser postgresql nginx
 	$(BIN)/python -m pytest --numprocesses $(PROCESSES) --dist loadfile $(PYTEST_ARGS)
 
 # Takes about 20 s, of which most is collecting, which every process would do for itself.
@@ -78,7 +76,6 @@ postgresql: ## Install Debian's PostgreSQL for the tests of the store, where it 
 	echo "make: there is no PostgreSQL for the tests of the store. Install it (Debian: apt install $(DATABASE_PACKAGES))" \
 		"or name the folder of its programs: JOULEPATH_POSTGRESQL_BIN=/path/to/bin" >&2
 
-lint: $(VENV)/.dev ## Check format, style, types, the import contract and the scripts of the web map
 # Unpacked instead of installed, so that none is started.
 nginx: $(VENV)/.created ## Bring Debian's nginx into .venv for the tests of deploy/, where it is missing
 	@if PATH="$$PATH:/usr/sbin" command -v nginx >/dev/null || [ -x $(VENV)/nginx/usr/sbin/nginx ]; then exit 0; fi; \

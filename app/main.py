@@ -181,7 +181,7 @@ def described_routes() -> list[APIRoute]:
 def allowed_methods(path: str) -> set[str]:
     """Methods of the endpoints at an address, for the Allow header of a 405.
 
-    An address that is an endpoint's own, as /graphs/reload, is no graph of that name.
+    An address that is an endpoint's own, as /reload, is no graph of that name.
     """
     matching = [route for route in described_routes() if route.path_regex.match(path)]
     own = [route for route in matching if route.path == path]

@@ -108,7 +108,7 @@ def test_every_address_that_is_asked_is_one_of_the_service() -> None:
     assert not [(where, path) for where, path in asked if not methods(path)]
     assert {probe["path"] for probe in probes} == {"/healthz", "/readyz"}
     assert "/readyz" in text_of(DOCKERFILE)
-    for path in ("/diagnoses", "/graphs/reload"):
+    for path in ("/diagnoses", "/reload"):
         assert methods(path)
         assert f" {path} {{" in text_of(NGINX)
 

@@ -169,7 +169,7 @@ def test_client_cannot_make_up_its_address(behind: Proxied) -> None:
 
 def test_what_is_for_operators_is_not_there_from_outside(behind: Proxied) -> None:
     before = len(behind.requests())
-    assert behind.client.post("/graphs/reload").status_code == 404
+    assert behind.client.post("/reload").status_code == 404
     assert behind.client.get("/metrics").status_code == 404
     assert behind.requests()[before:] == []
 

@@ -98,7 +98,7 @@ def test_service_goes_on_answering_the_same_while_its_graph_is_cut(
                     file.truncate(len(content) // 3)
                 if path.suffix == ".npy":
                     assert (await service.ask("POST", "/route", asked[0])).json["routes"] == before[0][1]
-            refused = await service.ask("POST", "/graphs/reload")
+            refused = await service.ask("POST", "/reload")
             assert (refused.status, refused.json["code"]) == (409, "graph_damaged")
             assert await routes() == before
             assert running.alive

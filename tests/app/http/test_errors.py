@@ -335,7 +335,7 @@ def test_unknown_address_answers_404(client: TestClient) -> None:
         ("PUT", "/range", "GET, POST"),
         ("PUT", "/vehicles", "GET"),
         ("PATCH", "/vehicles/bmw-i3-60ah", "DELETE, GET, PUT"),
-        ("DELETE", "/graphs/reload", "POST"),
+        ("DELETE", "/reload", "POST"),
         ("DELETE", "/graphs/grid", "GET"),
     ],
 )
