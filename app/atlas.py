@@ -2,34 +2,22 @@
 
 from __future__ import annotations
 
-import logging
 from dataclasses import dataclass
 from threading import Lock
 from typing import TYPE_CHECKING
 
 from app.caches import CacheFigures
+from app.sharing.sources import look_again
 from routing.cache_budget import DEFAULT_BYTES, CacheBudget
-from routing.errors import GraphFormatError, GraphNotFoundError
-from routing.graph.files import load_meta, load_version, version_of
+from routing.errors import GraphNotFoundError
+from routing.graph.files import load_meta
 from routing.planner import Planner
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
     from pathlib import Path
 
+    from app.sharing.sources import GraphSource, Reloaded
     from energy.vehicle.files import AnyVehicle
-
-LOG = logging.getLogger(__name__)
-
-
-@dataclass(frozen=True, slots=True)
-class Reloaded:
-    """What a reload has changed: names of graphs; refused: those that can't be read, and why."""
-
-    added: tuple[str, ...]
-    replaced: tuple[str, ...]
-    removed: tuple[str, ...]
-    refused: dict[str, str]
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,21 +31,20 @@ class _Loaded:
 class Atlas:
     """Planners by graph name; a graph is loaded when it is first asked for.
 
-    find: the folder of each graph by its name, as they are now. cache_limit_bytes: of what all planners keep between
-    queries.
+    cache_limit_bytes: of what all planners keep between queries.
     """
 
     def __init__(
         self,
-        find: Callable[[], Mapping[str, Path]],
+        source: GraphSource,
         *,
         snap_limit_m: float,
         label_limit: int | None,
         cache_limit_bytes: int = DEFAULT_BYTES,
     ) -> None:
         self.budget = CacheBudget(cache_limit_bytes)
-        self._find = find
-        self._folders = dict(find())
+        self._source = source
+        self._folders = dict(source.folders())
         self._snap_limit_m = snap_limit_m
         self._label_limit = label_limit
         self._loaded: dict[str, _Loaded] = {}
@@ -129,40 +116,28 @@ class Atlas:
         through; nothing has changed then.
         """
         with self._reloading:
-            folders = dict(self._find())
-            if needed not in folders:
-                raise GraphNotFoundError(needed, tuple(folders))
-            fresh: dict[str, _Loaded] = {}
-            refused: dict[str, str] = {}
-            for name, folder in folders.items():
-                known = self._loaded.get(name)
-                try:
-                    if known is None or folder != self._folders.get(name) or version_of(folder) != known.version:
-                        fresh[name] = self._load(folder)
-                        fresh[name].planner.warm_up(vehicle)
-                except GraphFormatError as error:
-                    LOG.warning("graph %s is not taken in: %s", name, error)
-                    refused[name] = str(error)
-                    fresh.pop(name, None)
             before = self._folders
-            for name in refused:
-                folders.pop(name)
-                if name in before:
-                    folders[name] = before[name]
-            old = [loaded.planner for name, loaded in self._loaded.items() if name in fresh or name not in folders]
+            known = {name: (folder, self.version(name)) for name, folder in before.items()}
+
+            def read(folder: Path) -> _Loaded:
+                loaded = self._load(folder)
+                loaded.planner.warm_up(vehicle)
+                return loaded
+
+            look = look_again(self._source, known, read, needed)
+            old = [
+                loaded.planner
+                for name, loaded in self._loaded.items()
+                if name in look.fresh or name not in look.folders
+            ]
             with self._lock:
-                kept = {name: loaded for name, loaded in self._loaded.items() if name in folders}
-                self._loaded, self._folders, self._bbox = kept | fresh, dict(sorted(folders.items())), {}
+                kept = {name: loaded for name, loaded in self._loaded.items() if name in look.folders}
+                self._loaded, self._folders, self._bbox = kept | look.fresh, look.folders, {}
             for planner in old:
                 planner.forget()
-            return Reloaded(
-                added=tuple(name for name in fresh if name not in before),
-                replaced=tuple(name for name in fresh if name in before),
-                removed=tuple(name for name in before if name not in folders),
-                refused=refused,
-            )
+            return look.changes(before)
 
     def _load(self, folder: Path) -> _Loaded:
-        graph, version = load_version(folder)
+        graph, version = self._source.load(folder)
         planner = Planner(graph, snap_limit_m=self._snap_limit_m, label_limit=self._label_limit, budget=self.budget)
         return _Loaded(planner, version)

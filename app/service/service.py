@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, TypeVar
@@ -31,6 +32,7 @@ from app.service.fleet import Fleet
 from app.service.graph_choice import graph_for
 from app.service.learned import LearnedEffectsShelf, warnings_of, warnings_of_way
 from app.service.matrices import MatrixWork, check_places
+from app.sharing.sources import GraphsOnDisk, folders_on_disk
 from app.store.database import Database
 from app.store.diagnoses import LearnedEffectsStore
 from app.store.errors import DatabaseUnavailableError
@@ -43,7 +45,7 @@ from routing.errors import GraphNotFoundError
 from routing.graph.folders import graph_folders
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
 
     from app.conversions.course import Course
@@ -54,6 +56,7 @@ if TYPE_CHECKING:
     from app.schemas.vehicles.services import NewVehicle
     from app.schemas.vehicles.vehicle import VehicleChoice
     from app.settings import Settings
+    from app.sharing.sources import GraphSource
     from energy.chain.profile import SpeedProfile
     from energy.vehicle.files import AnyVehicle
     from routing.graph.road_graph import RoadGraph
@@ -86,12 +89,17 @@ class ChosenVehicle:
 
 
 class Service:
-    """Graphs, vehicles and defaults of one process; answers from any thread."""
+    """Graphs, vehicles and defaults of one process; answers from any thread.
 
-    def __init__(self, settings: Settings, folders: Mapping[str, Path] | None = None) -> None:
+    graphs: where they come from, or the folder of each by its name; without it, they come from those of the settings.
+    """
+
+    def __init__(self, settings: Settings, graphs: GraphSource | Mapping[str, Path] | None = None) -> None:
         self.settings = settings
+        if graphs is None:
+            graphs = GraphsOnDisk(lambda: graph_folders(settings.graph_dirs))
         self.atlas = Atlas(
-            (lambda: graph_folders(settings.graph_dirs)) if folders is None else (lambda: folders),
+            folders_on_disk(graphs) if isinstance(graphs, Mapping) else graphs,
             snap_limit_m=settings.snap_limit_m,
             label_limit=settings.label_limit,
             cache_limit_bytes=settings.cache_limit_bytes,

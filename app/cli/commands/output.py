@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
     from app.schemas.graph import TerrainNote
     from app.service.service import Service
+    from app.sharing.sources import GraphsOnDisk
 
 Shown = TypeVar("Shown", bound=BaseModel)
 GraphOption = Annotated[str | None, typer.Option("--graph", help="name of a graph, or its folder", metavar="NAME|DIR")]
@@ -29,19 +30,28 @@ JsonOption = Annotated[bool, typer.Option("--json", help="print what HTTP would 
 def service_for(graph: str | None) -> Service:
     """The service on the stored graphs, or on the one graph of a folder, which then is the default."""
     from app.service.service import Service
+
+    service = Service(*settings_for(graph))
+    if graph is not None and service.settings.default_graph not in service.atlas.names:
+        raise GraphNotFoundError(graph, service.atlas.names)
+    return service
+
+
+def settings_for(graph: str | None) -> tuple[Settings, GraphsOnDisk]:
+    """Settings and graphs, all stored ones, or the one graph of a folder; the default is the one that was asked for."""
+    from app.sharing.sources import GraphsOnDisk, folders_on_disk
     from routing.graph.files import load_meta
+    from routing.graph.folders import graph_folders
 
     settings = Settings()
+    stored = GraphsOnDisk(lambda: graph_folders(settings.graph_dirs))
     if graph is None:
-        return Service(settings)
+        return settings, stored
     folder = Path(graph)
     if (folder / "meta.json").is_file() or (folder.is_dir() and len(folder.parts) > 1):
         name = load_meta(folder).name
-        return Service(settings.model_copy(update={"default_graph": name}), {name: folder})
-    service = Service(settings.model_copy(update={"default_graph": graph}))
-    if graph not in service.atlas.names:
-        raise GraphNotFoundError(graph, service.atlas.names)
-    return service
+        return settings.model_copy(update={"default_graph": name}), folders_on_disk({name: folder})
+    return settings.model_copy(update={"default_graph": graph}), stored
 
 
 def print_json(answer: BaseModel) -> None:
