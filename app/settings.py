@@ -25,6 +25,7 @@ HOST_FORMS = "names such as energy.example.org, *.example.org, 192.0.2.7 or [200
 NETWORK_FORMS = "addresses or networks such as 10.0.0.7 or 10.0.0.0/8, separated by commas; * for all"
 _HOST_FORM = re.compile(r"(\*\.)?[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*\.?\Z|\[[0-9a-fA-F:.]+\]\Z")
 DATABASE_FILE = "vehicles.sqlite"
+MOST_WORKERS = 256
 DATABASE_FORMS = "sqlite:///PATH or postgresql://USER:PASSWORD@HOST/NAME"
 
 
@@ -48,6 +49,7 @@ class Settings(BaseSettings):
 
     host: str = Field(default="127.0.0.1", description="address that the server listens on")
     port: int = Field(default=8000, ge=0, le=65535, description="port that the server listens on")
+    workers: int = Field(default=1, ge=1, le=MOST_WORKERS, description="processes that serve as one")
     graph_dirs: Annotated[tuple[Path, ...], NoDecode] = Field(
         default_factory=default_graph_dirs,
         description="folders with one graph in each subfolder; the first of a name wins",

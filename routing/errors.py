@@ -27,6 +27,9 @@ class GraphNotFoundError(Refusal, RoutingError):
             "graph", name, f"one of {names}", message=f"graph {name!r} is unknown, known: {names or 'none'}"
         )
 
+    def __reduce__(self) -> tuple[type[GraphNotFoundError], tuple[object, ...]]:
+        return type(self), (self.name, self.known)
+
 
 class GraphFormatError(Refusal, RoutingError):
     """A stored graph that can't be read: another format version, a missing or damaged array."""
@@ -34,6 +37,9 @@ class GraphFormatError(Refusal, RoutingError):
     def __init__(self, path: str, field: str, value: object, allowed: str) -> None:
         self.path = path
         super().__init__(field, value, allowed, subject=f"{field} of graph {path}")
+
+    def __reduce__(self) -> tuple[type[GraphFormatError], tuple[object, ...]]:
+        return type(self), (self.path, self.field, self.value, self.allowed)
 
 
 class ImportFailedError(RoutingError):

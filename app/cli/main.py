@@ -19,10 +19,13 @@ from app.cli.commands.diagnose import diagnosing
 from app.cli.commands.graphs import graphs, making
 from app.cli.commands.keys import keys
 from app.cli.commands.output import GraphOption, service_for
+from app.cli.commands.output import GraphOption, service_for, settings_for
 from app.cli.commands.prove import proving
 from app.cli.commands.queries import queries
 from app.cli.commands.vehicles import vehicles
 from app.errors.raised import CommandError
+from app.settings import MOST_WORKERS, Settings
+from app.sharing.sources import GraphsOnDisk
 from app.store.errors import StoreError
 from energy.compiled.progress import Display, compilations
 from energy.errors import EnergyError, Refusal
@@ -85,6 +88,9 @@ def serve(
     host: Annotated[str | None, typer.Option(help="address to listen on")] = None,
     port: Annotated[int | None, typer.Option(help="port to listen on", min=0, max=65535)] = None,
     graph: GraphOption = None,
+    workers: Annotated[
+        int | None, typer.Option(help="processes that serve as one, on one copy of the graphs", min=1, max=MOST_WORKERS)
+    ] = None,
 ) -> None:
     """Serve HTTP; settings come from JOULEPATH_… variables too."""
     from app.http.gate import listening_settings
@@ -96,7 +102,12 @@ def serve(
     configure_logs(service.settings)
     address = host or service.settings.host
     settings = listening_settings(service.settings, address)
+    chosen, source = settings_for(graph)
     console = Console(stderr=True)
+    if (workers or chosen.workers) > 1:
+        _serve_with_workers(chosen.model_copy(update={"workers": workers or chosen.workers}), source, host, port)
+        return
+    service = service_for(graph)
     console.print(f"loading graphs: {', '.join(service.atlas.names)}", markup=False, highlight=False)
     service.load_all()
     if (compiled := compilations.state) is not None:
@@ -110,6 +121,20 @@ def serve(
     gc.collect()
     gc.freeze()
     run_server(application, settings, address, settings.port if port is None else port)
+
+
+def _serve_with_workers(settings: Settings, source: GraphsOnDisk, host: str | None, port: int | None) -> None:
+    from app.serving.supervisor import supervise
+
+    console = Console(stderr=True, soft_wrap=True)
+    console.print(f"{settings.workers} workers, graphs: {', '.join(source.folders())}", markup=False, highlight=False)
+    supervise(
+        settings,
+        source,
+        host or settings.host,
+        settings.port if port is None else port,
+        lambda line: console.print(line, markup=False, highlight=False),
+    )
 
 
 @cli.command(context_settings={"allow_extra_args": True, "ignore_unknown_options": True, "help_option_names": []})

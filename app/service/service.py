@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import gc
 import logging
+import secrets
 from collections.abc import Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from app.atlas import Atlas
 from app.caches import CacheRegistry
@@ -56,7 +58,7 @@ if TYPE_CHECKING:
     from app.schemas.vehicles.services import NewVehicle
     from app.schemas.vehicles.vehicle import VehicleChoice
     from app.settings import Settings
-    from app.sharing.sources import GraphSource
+    from app.sharing.sources import GraphSource, Reloaded
     from energy.chain.profile import SpeedProfile
     from energy.vehicle.files import AnyVehicle
     from routing.graph.road_graph import RoadGraph
@@ -65,6 +67,7 @@ if TYPE_CHECKING:
     from routing.route.route import RouteAnswer
 
 LOG = logging.getLogger(__name__)
+RUN_NAME_BYTES: Final = 6
 
 Asked = TypeVar("Asked", bound=DriveRequest)
 
@@ -88,14 +91,23 @@ class ChosenVehicle:
         return (*self.warnings, *warnings_of_way(self.effects, limits()))
 
 
+def new_run_name() -> str:
+    """A name that no other run of a service has."""
+    return secrets.token_hex(RUN_NAME_BYTES)
+
+
 class Service:
     """Graphs, vehicles and defaults of one process; answers from any thread.
 
     graphs: where they come from, or the folder of each by its name; without it, they come from those of the settings.
+    run_name: that of this run of the service, which all its processes share; without it, one of this process alone.
     """
 
-    def __init__(self, settings: Settings, graphs: GraphSource | Mapping[str, Path] | None = None) -> None:
+    def __init__(
+        self, settings: Settings, graphs: GraphSource | Mapping[str, Path] | None = None, run_name: str | None = None
+    ) -> None:
         self.settings = settings
+        self.run_name = run_name or new_run_name()
         if graphs is None:
             graphs = GraphsOnDisk(lambda: graph_folders(settings.graph_dirs))
         self.atlas = Atlas(
@@ -133,15 +145,20 @@ class Service:
 
     def reload_graphs(self) -> GraphsReloaded:
         """Take in graphs that were added, replaced or removed on disk; raises as Atlas.reload does."""
+        return reloaded_answer(self.take_in())
+
+    def take_in(self) -> Reloaded:
+        """What the graphs' source has changed, which is answered on from now on; raises as Atlas.reload does."""
         default = self.settings.default_graph
         changed = self.atlas.reload(self.known_vehicle(self.settings.default_vehicle), default)
         LOG.info("graphs reloaded: %s", changed)
-        return GraphsReloaded(
-            added=list(changed.added),
-            replaced=list(changed.replaced),
-            removed=list(changed.removed),
-            refused=[RefusedGraph(name=name, reason=reason) for name, reason in changed.refused.items()],
-        )
+        if old := changed.replaced + changed.removed:
+            self.tiles.forget(old)
+            # what is answered on no more lies in circles, which a server has told the collector to leave alone
+            gc.unfreeze()
+            gc.collect()
+            gc.freeze()
+        return changed
 
     def close(self) -> None:
         """Close what is open of the database."""
@@ -298,6 +315,16 @@ class Service:
             return self.fleet.from_sent(choice)
         vehicle_id = choice if choice is not None else self.settings.default_vehicle
         return self.known_vehicle(vehicle_id), vehicle_id
+
+
+def reloaded_answer(changed: Reloaded) -> GraphsReloaded:
+    """What a reload has changed, as it is answered."""
+    return GraphsReloaded(
+        added=list(changed.added),
+        replaced=list(changed.replaced),
+        removed=list(changed.removed),
+        refused=[RefusedGraph(name=name, reason=reason) for name, reason in changed.refused.items()],
+    )
 
 
 @contextmanager

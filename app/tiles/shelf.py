@@ -16,6 +16,8 @@ from app.tiles.roads import RoadTiles
 from routing.graph.road_graph import Terrain, meta_fields
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from app.atlas import Atlas
     from app.caches import CacheFigures
     from app.tiles.address import TileAddress
@@ -83,6 +85,12 @@ class TileShelf:
             if known is None or known.graph is not graph:
                 known = self._by_name[name] = GraphTiles(graph, self._cache)
             return known
+
+    def forget(self, names: Iterable[str]) -> None:
+        """Let go of what tiles of graphs need, which are made anew when they are asked for."""
+        with self._lock:
+            for name in names:
+                self._by_name.pop(name, None)
 
     def warm_up(self, name: str) -> None:
         """Make what all tiles of a graph need, so that the first ones come at once: some 0.4 s."""
