@@ -1,4 +1,4 @@
-"""Diagnoses of one process of the service, queued and carried out one at a time."""
+"""Diagnoses of one process of the service, queued and carried out one at a time over all its processes."""
 
 from __future__ import annotations
 
@@ -15,6 +15,8 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from typing import TYPE_CHECKING, Final
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, TypeVar
 
 from app.diagnosing.limits import how_ended
 from app.diagnosing.spool import Spool, sweep
@@ -23,6 +25,8 @@ from app.errors.diagnosing import DiagnosisInterruptedError
 from app.errors.table import problem_of
 from app.store.diagnoses import UNFINISHED
 from app.store.errors import DatabaseUnavailableError, StorageFullError
+from app.store.diagnoses import UNFINISHED, Turn
+from app.store.errors import DatabaseUnavailableError
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -35,10 +39,12 @@ if TYPE_CHECKING:
 
 LOG: Final = logging.getLogger(__name__)
 POLL_S: Final = 0.1
-ALIVE_EVERY_S: Final = 5.0
+ALIVE_EVERY_S: Final = 2.0
+TURN_S: Final = 0.5  # between two looks whether a job may begin
 LOST_AFTER_S: Final = 60.0  # without a sign of life from a worker on another host
 STOP_WAIT_S: Final = 5.0
 TRIES: Final = 5  # to store what came out, a second apart, when the database is away
+Stored = TypeVar("Stored", bool, Turn)
 _running_here: Final[set[str]] = set()  # workers of this process
 
 
@@ -61,11 +67,13 @@ class DiagnosisJobs:
     """The queue of one process; its state is in the database, its uploaded files in a folder of its own.
 
     The thread that works through it begins with the first job. Closing stops what runs, and records it.
+    run_name: that of the service, of which one diagnosis runs at a time, in the order of the database.
     """
 
-    def __init__(self, store: DiagnosisStore) -> None:
+    def __init__(self, store: DiagnosisStore, run_name: str) -> None:
         self.store = store
-        self.worker = f"{socket.gethostname()[:200]}:{os.getpid()}:{secrets.token_hex(8)}"
+        self.run_name = run_name
+        self.worker = f"{socket.gethostname()[:200]}:{os.getpid()}:{run_name}-{secrets.token_hex(8)}"
         self._waiting: queue.SimpleQueue[Job | None] = queue.SimpleQueue()
         self._jobs: dict[str, Job] = {}
         self._running = False
@@ -154,7 +162,7 @@ class DiagnosisJobs:
                     shutil.rmtree(job.task.folder, ignore_errors=True)
 
     def _carry_out(self, job: Job) -> None:
-        if job.cancelled.is_set() or not self._stored(lambda: self.store.begin(job.id)):
+        if not self._begun(job):
             return
         context = multiprocessing.get_context("spawn")
         receiver, sender = context.Pipe(duplex=False)
@@ -173,6 +181,23 @@ class DiagnosisJobs:
             at = f"at {job.reached.stage!r}, {job.reached.done_frac:.0%} done"
             reason = f"{how_ended(process.exitcode)}, {at}"
             self._stored(lambda: self._interrupted(job.id, reason))
+
+    def _begun(self, job: Job) -> bool:
+        """Wait for the turn of a job; False where it is not queued any more."""
+        alive_s = time.monotonic()
+        while not job.cancelled.is_set():
+            turn = self._stored(lambda: self.store.begin(job.id, self.run_name))
+            if turn is not Turn.LATER:
+                return turn is Turn.NOW
+            if time.monotonic() - alive_s >= ALIVE_EVERY_S:
+                alive_s = time.monotonic()
+                with suppress(DatabaseUnavailableError):
+                    self.store.show_alive(self.worker)
+                    for row in self.store.all():  # nobody waits for a process that has ended
+                        self.tell_lost(row)
+            if self._closing.wait(TURN_S):
+                return False
+        return False
 
     def _watched(self, job: Job, receiver: Connection[object, Message]) -> Finished | Failed | None:
         """What comes out of a job, or that it takes too long; None where it was stopped or its process ended."""
@@ -204,7 +229,7 @@ class DiagnosisJobs:
             return self.store.fail(job.id, outcome.problem, outcome.refused)
         return self.store.finish(job.id, outcome.documents)
 
-    def _stored(self, call: Callable[[], bool]) -> bool:
+    def _stored(self, call: Callable[[], Stored]) -> Stored | bool:
         """What a change of the database returns, tried again for a while when it is away."""
         for tries_left in range(TRIES - 1, -1, -1):
             try:

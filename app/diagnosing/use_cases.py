@@ -82,6 +82,7 @@ class Diagnoses:
         self.jobs = DiagnosisJobs(self.store)
         self.folder_searches = CapacityLimiter(FOLDER_SEARCHES)
         self.arrivals = Arrivals(self.settings.diagnosis_queue_limit)
+        self.jobs = DiagnosisJobs(self.store, service.run_name)
 
     def close(self) -> None:
         """Stop what runs."""

@@ -28,6 +28,14 @@ class DiagnosisState(StrEnum):
     CANCELLED = "cancelled"
 
 
+class Turn(StrEnum):
+    """Whether a diagnosis may begin: it has, others come first, or it is not queued any more."""
+
+    NOW = "now"
+    LATER = "later"
+    NEVER = "never"
+
+
 UNFINISHED: Final = (DiagnosisState.QUEUED, DiagnosisState.RUNNING)
 _UNFINISHED_VALUES: Final = tuple(state.value for state in UNFINISHED)
 # a report takes megabytes; who asks how far a diagnosis is must not have it read
@@ -36,8 +44,9 @@ _LARGE: Final = ("report", "residuals")
 
 @dataclass(frozen=True, slots=True)
 class NewDiagnosis:
-    """A diagnosis as it is put into the queue; request: JSON text, worker: host and process that will carry it out.
+    """A diagnosis as it is put into the queue; request: JSON text.
 
+    worker: that will carry it out, as HOST:PROCESS:RUN-NUMBER, where RUN names the run of the service that it is of.
     recordings: number of files.
     """
 
@@ -174,9 +183,23 @@ class DiagnosisStore:
             state = session.scalar(select(DiagnosisRow.state).where(DiagnosisRow.id == diagnosis_id))
         return state == DiagnosisState.RUNNING.value
 
-    def begin(self, diagnosis_id: str) -> bool:
-        """From queued to running; False where it is not queued any more."""
-        return self._changed(_of(diagnosis_id, (DiagnosisState.QUEUED,)).values(state=DiagnosisState.RUNNING.value))
+    def begin(self, diagnosis_id: str, run_name: str) -> Turn:
+        """From queued to running, when none of the same run of the service runs, and none was queued before it."""
+        unfinished = (
+            select(DiagnosisRow.id, DiagnosisRow.state)
+            .where(DiagnosisRow.worker.like(f"%:{run_name}-%"), DiagnosisRow.state.in_(_UNFINISHED_VALUES))
+            .order_by(DiagnosisRow.created, DiagnosisRow.id)
+            .with_for_update()  # PostgreSQL lets others write meanwhile, SQLite does not
+        )
+        with self.database.writing() as session:
+            rows = session.execute(unfinished).all()
+            queued = [row.id for row in rows if row.state == DiagnosisState.QUEUED.value]
+            if diagnosis_id not in queued:
+                return Turn.NEVER
+            if len(queued) < len(rows) or queued[0] != diagnosis_id:
+                return Turn.LATER
+            begun = _of(diagnosis_id, (DiagnosisState.QUEUED,)).values(state=DiagnosisState.RUNNING.value)
+            return Turn.NOW if _rows_changed(session, begun) else Turn.NEVER
 
     def advance(self, diagnosis_id: str, stage: str, progress_frac: float) -> None:
         """Note how far a running diagnosis is; nothing where it does not run any more."""
