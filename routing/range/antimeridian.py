@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 
 HALF_TURN_DEG: Final = 180.0
 DECIMALS: Final = 7
+ROUNDING_DEG: Final = 1e-6  # far above what adding half a turn rounds off
 SIDES: Final = ((-1.0, shapely.box(-180.0, -90.0, 0.0, 90.0)), (1.0, shapely.box(0.0, -90.0, 180.0, 90.0)))
 
 
@@ -28,7 +29,8 @@ def half_turned(graph: RoadGraph) -> RoadGraph:
     So 180° and −180° become 0°.
     """
     turned_deg = _turned(graph.node_lon_deg)
-    if graph.node_count == 0 or np.ptp(graph.node_lon_deg) <= np.ptp(turned_deg):
+    # of a map on one side both spans are the same, but for how they round
+    if graph.node_count == 0 or np.ptp(graph.node_lon_deg) <= np.ptp(turned_deg) + ROUNDING_DEG:
         return graph
     lon_e7 = graph.geometry_lon_e7
     half_e7 = np.int32(HALF_TURN_DEG * E7)

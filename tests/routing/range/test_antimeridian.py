@@ -77,3 +77,11 @@ def test_map_on_one_side_of_the_antimeridian_is_drawn_as_it_is(planners):
     here, astride = planners
     assert half_turned(here.graph) is here.graph
     assert np.ptp(half_turned(astride.graph).node_lon_deg) < 0.3
+
+
+def test_map_on_one_side_is_drawn_as_it_is_however_its_spans_round(planners):
+    here, _ = planners
+    graph = here.graph
+    for offset_deg in np.arange(-100.0, 240.0, 7.3):
+        moved = replace(graph, node_lon_deg=graph.node_lon_deg + offset_deg)
+        assert half_turned(moved) is moved
