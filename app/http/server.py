@@ -313,6 +313,7 @@ def run_server(
         host=host,
         port=port,
         http=cast("type[asyncio.Protocol]", partial(LimitedProtocol, connections)),
+        loop="asyncio",  # others accept connections past the sockets that workers share
         ws="none",
         backlog=ACCEPTED_AT_ONCE,
         server_header=False,
