@@ -1,4 +1,7 @@
-"""`python -m benchmarks.service`: mixed requests of many clients, with one worker and with several, in turns."""
+"""`python -m benchmarks.service`: mixed requests of many clients, with one worker and with several, in turns.
+
+All services run all the time and are asked in short turns, so that what else the machine does meets them alike.
+"""
 
 from __future__ import annotations
 
@@ -15,7 +18,7 @@ import sys
 import tempfile
 import time
 from collections import defaultdict
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -182,21 +185,19 @@ def proportional_mb(pid: int, of: str = "") -> float:
     return sum(float(kib) for part in mapped for kib in re.findall(r"^Pss: +(\d+) kB", part, re.MULTILINE)) * 1024 / 1e6
 
 
-def measured(workers: int, asked: list[Asked], clients: int, folder: Path, root: Path) -> Round:
-    """One service under load, after a short warm-up; the clients are in a process of their own."""
-    with service(workers, folder, root) as (pid, port):
-        _clients(port, WARM_REQUESTS, clients, seed=-1)
-        pids = processes_of(pid)
-        before_s = cpu_s(pids)
-        load = os.getloadavg()[0]
-        found = _clients(port, len(asked), clients, seed=0)
-        found.load = load
-        found.cpu_ms = 1e3 * (cpu_s(pids) - before_s) / len(asked)
-        serving = pids[1:] if workers > 1 else pids
-        found.worker_mb = statistics.fmean(proportional_mb(worker) for worker in serving)
-        found.supervisor_mb = proportional_mb(pid) if workers > 1 else 0.0
-        found.graphs_mb = sum(proportional_mb(worker, f"joulepath-{GRAPH}") for worker in pids)
-        return found
+def measured(workers: int, pid: int, port: int, chosen: argparse.Namespace) -> Round:
+    """One service under load; the clients are in a process of their own."""
+    pids = processes_of(pid)
+    before_s = cpu_s(pids)
+    load = os.getloadavg()[0]
+    found = _clients(port, chosen.requests, chosen.clients, chosen.seed)
+    found.load = load
+    found.cpu_ms = 1e3 * (cpu_s(pids) - before_s) / chosen.requests
+    serving = pids[1:] if workers > 1 else pids
+    found.worker_mb = statistics.fmean(proportional_mb(worker) for worker in serving)
+    found.supervisor_mb = proportional_mb(pid) if workers > 1 else 0.0
+    found.graphs_mb = sum(proportional_mb(worker, f"joulepath-{GRAPH}") for worker in pids)
+    return found
 
 
 def _clients(port: int, count: int, clients: int, seed: int) -> Round:
@@ -211,8 +212,8 @@ def main() -> int:
     options = argparse.ArgumentParser(prog="python -m benchmarks.service", description=__doc__)
     options.add_argument("--workers", type=int, nargs="+", default=[1, 2], help="numbers of workers to compare")
     options.add_argument("--clients", type=int, default=64)
-    options.add_argument("--requests", type=int, default=2000, help="in a round")
-    options.add_argument("--rounds", type=int, default=3, help="of each number of workers, in turns")
+    options.add_argument("--requests", type=int, default=500, help="in a round")
+    options.add_argument("--rounds", type=int, default=9, help="of each number of workers, in turns")
     options.add_argument("--seed", type=int, default=0)
     options.add_argument("--root", type=Path, default=ROOT, help="checkout whose service is measured")
     options.add_argument("--ask", type=int, metavar="PORT", help=argparse.SUPPRESS)
@@ -223,10 +224,14 @@ def main() -> int:
         print(json.dumps({"seconds": found.seconds, "failed": found.failed, "per_s": found.per_s}))
         return 0
     rounds: dict[int, list[Round]] = defaultdict(list)
-    with tempfile.TemporaryDirectory(prefix="joulepath-bench-") as scratch:
+    with ExitStack() as opened:
+        scratch = Path(opened.enter_context(tempfile.TemporaryDirectory(prefix="joulepath-bench-")))
+        running = {workers: opened.enter_context(service(workers, scratch, chosen.root)) for workers in chosen.workers}
+        for _, port in running.values():
+            _clients(port, WARM_REQUESTS, chosen.clients, seed=-1)
         for turn in range(chosen.rounds):
             for workers in chosen.workers if turn % 2 == 0 else reversed(chosen.workers):
-                rounds[workers].append(measured(workers, asked, chosen.clients, Path(scratch), chosen.root))
+                rounds[workers].append(measured(workers, *running[workers], chosen))
     _print(rounds, chosen.clients, chosen.requests)
     return 0
 
@@ -248,7 +253,7 @@ def _print(rounds: dict[int, list[Round]], clients: int, count: int) -> None:
         table.add_row(
             str(workers),
             f"{middle(of, 'per_s'):.0f}",
-            " ".join(f"{each.per_s:.0f}" for each in of),
+            f"{min(each.per_s for each in of):.0f}..{max(each.per_s for each in of):.0f}",
             str(sum(each.failed for each in of)),
             f"{middle(of, 'cpu_ms'):.2f}",
             f"{middle(of, 'worker_mb'):.0f}",
