@@ -18,7 +18,6 @@ from app.cli.commands.compare import comparing
 from app.cli.commands.diagnose import diagnosing
 from app.cli.commands.graphs import graphs, making
 from app.cli.commands.keys import keys
-from app.cli.commands.output import GraphOption, service_for
 from app.cli.commands.output import GraphOption, service_for, settings_for
 from app.cli.commands.prove import proving
 from app.cli.commands.queries import queries
@@ -98,14 +97,15 @@ def serve(
     from app.logs import configure_logs
     from app.main import create_app
 
-    service = service_for(graph)
-    configure_logs(service.settings)
-    address = host or service.settings.host
-    settings = listening_settings(service.settings, address)
     chosen, source = settings_for(graph)
+    configure_logs(chosen)
+    address = host or chosen.host
+    settings = listening_settings(chosen, address)
     console = Console(stderr=True)
-    if (workers or chosen.workers) > 1:
-        _serve_with_workers(chosen.model_copy(update={"workers": workers or chosen.workers}), source, host, port)
+    if settings.keys_file is None and settings.open_without_keys:
+        console.print("open without keys: whoever reaches this server may change what it holds", style="yellow")
+    if (workers or settings.workers) > 1:
+        _serve_with_workers(settings.model_copy(update={"workers": workers or settings.workers}), source, address, port)
         return
     service = service_for(graph)
     console.print(f"loading graphs: {', '.join(service.atlas.names)}", markup=False, highlight=False)
@@ -114,8 +114,6 @@ def serve(
         console.print(f"{compiled.done_count} kernels compiled in {compiled.seconds:.0f} s", highlight=False)
     graphs_line = f"graphs: {', '.join(service.atlas.names)}; {len(service.vehicles)} bundled vehicles"
     console.print(f"{graphs_line}, others in {service.database.shown_url}", markup=False, highlight=False)
-    if settings.keys_file is None and settings.open_without_keys:
-        console.print("open without keys: whoever reaches this server may change what it holds", style="yellow")
     application = create_app(settings, service)
     # what is loaded stays: full collections, which areas with their many points set off, need not look at it again
     gc.collect()
@@ -123,7 +121,7 @@ def serve(
     run_server(application, settings, address, settings.port if port is None else port)
 
 
-def _serve_with_workers(settings: Settings, source: GraphsOnDisk, host: str | None, port: int | None) -> None:
+def _serve_with_workers(settings: Settings, source: GraphsOnDisk, host: str, port: int | None) -> None:
     from app.serving.supervisor import supervise
 
     console = Console(stderr=True, soft_wrap=True)
@@ -131,7 +129,7 @@ def _serve_with_workers(settings: Settings, source: GraphsOnDisk, host: str | No
     supervise(
         settings,
         source,
-        host or settings.host,
+        host,
         settings.port if port is None else port,
         lambda line: console.print(line, markup=False, highlight=False),
     )

@@ -14,7 +14,6 @@ import time
 from contextlib import suppress
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from typing import TYPE_CHECKING, Final
 from pathlib import Path
 from typing import TYPE_CHECKING, Final, TypeVar
 
@@ -23,10 +22,8 @@ from app.diagnosing.spool import Spool, sweep
 from app.diagnosing.worker import Advanced, Failed, Finished, Message, beyond, portable, work
 from app.errors.diagnosing import DiagnosisInterruptedError
 from app.errors.table import problem_of
-from app.store.diagnoses import UNFINISHED
-from app.store.errors import DatabaseUnavailableError, StorageFullError
 from app.store.diagnoses import UNFINISHED, Turn
-from app.store.errors import DatabaseUnavailableError
+from app.store.errors import DatabaseUnavailableError, StorageFullError
 
 if TYPE_CHECKING:
     from collections.abc import Callable

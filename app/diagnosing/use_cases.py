@@ -79,7 +79,6 @@ class Diagnoses:
         self.service = service
         self.settings = service.settings
         self.store = DiagnosisStore(service.database)
-        self.jobs = DiagnosisJobs(self.store)
         self.folder_searches = CapacityLimiter(FOLDER_SEARCHES)
         self.arrivals = Arrivals(self.settings.diagnosis_queue_limit)
         self.jobs = DiagnosisJobs(self.store, service.run_name)

@@ -16,6 +16,7 @@ from rich.console import Console
 
 from app.errors.raised import NotReadyError
 from app.http.server import run_server
+from app.logs import configure_logs
 from app.main import create_app
 from app.service.service import Service, reloaded_answer
 from app.serving.balance import Board, Place, SharedListener
@@ -107,6 +108,7 @@ def main() -> None:
         raise TypeError(f"an order is what a worker is told first, not {type(message).__name__}")
     compilations.watch(Display())
     settings = message.settings
+    configure_logs(settings)
     listeners = _listeners(message, descriptors, lambda: channel.send(Ready()))
     graphs = OfferedGraphs(GraphsOnDisk(lambda: graph_folders(settings.graph_dirs)))
     graphs.take(message.offers, descriptors[message.socket_count + message.has_board :])

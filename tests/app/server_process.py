@@ -18,13 +18,8 @@ from tests.app.expected import database_in
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-<<<<<<< HEAD:tests/app/server_process.py
 ROOT: Final = Path(__file__).resolve().parents[2]
-LISTENING: Final = re.compile(r"Uvicorn running on http://127\.0\.0\.1:(\d+)")
-=======
-ROOT: Final = Path(__file__).resolve().parents[3]
 LISTENING: Final = re.compile(r"(?:Uvicorn running|serving) on http://127\.0\.0\.1:(\d+)")
->>>>>>> f7555ed (Serve from several processes on one copy of the graphs):tests/app/http/server_process.py
 START_S: Final = 300.0  # a first start compiles
 PATIENCE_S: Final = 30.0
 

@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
+from tests.app.http.server_process import received
 
 from routing.graph.files import save_graph
 from routing.graph.road_graph import Terrain
 from tests.app.conftest import street_grid
-from tests.app.http.server_process import received
 from tests.app.serving.supervised import TRIP, WORKERS, Askers, Supervised, supervised, until
 
 if TYPE_CHECKING:
