@@ -38,8 +38,8 @@ class Arrivals:
             if unfinished + self._count >= self.limit:
                 raise TooManyDiagnosesError(self.limit)
             self._count += 1
-        return Arrival(self._left)
+        return Arrival(self._ended)
 
-    def _left(self) -> None:
+    def _ended(self) -> None:
         with self._lock:
             self._count -= 1

@@ -47,7 +47,7 @@ def sweep() -> list[Path]:
         return removed
     for folder in named:
         with suppress(OSError):
-            if _is_left(folder):
+            if _is_abandoned(folder):
                 shutil.rmtree(folder, ignore_errors=True)
                 removed.append(folder)
                 LOG.info("removed %s, which a service that is gone has left", folder)
@@ -65,7 +65,7 @@ def _locked_folder() -> tuple[Path, int]:
             os.close(lock)
 
 
-def _is_left(folder: Path) -> bool:
+def _is_abandoned(folder: Path) -> bool:
     """Whether a folder is one of this user that no process holds; raises OSError, as where it is held."""
     status = folder.lstat()
     if not stat.S_ISDIR(status.st_mode) or status.st_uid != os.getuid():

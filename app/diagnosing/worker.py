@@ -134,10 +134,10 @@ def _documents(task: Task, advanced: Progress, cancelled: Callable[[], bool]) ->
 
     planner = None if task.graph_dir is None else Planner(load_graph(task.graph_dir))
     with held_memory(task.limits.memory_bytes):
-        return _left_by(task, planner, advanced, cancelled)
+        return _carried_out(task, planner, advanced, cancelled)
 
 
-def _left_by(
+def _carried_out(
     task: Task, planner: Planner | None, advanced: Progress, cancelled: Callable[[], bool]
 ) -> DiagnosisDocuments:
     from app.diagnosing.places import on_graph

@@ -35,7 +35,7 @@ class UnpackedBytes:
     spent: int = 0
 
     @property
-    def left(self) -> int:
+    def remaining(self) -> int:
         """What may still be unpacked [B]."""
         return max(self.most - self.spent, 0)
 
@@ -88,7 +88,7 @@ def file_content(path: Path, most_bytes: int = MOST_BYTES, together: UnpackedByt
     together: what may be unpacked of this file and others. Raises RecordingError for a larger file before it is read
     whole, and for a broken one; OSError where it can't be opened.
     """
-    most = most_bytes if together is None else min(most_bytes, together.left)
+    most = most_bytes if together is None else min(most_bytes, together.remaining)
     with path.open("rb") as file:
         _check_size(path, os.fstat(file.fileno()).st_size, most_bytes)
         if file.peek(len(GZIP_MAGIC)).startswith(GZIP_MAGIC):

@@ -36,7 +36,7 @@ from diagnosis.recordings.formats.obd import (
 )
 from diagnosis.recordings.formats.order import in_order
 from diagnosis.recordings.formats.parquet import PARQUET_MAGIC, parquet_table
-from diagnosis.recordings.formats.tables import LogTable, check_drives, first_told
+from diagnosis.recordings.formats.tables import LogTable, check_drives, named_errors
 from diagnosis.recordings.formats.totals import TOTALS_NAMES, is_totals, read_totals
 from diagnosis.recordings.notes import Note, NoteKind, OrderError, RecordingError, shown
 from diagnosis.recordings.recording import Recording
@@ -97,7 +97,7 @@ def _read(table: LogTable, hidden: Sequence[str]) -> tuple[list[Recording], list
             parts[:0] = ordered
         except RecordingError as error:
             errors.append(_of_part(error, part, several=several))
-    return drives, first_told(table.path, errors)
+    return drives, named_errors(table.path, errors)
 
 
 def _of_part(error: RecordingError, part: LogTable, *, several: bool) -> RecordingError:

@@ -61,8 +61,8 @@ with TestClient(create_app(settings, Service(settings, {}))) as client:
         answer = client.post("/diagnoses", files=[("recordings", ("a.csv", b"1" * size))])
         resource.setrlimit(resource.RLIMIT_FSIZE, (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
         found.append((answer.status_code, answer.json()))
-    left = [str(path) for path in Path(sys.argv[2]).rglob("*.csv")]
-print(json.dumps([found, left]))
+    files = [str(path) for path in Path(sys.argv[2]).rglob("*.csv")]
+print(json.dumps([found, files]))
 """
 
 
@@ -88,11 +88,11 @@ def test_disk_that_is_full_at_an_upload_answers_507_and_leaves_nothing(tmp_path:
         env={"PATH": "", "TMPDIR": str(tmp_path / "spool"), "HOME": str(tmp_path)},
         timeout=60.0,
     )
-    found, left = json.loads(done.stdout.splitlines()[-1])
+    found, files = json.loads(done.stdout.splitlines()[-1])
     for status, problem in found:
         assert (status, problem["code"]) == (507, "storage_full"), problem
         assert "can't be stored (File too large)" in problem["detail"]
-    assert left == []
+    assert files == []
 
 
 def test_service_ends_by_a_signal_beside_patterns_of_clients_that_are_gone(tmp_path: Path) -> None:

@@ -135,25 +135,25 @@ def _in_order(tracks: list[list[tuple[str, ...]]], notes: list[Note]) -> list[li
 
 def _tracks(path: str, root: Element) -> list[list[tuple[str, ...]]]:
     """The points of each track, or of the file where it has none; RecordingError where they lie within each other."""
-    left = [MOST_LOOKS * sum(1 for _ in root.iter())]
-    tracks = [_points(path, track, left) for track in root.iter() if _tag(track) == "trkseg"]
-    return tracks or [_points(path, root, left)]
+    looks = [MOST_LOOKS * sum(1 for _ in root.iter())]
+    tracks = [_points(path, track, looks) for track in root.iter() if _tag(track) == "trkseg"]
+    return tracks or [_points(path, root, looks)]
 
 
-def _points(path: str, track: Element, left: list[int]) -> list[tuple[str, ...]]:
+def _points(path: str, track: Element, looks: list[int]) -> list[tuple[str, ...]]:
     """Time, latitude, longitude, height and speed of each point of a track that has a time, as texts.
 
-    left: how many elements may still be looked at, counted down: each once, but for those within each other.
+    looks: how many elements may still be looked at, counted down: each once, but for those within each other.
     """
     points: list[tuple[str, ...]] = []
     for point in track.iter():
-        left[0] -= 1
-        if left[0] < 0:
+        looks[0] -= 1
+        if looks[0] < 0:
             raise RecordingError(path, 1, "the file", "tracks or points within each other", ALLOWED)
         if _tag(point) != "trkpt":
             continue
         inner = list(point.iter())
-        left[0] -= len(inner)
+        looks[0] -= len(inner)
         own = {_tag(child): (child.text or "").strip() for child in inner if child is not point}
         if own.get("time"):
             place = (point.get(name, "").replace(",", ".") for name in ("lat", "lon"))

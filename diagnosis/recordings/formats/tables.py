@@ -31,7 +31,7 @@ MOST_ROWS: Final = 2_000_000
 MOST_COLUMNS: Final = 1000
 MOST_CELLS: Final = 30_000_000  # that are kept of one file: ten samples a second of 48 columns for 17 hours
 MOST_DRIVES: Final = 50_000  # in one file
-MOST_TOLD: Final = 100  # drives of one file that can't be read, and are named one by one
+MOST_NAMED: Final = 100  # drives of one file that can't be read, and are named one by one
 POSITIONS: Final = ("latitude_deg", "longitude_deg")
 COUNTERS_S: Final = (DAY_S, 7.0 * DAY_S, 2.0**16, 2.0**32 / 1000.0)  # after which counters of seconds begin again
 ABSENT: Final = frozenset(
@@ -283,12 +283,12 @@ def check_drives(path: str, count: int) -> None:
         raise RecordingError(path, 1, "the file", f"{count} drives", f"at most {MOST_DRIVES}; split it")
 
 
-def first_told(path: str, errors: Sequence[RecordingError]) -> list[RecordingError]:
+def named_errors(path: str, errors: Sequence[RecordingError]) -> list[RecordingError]:
     """Errors of drives of one file as they are kept: without frames, and of very many the first, and how many more."""
-    kept = [error.without_trace() for error in errors[:MOST_TOLD]]
-    if len(errors) > MOST_TOLD:
-        found = f"{len(errors)} drives that can't be read, of which {MOST_TOLD} are named"
-        kept.append(RecordingError(path, errors[MOST_TOLD].row, "the file", found, "drives that can be read"))
+    kept = [error.without_trace() for error in errors[:MOST_NAMED]]
+    if len(errors) > MOST_NAMED:
+        found = f"{len(errors)} drives that can't be read, of which {MOST_NAMED} are named"
+        kept.append(RecordingError(path, errors[MOST_NAMED].row, "the file", found, "drives that can be read"))
     return kept
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from diagnosis.recordings.formats.tables import MOST_ROWS, Column, LogTable, check_drives, first_told
+from diagnosis.recordings.formats.tables import MOST_ROWS, Column, LogTable, check_drives, named_errors
 from diagnosis.recordings.notes import Note, NoteKind, RecordingError
 from diagnosis.recordings.recording import Detail, Recording
 from energy.units import JOULE_PER_KWH, ZERO_CELSIUS_K
@@ -75,7 +75,7 @@ def read_totals(table: LogTable) -> tuple[list[Recording], list[RecordingError]]
         if samples > MOST_SAMPLES:
             lasting = f"drives of more than {MOST_SAMPLES * STEP_S / 3600.0:.0f} hours in all"
             raise table.error(row, "the table", lasting, "fewer; split it")
-    return found, first_told(table.path, errors)
+    return found, named_errors(table.path, errors)
 
 
 def _row(table: LogTable, row: int) -> LogTable:

@@ -41,10 +41,10 @@ def temporary(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]
 
 def test_folder_of_a_process_that_is_gone_is_swept_and_that_of_one_that_lives_is_not(temporary: Path) -> None:
     living = Spool()
-    left = subprocess.run([sys.executable, "-c", LEAVE], capture_output=True, text=True, check=False).stdout.strip()
-    assert os.path.exists(left)
-    assert [str(folder) for folder in sweep()] == [left]
-    assert not os.path.exists(left)
+    gone = subprocess.run([sys.executable, "-c", LEAVE], capture_output=True, text=True, check=False).stdout.strip()
+    assert os.path.exists(gone)
+    assert [str(folder) for folder in sweep()] == [gone]
+    assert not os.path.exists(gone)
     assert living.new_folder().is_dir()
     living.close()
     assert list(temporary.iterdir()) == []
