@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import logging
-import logging.config
 import signal
 import socket
 import sys
@@ -14,9 +13,8 @@ from dataclasses import dataclass, field
 from threading import Thread
 from typing import TYPE_CHECKING, Any, Final
 
-from uvicorn.config import LOGGING_CONFIG
-
 from app.errors.raised import CommandError
+from app.logs import configure_logs
 from app.service.service import new_run_name
 from app.serving.balance import ABSENT, new_board
 from app.serving.channel import Channel, Order, Ready, ReloadAnswer, ReloadAsked, TakeIn, Taken
@@ -301,7 +299,7 @@ def supervise(settings: Settings, source: GraphSource, host: str, port: int, say
     """
     if sys.platform == "win32":
         raise CommandError("several workers share a socket, which this system does not have: serve with one")
-    logging.config.dictConfig(LOGGING_CONFIG)
+    configure_logs(settings)
     listeners = bound_sockets(host, port)
 
     async def run() -> None:

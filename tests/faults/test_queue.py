@@ -76,6 +76,7 @@ def test_full_queue_is_told_before_an_upload_is_read(serving: Serving) -> None:
         check_problem(client.post("/diagnoses", content=b"x" * 10, headers=FORM), 422, "malformed_form")
 
 
+@pytest.mark.fault("disk-full", now="507 `storage_full`, and nothing is kept")
 @pytest.mark.skipif(not hasattr(resource, "RLIMIT_FSIZE"), reason="files can't be limited here")
 def test_disk_that_is_full_at_an_upload_answers_507_and_leaves_nothing(tmp_path: Path) -> None:
     (tmp_path / "spool").mkdir()
@@ -95,6 +96,7 @@ def test_disk_that_is_full_at_an_upload_answers_507_and_leaves_nothing(tmp_path:
     assert files == []
 
 
+@pytest.mark.fault("patterns", now="one `**` at most, the search limited in entries and time; ends by SIGTERM")
 def test_service_ends_by_a_signal_beside_patterns_of_clients_that_are_gone(tmp_path: Path) -> None:
     within = tmp_path
     for _ in range(12):
@@ -134,6 +136,7 @@ def reached(port: int) -> int:
             time.sleep(0.1)
 
 
+@pytest.mark.fault("patterns", now="other requests are answered meanwhile")
 def test_patterns_of_many_clients_leave_the_service_reachable(serving: Serving, recordings_dir: Path) -> None:
     within = recordings_dir
     for _ in range(30):

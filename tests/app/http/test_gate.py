@@ -172,6 +172,7 @@ def test_guesses_of_keys_count_against_their_address(service: Service, settings:
         assert client.get("/vehicles", headers=bearer(key)).status_code == 200
 
 
+@pytest.mark.fault("any-host", now="421 `unknown_host` where names are set, and on this machine")
 @pytest.mark.parametrize(
     ("host", "let_in"),
     [
@@ -198,6 +199,7 @@ def test_service_answers_by_its_own_names_only(service: Service, settings: Setti
         assert client.get("/healthz", headers={"Host": host}).status_code == 200
 
 
+@pytest.mark.fault("foreign-page", now="403 `wrong_origin`")
 @pytest.mark.parametrize(
     ("headers", "let_in"),
     [

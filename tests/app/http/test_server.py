@@ -48,6 +48,9 @@ def crowded(tmp_path_factory: pytest.TempPathFactory, graph_dir: Path) -> Iterat
         yield running
 
 
+@pytest.mark.fault(
+    "half-sent-headers", now="reachable all the time; the one silent longest gives way; lines of the log are bounded"
+)
 @pytest.mark.parametrize("half", [HALF_HEAD, HALF_BODY], ids=["heads", "bodies"])
 def test_more_half_sent_requests_than_descriptors_leave_the_server_reachable_and_its_log_short(
     crowded: ServerProcess, half: bytes
@@ -221,6 +224,7 @@ def test_server_names_no_software(hasty: ServerProcess) -> None:
     assert b"uvicorn" not in head
 
 
+@pytest.mark.fault("half-sent-body", now="ends within `JOULEPATH_STOP_LIMIT_S`")
 def test_told_to_stop_the_server_ends_in_time_in_spite_of_a_half_sent_body(crowded: ServerProcess) -> None:
     with crowded.connect(HALF_BODY):
         time.sleep(0.3)

@@ -156,6 +156,7 @@ def test_database_of_a_newer_version_is_refused_and_left_as_it_is(tmp_path: Path
     assert run_sql(tmp_path, "SELECT id FROM vehicles") == [("my-car",)]
 
 
+@pytest.mark.fault("database-gone", now="refused with 503 until it is put back; bundled vehicles go on")
 @pytest.mark.parametrize("how", ["removed", "emptied", "without tables"])
 @pytest.mark.parametrize("again", [False, True], ids=["while running", "after a restart"])
 def test_database_that_is_gone_is_refused_until_it_is_back_or_given_up(tmp_path: Path, how: str, again: bool) -> None:
