@@ -38,11 +38,18 @@ NEW_FRAC: Final = 0.1  # of an average that a new value makes, once there are so
 
 
 class Cost(StrEnum):
-    """How long a call is likely to take: short; one part of a larger work; long, which a short one becomes in time."""
+    """How long a call is likely to take: short; middle, as areas do; one part of a larger work; long.
+
+    A short or a middle one counts as long once it has turned out so.
+    """
 
     SHORT = "short"
+    MIDDLE = "middle"
     PART = "part"
     LONG = "long"
+
+
+LONGER: Final = (Cost.MIDDLE, Cost.PART, Cost.LONG)  # than short ones, which do not wait for them
 
 
 class Outcome(StrEnum):
@@ -251,7 +258,7 @@ class Admission:
 
     def _wait_s(self, cost: Cost) -> float:
         """How long a new call is likely to wait."""
-        ahead = Cost if cost is Cost.LONG else (Cost.SHORT,)
+        ahead = Cost if cost is Cost.LONG else dict.fromkeys((Cost.SHORT, cost))
         return sum(self._mean_s[kind] * len(self._waiting[kind]) for kind in ahead) / self._room(cost)
 
     def _parts_s(self, part_count: int) -> float:
@@ -293,7 +300,7 @@ class Admission:
 
     def _next(self) -> _Waiting[Any] | None:
         """The next call that a thread is free for: a short one before longer ones, but not always."""
-        longer = [cost for cost in (Cost.PART, Cost.LONG) if self._waiting[cost] and self._has_room(cost)]
+        longer = [cost for cost in LONGER if self._waiting[cost] and self._has_room(cost)]
         short = bool(self._waiting[Cost.SHORT]) and self._has_room(Cost.SHORT)
         if short and (not longer or self._short_in_turn < SHORT_BEFORE_LONG):
             self._short_in_turn += 1
@@ -301,18 +308,18 @@ class Admission:
         if not longer:
             return None
         self._short_in_turn = 0
-        return self._waiting[longer[0]].popleft()
+        return self._waiting[min(longer, key=lambda cost: self._waiting[cost][0].since_s)].popleft()
 
     def _has_room(self, cost: Cost) -> bool:
         """Whether one more call of a cost may run now."""
-        short, longer = self._running[Cost.SHORT], self._running[Cost.PART] + self._running[Cost.LONG]
+        short, longer = self._running[Cost.SHORT], sum(self._running[kind] for kind in LONGER)
         if cost is Cost.SHORT:
             most = MOST_THREADS_FACTOR * self._threads
             return short < max(self._threads - longer, 1) and short + longer < most
         return longer < self._room(cost) and short + longer < self._threads
 
     def _count_as_long(self, waiting: _Waiting[Any], job: asyncio.Future[Any]) -> None:
-        if waiting.cost is Cost.SHORT and not job.done():
+        if waiting.cost in (Cost.SHORT, Cost.MIDDLE) and not job.done():
             self._running[waiting.cost] -= 1
             waiting.cost = Cost.LONG
             self._running[waiting.cost] += 1

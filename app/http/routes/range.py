@@ -9,6 +9,7 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import ValidationError
 
 from app.conversions.range import request_from_parameters
+from app.http.admission import Cost
 from app.http.examples.answers import RANGE_FEATURES, RANGE_REQUESTS
 from app.http.examples.problems import BODY_CODES, SEARCH_CODES, problems
 from app.http.json_body import BoundedRoute
@@ -36,7 +37,9 @@ async def find_range(
     except ValidationError as error:
         raise RequestValidationError(error.errors()) from error
     try:
-        return await searches.run(request, lambda: long_answer(request, service.range_json(long_form), GEOJSON))
+        return await searches.run(
+            request, lambda: long_answer(request, service.range_json(long_form), GEOJSON), Cost.MIDDLE
+        )
     except ConditionsError as error:  # names a field of the long form
         raise ConditionsError(error.field.removeprefix("conditions."), error.value, error.allowed) from error
 
@@ -57,4 +60,4 @@ async def find_range_of_body(
     searches: Searches,
 ) -> Response:
     """The same as GET /range, asked for with a body."""
-    return await searches.run(request, lambda: long_answer(request, service.range_json(sent), GEOJSON))
+    return await searches.run(request, lambda: long_answer(request, service.range_json(sent), GEOJSON), Cost.MIDDLE)

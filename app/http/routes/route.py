@@ -48,7 +48,9 @@ async def find_route(
     A goal that can't be reached on this charge is an answer too: `feasible` is false, `deficit_kwh` says how much is
     missing, `furthest` where, and `remedy` what would make it feasible.
     """
-    cost = Cost.SHORT if sent.pareto is None else Cost.LONG
+    # a graph that the vehicle has not met under these conditions is made ready first
+    known = isinstance(sent.vehicle, str | None) and sent.conditions is None and sent.effects is None
+    cost = Cost.LONG if sent.pareto is not None else Cost.SHORT if known else Cost.MIDDLE
     if prefers_geojson(accept):
         return await searches.run(request, lambda: long_answer(request, service.route_geojson(sent), GEOJSON), cost)
     return await searches.run(request, lambda: long_answer(request, service.route_json(sent), JSON), cost)

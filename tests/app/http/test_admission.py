@@ -226,7 +226,7 @@ def test_calls_that_are_not_answered_are_counted_by_the_reason() -> None:
             counted = {of: count for of, count in searches.unanswered.items() if count}
             assert counted == {(Cost.SHORT, Outcome.REFUSED): 3, (Cost.SHORT, Outcome.ABANDONED): 3}
         async with admission(limit_s=0.1) as searches:
-            for cost in (Cost.SHORT, Cost.LONG):
+            for cost in (Cost.SHORT, Cost.MIDDLE, Cost.LONG):
                 with pytest.raises(TimeUpError):
                     await searches.run(Client().request, until_stopped, cost)
             with pytest.raises(TimeUpError):
@@ -255,7 +255,7 @@ def test_request_is_observed_on_its_threads_and_its_waiting_is_its_own() -> None
 
     run(body)
     assert first.labels_settled == second.labels_settled == 7
-    assert first.stage_s[Stage.WAIT] < 0.1 <= second.stage_s[Stage.WAIT]
+    assert first.stage_s[Stage.WAIT] < 0.09 < second.stage_s[Stage.WAIT]
     assert all(observed.stage_s[Stage.SEARCH] >= 0.1 for observed in (first, second))
 
 
@@ -327,3 +327,25 @@ def test_parts_that_take_longer_than_the_limit_are_given_up() -> None:
 
     run(body)
     assert len(begun) <= 4
+
+
+def test_short_call_does_not_wait_for_areas() -> None:
+    begun = threading.Event()
+
+    def area() -> None:
+        begun.set()
+        until_stopped()
+
+    async def body() -> None:
+        async with admission() as searches:
+            client = Client()
+            await searches.run(client.request, lambda: None)  # short ones come, so that one thread is left to them
+            areas = [asyncio.create_task(searches.run(client.request, area, Cost.MIDDLE)) for _ in range(2 * THREADS)]
+            assert await asyncio.to_thread(begun.wait, 10.0)
+            assert searches.running[Cost.MIDDLE] == THREADS - 1
+            assert await searches.run(Client().request, lambda: "answered") == "answered"
+            client.gone.set()
+            ends = await asyncio.gather(*areas, return_exceptions=True)
+            assert all(isinstance(end, AbandonedError) for end in ends)
+
+    run(body)
