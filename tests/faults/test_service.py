@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 from routing.graph.files import load_graph
+from tests.apart import run_apart
 from tests.faults.asking import Answer, Service
 from tests.faults.served import ROOT, Served, served
 from tests.fuzz.api import faults_in, hand_made_answers
@@ -106,7 +107,7 @@ def test_service_goes_on_answering_the_same_while_its_graph_is_cut(
             for path, content in whole.items():
                 path.write_bytes(content)
 
-    asyncio.run(body())
+    run_apart(body)
     record_property("now", "answers stay the same; a reload names the damaged file and changes nothing")
 
 
@@ -138,7 +139,7 @@ def test_health_checks_are_quick_while_two_clients_send_bodies_of_unknown_keys(
     began = time.perf_counter()
     json.loads(sent)
     reading_s = time.perf_counter() - began
-    quiet, busy, answers = asyncio.run(body())
+    quiet, busy, answers = run_apart(body)
     assert {answer.status for answer in answers} == {422}
     assert len(answers) >= 2
     median_s = statistics.median(busy)
@@ -166,7 +167,7 @@ def test_of_sixteen_large_matrices_some_are_answered_and_short_requests_meanwhil
             await asyncio.sleep(0.05)
         return list(await asyncio.gather(*large)), short
 
-    large, short = asyncio.run(body())
+    large, short = run_apart(body)
     answered = [answer for answer in large if answer.status == 200]
     seconds = sorted(answer.seconds for answer in short)
     record_property(
@@ -189,7 +190,7 @@ def test_work_ends_when_its_clients_have_gone(
     async def body() -> None:
         await asyncio.gather(*(service.ask("POST", "/matrix", big_matrix(places), gone_s=0.7) for _ in range(16)))
 
-    asyncio.run(body())
+    run_apart(body)
     time.sleep(1.0)
     used_s = running.cpu_s()
     time.sleep(1.0)
@@ -200,7 +201,7 @@ def test_work_ends_when_its_clients_have_gone(
 
 def test_hand_made_requests_are_answered_or_refused_in_the_words_of_the_service(running: Served) -> None:
     """`make fuzz FUZZ=api` sends more of them."""
-    ends = asyncio.run(hand_made_answers(Service(running.url), range(150)))
+    ends = run_apart(lambda: hand_made_answers(Service(running.url), range(150)))
     assert {end for end in ends if not end.isdigit()} <= {"closed"}
     assert ends["closed"] < 30
     assert faults_in(running.log.read_text(encoding="utf-8")) == []
@@ -229,7 +230,7 @@ def test_many_clients_get_answers_or_refusals_that_are_announced(
         return await asyncio.gather(*(client(k) for k in range(clients)))
 
     began = time.perf_counter()
-    answers = [answer for got in asyncio.run(body()) for answer in got]
+    answers = [answer for got in run_apart(body) for answer in got]
     rate = len(answers) / (time.perf_counter() - began)
     good = sum(answer.status == 200 for answer in answers)
     record_property("now", f"{clients} clients: {rate:.0f} requests a second, the testing process on the same cores")

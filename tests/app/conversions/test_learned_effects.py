@@ -14,7 +14,7 @@ from app.conversions.conditions import vehicle_with_effects
 from app.conversions.learned_effects import learned_effects
 from app.schemas.learned_effects import LearnedEffects, LearnedFrom
 from app.service.learned import warnings_of
-from app.store.diagnoses import DiagnosisDocuments, DiagnosisStore, NewDiagnosis
+from app.store.diagnoses import DiagnosisDocuments, DiagnosisStore, NewDiagnosis, Turn
 from diagnosis.answer.results import Diagnosis, Finding, Rival, Verdict
 from diagnosis.causes.families import Family
 from diagnosis.engine import diagnose
@@ -61,8 +61,8 @@ def learned(**changes: Any) -> LearnedEffects:
 def store_effects(service: Service, diagnosis_id: str, vehicle: str, document: str) -> None:
     """Store a finished diagnosis with what it has learned."""
     store = DiagnosisStore(service.database)
-    assert store.submit(NewDiagnosis(diagnosis_id, "nobody:1:a", vehicle, "{}"), 1000)
-    assert store.begin(diagnosis_id)
+    assert store.submit(NewDiagnosis(diagnosis_id, "nobody:1:run-a", vehicle, "{}"), 1000)
+    assert store.begin(diagnosis_id, "run") is Turn.NOW
     assert store.finish(diagnosis_id, DiagnosisDocuments("{}", "", document, "[]"))
 
 

@@ -18,6 +18,7 @@ from app.http.admission import LONG_S, Admission, Cost, Outcome
 from app.observation import Observation, Stage, note_labels, observing, stage
 from routing.errors import AbandonedError, TimeUpError
 from routing.time_budget import time_budget
+from tests.apart import run_apart
 
 if TYPE_CHECKING:
     from collections.abc import Coroutine
@@ -55,7 +56,7 @@ class Client:
 
 
 def run(body: Callable[[], Coroutine[None, None, T]]) -> T:
-    return asyncio.run(asyncio.wait_for(body(), 30.0))
+    return run_apart(lambda: asyncio.wait_for(body(), 30.0))
 
 
 @asynccontextmanager

@@ -14,6 +14,7 @@ from app.http.readiness import KEPT_S, LIMIT_S, DatabaseProbe, Reachable
 from app.main import create_app
 from app.service.service import Service
 from app.store.database import Database
+from tests.apart import run_apart
 from tests.app.expected import check_problem, database_in
 
 if TYPE_CHECKING:
@@ -136,7 +137,7 @@ def test_database_that_does_not_answer_is_asked_once_while_the_loop_goes_on(tmp_
         assert ticks > 5
         return silent, asked_while_silent, first, later
 
-    silent, asked_while_silent, first, later = asyncio.run(ask())
+    silent, asked_while_silent, first, later = run_apart(ask)
     assert silent == [Reachable(False, "no answer within 1 s")] * 20
     assert asked_while_silent == 1
     assert first == later == Reachable(True)
@@ -154,5 +155,5 @@ def test_database_is_asked_at_most_once_a_second(tmp_path: Path) -> None:
         probe.close()
 
     began = time.monotonic()
-    asyncio.run(ask())
+    run_apart(ask)
     assert database.asked <= 1 + (time.monotonic() - began) / KEPT_S

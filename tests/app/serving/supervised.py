@@ -13,12 +13,12 @@ from http.client import HTTPConnection, HTTPException
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from tests.app.http.server_process import PATIENCE_S, server_process
+from tests.app.server_process import PATIENCE_S, server_process
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from tests.app.http.server_process import ServerProcess
+    from tests.app.server_process import ServerProcess
 
 TRIP: Final = {"start": {"lat": 46.5, "lon": 8.0}, "goal": {"lat": 46.52, "lon": 8.02}, "soc": 0.5}
 WORKERS: Final = 2

@@ -12,11 +12,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import pytest
-from tests.app.http.server_process import received
 
 from routing.graph.files import save_graph
 from routing.graph.road_graph import Terrain
 from tests.app.conftest import street_grid
+from tests.app.server_process import received
 from tests.app.serving.supervised import TRIP, WORKERS, Askers, Supervised, supervised, until
 
 if TYPE_CHECKING:
@@ -67,7 +67,7 @@ def test_graph_lies_in_memory_once(running: Supervised) -> None:
 def test_memory_of_a_graph_goes_when_it_is_replaced(running: Supervised, own_graphs: Path) -> None:
     for graph in (slower(), street_grid("grid", Terrain.SYNTHETIC)):
         save_graph(graph, own_graphs / "grid")
-        assert running.ask("POST", "/graphs/reload")[1]["replaced"] == ["grid"]
+        assert running.ask("POST", "/reload")[1]["replaced"] == ["grid"]
     for pid in (running.pid, *running.all_workers()):
         links = [os.readlink(entry) for entry in Path(f"/proc/{pid}/fd").iterdir() if entry.is_symlink()]
         assert sum("memfd:joulepath-grid" in link for link in links) == 1
@@ -77,14 +77,14 @@ def test_reload_asked_of_one_worker_holds_for_all_and_fails_no_request(running: 
     with Askers(running, 4) as asking:
         for k in range(4):
             save_graph(slower() if k % 2 == 0 else street_grid("grid", Terrain.SYNTHETIC), own_graphs / "grid")
-            status, changed = running.ask("POST", "/graphs/reload")
+            status, changed = running.ask("POST", "/reload")
             assert (status, changed["replaced"]) == (200, ["grid"])
             answered = {running.ask("POST", "/route", TRIP)[1]["routes"][0]["duration_s"] for _ in range(16)}
             assert len(answered) == 1
             asking.await_more(8)
     assert set(asking.outcomes) == {200}
     assert len(asking.durations) == 2
-    assert running.ask("POST", "/graphs/reload")[1] == {"added": [], "replaced": [], "removed": [], "refused": []}
+    assert running.ask("POST", "/reload")[1] == {"added": [], "replaced": [], "removed": [], "refused": []}
 
 
 def test_sighup_takes_in_changed_graphs_without_a_failed_request(running: Supervised, own_graphs: Path) -> None:
@@ -105,11 +105,11 @@ def test_damaged_graph_is_refused_and_stays_as_it_was(running: Supervised, own_g
     save_graph(street_grid("other", Terrain.SYNTHETIC), own_graphs / "other")
     path = own_graphs / "other" / "length_m.npy"
     path.write_bytes(path.read_bytes()[:-8])
-    status, changed = running.ask("POST", "/graphs/reload")
+    status, changed = running.ask("POST", "/reload")
     assert status == 200
     assert [refused["name"] for refused in changed["refused"]] == ["other"]
     (own_graphs / "other" / "meta.json").write_text("{")
-    status, problem = running.ask("POST", "/graphs/reload")
+    status, problem = running.ask("POST", "/reload")
     assert (status, problem["code"]) == (409, "graph_damaged")
     for file in (own_graphs / "other").iterdir():
         file.unlink()

@@ -13,7 +13,7 @@ from alembic.config import Config
 from sqlalchemy import create_engine
 
 from app.store.database import MIGRATIONS, Database
-from app.store.diagnoses import DiagnosisDocuments, DiagnosisStore, NewDiagnosis, TripDocument
+from app.store.diagnoses import DiagnosisDocuments, DiagnosisStore, NewDiagnosis, TripDocument, Turn
 from tests.app.expected import check_problem, database_in
 from tests.app.http.test_diagnoses import started
 
@@ -113,8 +113,8 @@ def test_verdict_of_another_version_is_not_shown(settings: Settings, service: Se
 def test_removed_diagnosis_takes_its_trips_along_and_those_of_others_stay(tmp_path: Path) -> None:
     store = DiagnosisStore(Database(database_in(tmp_path)))
     for diagnosis_id in ("first", "second"):
-        assert store.submit(NewDiagnosis(diagnosis_id, "host:1:a", "vw-id4", "{}", 2), 10)
-        assert store.begin(diagnosis_id)
+        assert store.submit(NewDiagnosis(diagnosis_id, "host:1:run-a", "vw-id4", "{}", 2), 10)
+        assert store.begin(diagnosis_id, "run") is Turn.NOW
         two = tuple(TripDocument("trip", f'"{diagnosis_id} {k}"', "{}") for k in range(2))
         assert store.finish(diagnosis_id, DiagnosisDocuments("{}", "", "{}", "[]", trips=two))
     assert store.trip_outlines("second") == ['"second 0"', '"second 1"']

@@ -24,7 +24,7 @@ from app.http.readiness import LIMIT_S
 from app.main import create_app
 from app.service.service import Service
 from app.store.database import MIGRATIONS, Database, driver_url
-from app.store.diagnoses import DiagnosisDocuments, DiagnosisState, DiagnosisStore, NewDiagnosis, TripDocument
+from app.store.diagnoses import DiagnosisDocuments, DiagnosisState, DiagnosisStore, NewDiagnosis, TripDocument, Turn
 from app.store.errors import DatabaseUnavailableError
 from app.store.tables import Base
 from app.store.vehicles import VehicleDocument, VehicleStore
@@ -156,9 +156,9 @@ def test_changes_at_the_same_time_leave_one_of_them_whole(postgresql: Server) ->
 
 def test_diagnosis_goes_from_queued_to_done_with_all_that_it_leaves(postgresql: Server) -> None:
     store = DiagnosisStore(Database(postgresql.make_database("diagnoses")))
-    assert store.submit(NewDiagnosis("20260301-0c9f2a7b1d4e", "host:1:a", "vw-id4", "{}", 3), 1)
-    assert not store.submit(NewDiagnosis("20260301-0c9f2a7b1d4f", "host:1:a", "vw-id4", "{}", 3), 1)
-    assert store.begin("20260301-0c9f2a7b1d4e")
+    assert store.submit(NewDiagnosis("20260301-0c9f2a7b1d4e", "host:1:run-a", "vw-id4", "{}", 3), 1)
+    assert not store.submit(NewDiagnosis("20260301-0c9f2a7b1d4f", "host:1:run-a", "vw-id4", "{}", 3), 1)
+    assert store.begin("20260301-0c9f2a7b1d4e", "run") is Turn.NOW
     store.advance("20260301-0c9f2a7b1d4e", "matching", 0.5)
     trips = (TripDocument("monday – ü", '{"a": 1}', "[1]"), TripDocument("monday – ü", "{}", "[2]"))
     documents = DiagnosisDocuments("{}", "<p>ü</p>", "{}", "[]", "nothing_missing", "Nothing.", "[]", "{}", trips)
