@@ -155,7 +155,7 @@ def _making(report: Report) -> Table:
 
 def _loading(report: Report) -> Table:
     numbers = ("saved MB", "B/link", "load ms", "load/make", "added MB", "touched MB", "private MB")
-    table = markdown_table("Loading memory-mapped, each in a fresh process", ("graph",), numbers)
+    table = markdown_table("Loading, each in a fresh process", ("graph",), numbers)
     for graph in report.graphs:
         made, loaded = graph.made, graph.loaded
         table.add_row(

@@ -89,7 +89,7 @@ def _shapes(report: ScaleReport) -> Table:
 
 def _loading(report: ScaleReport) -> Table:
     heads = ("links", "load s", "processor s", "private MB", "mapped MB", "target")
-    table = markdown_table("Loading memory-mapped, each time in a fresh process", (), heads)
+    table = markdown_table("Loading, each time in a fresh process", (), heads)
     for size in report.sizes:
         load = size.opened.steps[0]
         memory = (_number(load.private_mb), _number(load.mapped_mb))
