@@ -67,7 +67,7 @@ def test_run_prints_every_table_and_a_verdict(tmp_path, capsys) -> None:
     for title in (
         "One-to-all eco search",
         "Import or generation",
-        "Loading memory-mapped",
+        "Loading, each",
         "Whole queries",
         "Time-step model",
     ):
