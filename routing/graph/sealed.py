@@ -31,6 +31,7 @@ class GraphFiles:
         self.folder = folder
         self.path = str(folder)
         try:
+            self._place = _place(folder / META_FILE)
             self.meta_text = (folder / META_FILE).read_bytes()
             self.raw = json.loads(self.meta_text)
         except (OSError, ValueError, RecursionError) as error:
@@ -68,11 +69,18 @@ class GraphFiles:
         return content
 
     def is_current(self) -> bool:
-        """Whether meta.json is still the one that was read."""
+        """Whether meta.json is still the one that was read, and not another of the same content."""
+        file = self.folder / META_FILE
         try:
-            return (self.folder / META_FILE).read_bytes() == self.meta_text
+            return _place(file) == self._place and file.read_bytes() == self.meta_text
         except OSError:
             return False
+
+
+def _place(file: Path) -> tuple[int, int, int]:
+    """What tells a file from another that takes its place."""
+    status = file.stat()
+    return status.st_dev, status.st_ino, status.st_mtime_ns
 
 
 def array_bytes(array: np.ndarray[Any, Any]) -> bytes:

@@ -18,7 +18,6 @@ from routing.graph.files import load_graph, save_graph
 from routing.graph.road_graph import ARRAY_NAMES, Terrain
 from tests.app.conftest import street_grid
 
-pytestmark = pytest.mark.nojit
 # each holds a figure of a node or link that fits any other one; only a hash tells that it is another's
 FOUND_BY_HASHES_ALONE = frozenset(
     {

@@ -18,7 +18,6 @@ if TYPE_CHECKING:
 
     Serving = Callable[..., AbstractContextManager[TestClient]]
 
-pytestmark = pytest.mark.nojit
 
 CAR = "hyundai-kona-64"
 LONGEST_WAIT_S = 60.0

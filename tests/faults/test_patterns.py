@@ -13,8 +13,6 @@ from app.errors.diagnosing import SourceError
 if TYPE_CHECKING:
     from pathlib import Path
 
-pytestmark = pytest.mark.nojit
-
 
 def deep(folder: Path) -> Path:
     """Folders in folders, 40 deep, each with a link to the first and to itself."""

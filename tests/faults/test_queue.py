@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 
     Serving = Callable[..., AbstractContextManager[TestClient]]
 
-pytestmark = pytest.mark.nojit
 
 FORM = {"content-type": "multipart/form-data; boundary=x"}
 SERVE = """

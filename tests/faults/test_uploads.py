@@ -17,7 +17,6 @@ from tests.faults.measured import read_apart
 if TYPE_CHECKING:
     from pathlib import Path
 
-pytestmark = pytest.mark.nojit
 
 ROWS = 100_000
 
