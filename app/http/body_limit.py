@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import asyncio
 from typing import TYPE_CHECKING, Final
 
 from app.errors.handlers import problem_response
@@ -81,6 +80,5 @@ def _is_upload(scope: Scope) -> bool:
 
 
 async def _refuse(limit_bytes: int, scope: Scope, receive: Receive, send: Send) -> None:
-    await asyncio.sleep(0)  # where the server has refused the rest of the request by now, it learns that it is closed
     response = problem_response(BodyTooLargeError(limit_bytes), scope["path"], {"Connection": "close"})
     await response(scope, receive, send)

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable
     from types import FrameType
 
-    from starlette.types import ASGIApp
+    from starlette.types import ASGIApp, Message, Receive, Scope, Send
     from uvicorn.protocols.http.h11_impl import RequestResponseCycle
 
     from app.settings import Settings
@@ -303,13 +303,34 @@ class LimitedServer(uvicorn.Server):
             self._last_resort.start()
 
 
+class Settled:
+    """ASGI middleware that lets the server look at all that has come of a request before an answer to it begins.
+
+    Where what follows its head is no HTTP, the server has answered and closed by then: an answer of the application
+    would be a second one, which the server takes for a fault of the application.
+    """
+
+    def __init__(self, app: ASGIApp) -> None:
+        self.app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on, and its answer a turn of the loop later."""
+
+        async def send_settled(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                await asyncio.sleep(0)
+            await send(message)
+
+        await self.app(scope, receive, send_settled)
+
+
 def run_server(
     application: ASGIApp, settings: Settings, host: str, port: int, sockets: list[socket.socket] | None = None
 ) -> None:
     """Serve until the process is told to stop; sockets: that listen already, instead of host and port."""
     connections = Connections(settings, connection_limit(settings.connection_limit))
     config = uvicorn.Config(
-        application,
+        Settled(application),
         host=host,
         port=port,
         http=cast("type[asyncio.Protocol]", partial(LimitedProtocol, connections)),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gzip
 import json
 import re
 import subprocess
@@ -75,7 +76,8 @@ def fault_of(answer: Answer) -> str:
     if answer.headers.get("content-type") != PROBLEM_TYPE:
         # what is no HTTP is refused before the application sees it
         return "" if answer.status == 400 else f"a {answer.status} that is no problem"
-    code = json.loads(answer.body)["code"]
+    packed = answer.headers.get("content-encoding") == "gzip"
+    code = json.loads(gzip.decompress(answer.body) if packed else answer.body)["code"]
     kinds = {kind.value: known.status for kind, known in KINDS.items()}
     return "" if kinds.get(code) == answer.status else f"code {code!r} with status {answer.status}"
 

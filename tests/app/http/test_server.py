@@ -123,6 +123,17 @@ def test_clients_that_are_slow_or_gone_leave_no_traceback(hasty: ServerProcess) 
     assert "Traceback" not in hasty.log.read_text()
 
 
+@pytest.mark.parametrize("host", ["127.0.0.1", "foreign.example"])
+def test_request_whose_body_is_no_http_is_answered_once_and_leaves_no_traceback(
+    hasty: ServerProcess, host: str
+) -> None:
+    head = f"POST /nowhere HTTP/1.1\r\nHost: {host}\r\nContent-Type: application/json\r\n"
+    for framing in ("Transfer-Encoding: chunked\r\n\r\nzz\r\n", "Transfer-Encoding: chunked\r\n\r\n-1\r\n{}\r\n"):
+        answered = hasty.ask((head + framing).encode())
+        assert answered.count(b"HTTP/1.1 ") == 1
+    assert "Traceback" not in hasty.log.read_text(encoding="utf-8")
+
+
 def test_log_lines_beyond_the_rate_are_left_out_and_counted() -> None:
     logger = logging.Logger("a server")
     written: list[logging.LogRecord] = []
