@@ -5,6 +5,7 @@ from __future__ import annotations
 import gc
 import importlib
 import json
+import signal
 from typing import Annotated, Any
 
 import typer
@@ -97,6 +98,8 @@ def serve(
     from app.logs import configure_logs
     from app.main import create_app
 
+    if hasattr(signal, "SIGHUP"):  # which reloads graphs; one that comes before they are loaded would end the process
+        signal.signal(signal.SIGHUP, signal.SIG_IGN)
     chosen, source = settings_for(graph)
     configure_logs(chosen)
     address = host or chosen.host
