@@ -143,6 +143,7 @@ class Admission:
         """
         budget = TimeBudget(self.limit_s)
         with self._counted(cost):
+            self._forget_over()
             wait_s = self._wait_s(cost)
             self._admit(cost, wait_s + self._mean_s[cost] if wait_s > 0.0 else 0.0)
             async with _watched(request, budget):
@@ -255,6 +256,13 @@ class Admission:
         """Refuse what would not be ready in time."""
         if len(self._waiting[cost]) >= self._queue_limit or ready_s > self.limit_s:
             raise OverloadedError(max(ready_s - self.limit_s, self._mean_s[cost]))
+
+    def _forget_over(self) -> None:
+        """Let no call wait whose client has gone, or whose time is up."""
+        for queue in self._waiting.values():
+            for waiting in [waiting for waiting in queue if waiting.budget.is_over]:
+                queue.remove(waiting)
+                _refuse_late(waiting)
 
     def _wait_s(self, cost: Cost) -> float:
         """How long a new call is likely to wait."""

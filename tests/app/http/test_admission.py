@@ -216,6 +216,26 @@ def test_no_more_calls_wait_than_the_queue_holds() -> None:
     run(body)
 
 
+def test_clients_that_have_gone_leave_their_places_in_the_queue() -> None:
+    async def body() -> None:
+        async with admission(threads=1, queue=3) as searches:
+            held, gone = Client(), Client()
+            first = asyncio.create_task(searches.run(held.request, until_stopped))
+            calls = [asyncio.create_task(searches.run(gone.request, until_stopped)) for _ in range(3)]
+            await asyncio.sleep(0.05)
+            assert searches.waiting[Cost.SHORT] == 3
+            gone.gone.set()
+            await asyncio.sleep(0.05)
+            last = asyncio.create_task(searches.run(held.request, lambda: "answered"))
+            ends = await asyncio.gather(*calls, return_exceptions=True)
+            assert all(isinstance(end, AbandonedError) for end in ends)
+            assert searches.waiting[Cost.SHORT] == 1
+            held.gone.set()
+            await asyncio.gather(first, last, return_exceptions=True)
+
+    run(body)
+
+
 def test_calls_that_are_not_answered_are_counted_by_the_reason() -> None:
     async def body() -> None:
         async with admission(threads=1, queue=2) as searches:
