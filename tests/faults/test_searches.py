@@ -12,6 +12,7 @@ import pytest
 from app.schemas.route import RouteRequest
 from app.service.service import Service
 from app.settings import Settings
+from benchmarks.answers import LORRY
 from routing.errors import TimeUpError
 from routing.time_budget import TimeBudget, within
 from tests.app.expected import database_in
@@ -20,19 +21,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 # its losses make slack so great that no label dominates another of another speed, and cold tyres that of another time
-LORRY: dict[str, Any] = {
-    "name": "lorry",
-    "mass_kg": 12_500.5,
-    "road_load": {"a_n": 900.0, "b_n_per_kmh": 1.5, "c_n_per_kmh2": 0.21},
-    "rotating_mass_coef": 1.05,
-    "drive_eff": 0.88,
-    "recuperation_eff": 0.5,
-    "aux_power_w": 3000,
-    "aux_move_eff": 0.95,
-    "usable_capacity_kwh": 300,
-    "acceleration": {"speed_kmh": [0, 30, 60, 90], "accel_mps2": [0.8, 0.5, 0.2], "decel_mps2": [-0.9, -0.8, -0.6]},
-    "effects": {"tyre_warm_up_frac": 0.2, "regen_always_limited": True, "regen_cap_w": 80_000},
-}
 CROWDED: dict[str, Any] = {
     "graph": "coquimbo",
     "start": {"lat": -29.921, "lon": -71.2514},

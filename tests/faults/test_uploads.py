@@ -15,6 +15,7 @@ from diagnosis.recordings.reading import read_recordings
 from tests.faults.measured import read_apart
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
 
 
@@ -36,8 +37,8 @@ def write_texts(path: Path, text: str, rows: int) -> None:
     parquet.write_table(table, path, compression="zstd", store_schema=False)
 
 
-@pytest.mark.fault("refused-uploads", now="20 refused tables of 575 kB packed take 154 MB; kept errors have no frames")
-def test_refused_recordings_hold_no_table(tmp_path: Path) -> None:
+@pytest.mark.fault("refused-uploads")
+def test_refused_recordings_hold_no_table(tmp_path: Path, record_property: Callable[[str, object], None]) -> None:
     for folder, count in (("few", 1), ("many", 4)):
         (tmp_path / folder).mkdir()
         for k in range(count):
@@ -45,6 +46,7 @@ def test_refused_recordings_hold_no_table(tmp_path: Path) -> None:
     few, many = (read_apart(tmp_path / folder) for folder in ("few", "many"))
     assert len(many.errors) == 4
     assert "speed_kmh is fast" in many.errors[-1]
+    record_property("now", f"reading one takes {few.peak_mb:.0f} MB, reading four {many.peak_mb:.0f} MB")
     assert many.peak_mb < 1.3 * few.peak_mb
 
 
@@ -57,13 +59,16 @@ def test_kept_errors_have_no_frames(tmp_path: Path) -> None:
         assert (error.__traceback__, error.__cause__, error.__context__) == (None, None, None)
 
 
-@pytest.mark.fault("decoded-size", now="refused with 75 MB in 0.9 s, a file that took 10.9 GB")
-def test_long_text_that_rows_share_is_refused_before_each_has_its_own(tmp_path: Path) -> None:
+@pytest.mark.fault("decoded-size")
+def test_long_text_that_rows_share_is_refused_before_each_has_its_own(
+    tmp_path: Path, record_property: Callable[[str, object], None]
+) -> None:
     write_texts(tmp_path / "texts.parquet", "0123456789" * 1_000, 500_000)
     assert (tmp_path / "texts.parquet").stat().st_size < 4_500_000
     measured = read_apart(tmp_path)
     (error,) = measured.errors
     assert "power_w is texts of more than 200 MB, each as often as rows have it" in error
+    record_property("now", f"texts of 5 GB in all are refused, with {measured.peak_mb:.0f} MB")
     assert measured.peak_mb < 300.0
 
 
