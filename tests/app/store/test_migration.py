@@ -8,14 +8,12 @@ from contextlib import closing
 from typing import TYPE_CHECKING
 
 import pytest
-from alembic import command
-from alembic.config import Config
-from sqlalchemy import create_engine
 
-from app.store.database import MIGRATIONS, Database
+from app.store.database import Database
 from app.store.diagnoses import DiagnosisDocuments, DiagnosisStore, NewDiagnosis, TripDocument, Turn
 from tests.app.expected import check_problem, database_in
 from tests.app.http.test_diagnoses import started
+from tests.app.store.revisions import to_revision
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -35,22 +33,10 @@ FOUND = {
 NOTHING = {**FOUND, "verdict": "nothing_missing", "text": "Nothing stands out.", "findings": []}
 
 
-def to_revision(folder: Path, revision: str, *, down: bool = False) -> None:
-    """Bring the tables of a database to a revision."""
-    engine = create_engine(database_in(folder))
-    config = Config()
-    config.set_main_option("script_location", str(MIGRATIONS))
-    config.set_main_option("path_separator", "os")
-    with engine.begin() as connection:
-        config.attributes["connection"] = connection
-        (command.downgrade if down else command.upgrade)(config, revision)
-    engine.dispose()
-
-
 @pytest.fixture
 def old(tmp_path: Path) -> Path:
     """The folder of a database of revision 0002 with diagnoses: `found`, `nothing`, `damaged` and `failed`."""
-    to_revision(tmp_path, "0002")
+    to_revision(database_in(tmp_path), "0002")
     rows = [
         ("found", "done", json.dumps(FOUND)),
         ("nothing", "done", json.dumps(NOTHING)),
@@ -94,8 +80,8 @@ def test_older_diagnosis_is_shown_without_trips_and_residuals(settings: Settings
 
 
 def test_migration_can_be_taken_back_and_made_again(settings: Settings, service: Service, old: Path) -> None:
-    to_revision(old, "0003")
-    to_revision(old, "0002", down=True)
+    to_revision(database_in(old), "0003")
+    to_revision(database_in(old), "0002", down=True)
     with started(settings, service, old) as client:
         assert client.get("/diagnoses/found").json()["verdict"] == "left_out_physics"
 

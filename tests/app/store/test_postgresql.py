@@ -13,9 +13,7 @@ from typing import TYPE_CHECKING, Any
 from urllib.parse import quote
 
 import pytest
-from alembic import command
 from alembic.autogenerate import compare_metadata
-from alembic.config import Config
 from alembic.migration import MigrationContext
 from sqlalchemy import create_engine
 from starlette.testclient import TestClient
@@ -23,12 +21,13 @@ from starlette.testclient import TestClient
 from app.http.readiness import LIMIT_S
 from app.main import create_app
 from app.service.service import Service
-from app.store.database import MIGRATIONS, Database, driver_url
+from app.store.database import Database, driver_url
 from app.store.diagnoses import DiagnosisDocuments, DiagnosisState, DiagnosisStore, NewDiagnosis, TripDocument, Turn
 from app.store.errors import DatabaseUnavailableError
 from app.store.tables import Base
 from app.store.vehicles import VehicleDocument, VehicleStore
 from tests.app.expected import TABLE, VEHICLE, check_problem
+from tests.app.store.revisions import to_revision
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -48,18 +47,6 @@ def client_on(settings: Settings, service: Service, url: str, **changes: Any) ->
     with TestClient(create_app(own.settings, own)) as client:
         yield client
     own.close()
-
-
-def to_revision(url: str, revision: str, *, down: bool = False) -> None:
-    """Bring the tables of a database to a revision."""
-    engine = create_engine(driver_url(url))
-    config = Config()
-    config.set_main_option("script_location", str(MIGRATIONS))
-    config.set_main_option("path_separator", "os")
-    with engine.begin() as connection:
-        config.attributes["connection"] = connection
-        (command.downgrade if down else command.upgrade)(config, revision)
-    engine.dispose()
 
 
 def test_migration_from_nothing_makes_the_tables_that_the_code_describes(postgresql: Server) -> None:
