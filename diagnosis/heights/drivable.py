@@ -10,8 +10,8 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-# Speeds and the steepest grades of roads that are driven at them: STEEPEST_GRADE of routing.importers.profile, from
-# streets at 20 % to motorways at 7 %.
+# Speeds and the steepest grades of roads that are driven at them: STEEPEST_GRADE of routing.importers.heights.profile,
+# from streets at 20 % to motorways at 7 %.
 SPEEDS_MPS: Final = (50.0 / 3.6, 80.0 / 3.6, 110.0 / 3.6)
 STEEPEST: Final = (0.20, 0.12, 0.07)
 

@@ -15,7 +15,7 @@ from diagnosis.matching.tracks import NoPositionsError
 from energy.replay.replay import SMOOTHING_M, smoothed_height_m
 from routing.errors import ImportFailedError
 from routing.graph.road_graph import Terrain
-from routing.importers.elevation import tiles_at
+from routing.importers.heights.elevation import tiles_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

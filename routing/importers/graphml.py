@@ -12,8 +12,8 @@ import numpy as np
 
 from routing.errors import ImportFailedError
 from routing.graph.earth import E7
-from routing.importers.elevation_cells import HIGHEST_M, LOWEST_M
 from routing.importers.graphml_lines import lines_of, lonlat_deg, projection_of, refuse_swapped_axes
+from routing.importers.heights.cells import HIGHEST_M, LOWEST_M
 from routing.importers.roads import Roads, Ways, short_distance_m
 from routing.importers.speeds import HIGHEST_KMH, KMH, LOWEST_KMH, limit_mps_from_value, may_be_unlimited
 from routing.importers.tags import (

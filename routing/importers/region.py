@@ -16,13 +16,13 @@ from routing.graph.road_graph import GraphMeta, RoadGraph, Terrain, assemble_gra
 from routing.importers.built_up import urban_pieces
 from routing.importers.chains import chains_from_roads, junction_positions, pieces_of
 from routing.importers.crossings import place_controls
-from routing.importers.elevation import sample_heights
 from routing.importers.ferries import without_spurs
 from routing.importers.graphml import roads_from_networkx
+from routing.importers.heights.elevation import sample_heights
+from routing.importers.heights.profile import limit_grades, smooth_along_roads
 from routing.importers.links import loose_graph
 from routing.importers.osm import read_osm
 from routing.importers.osm_files import is_graphml
-from routing.importers.profile import limit_grades, smooth_along_roads
 from routing.importers.roads import cut_at_antimeridian
 from routing.importers.tags import Dropped
 from routing.importers.way_bans import with_bans_over_ways

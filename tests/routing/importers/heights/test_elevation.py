@@ -13,7 +13,7 @@ from rasterio import Affine
 
 from routing.errors import ImportFailedError
 from routing.graph.road_graph import RoadGraph, Terrain
-from routing.importers.elevation import read_tile, sample_heights
+from routing.importers.heights.elevation import read_tile, sample_heights
 from routing.importers.region import GRADE_TOLERANCE_M, import_region
 
 STREET = {"highway": "residential"}

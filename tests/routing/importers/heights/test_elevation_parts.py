@@ -14,13 +14,13 @@ from rasterio import Affine
 from rasterio.windows import Window
 
 from routing.errors import ImportFailedError
-from routing.importers.elevation import read_tile, sample_heights
+from routing.importers.heights.elevation import read_tile, sample_heights
 
 MEASURE = """
 import resource, sys
 from pathlib import Path
 import numpy as np
-from routing.importers.elevation import sample_heights
+from routing.importers.heights.elevation import sample_heights
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 height_m, outside = sample_heights([Path(sys.argv[1])], np.linspace(1.0, 1.5, 999), np.linspace(42.0, 42.3, 999))
 assert not outside.any()

@@ -13,7 +13,7 @@ from rasterio import Affine
 from rasterio.enums import ColorInterp
 
 from routing.errors import ImportFailedError
-from routing.importers.elevation import UNDECLARED, read_tile, sample_heights
+from routing.importers.heights.elevation import UNDECLARED, read_tile, sample_heights
 from routing.importers.region import import_region
 
 CELL = 1.0 / 1200.0  # 92.7 m

@@ -14,7 +14,7 @@ from rasterio.crs import CRS
 from rasterio.warp import transform
 
 from routing.errors import ImportFailedError
-from routing.importers.elevation import sample_heights
+from routing.importers.heights.elevation import sample_heights
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -25,7 +25,7 @@ from scipy.spatial import cKDTree
 
 from routing.errors import ImportFailedError
 from routing.graph.earth import METRE_PER_DEGREE
-from routing.importers.elevation_cells import (
+from routing.importers.heights.cells import (
     HIGHEST_M,
     LOWEST_M,
     decoded_heights,

@@ -1,0 +1,1 @@
+"""Heights of a map: elevation files read, and profiles along roads."""
