@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from tests.routing.importers.test_elevation import write_geotiff
 
 from energy.chain.chain import LinkModel, StopRule
 from energy.stops import StopSettings
@@ -20,6 +19,7 @@ from routing.graph.road_graph import RoadGraph
 from routing.importers.ferries import ASSUMED_MPS, duration_s, ferry_speed, takes_cars
 from routing.importers.region import LONGEST_LINK_M, import_region
 from routing.search.space import search_space
+from tests.routing.importers.heights.test_elevation import write_geotiff
 from tests.routing.search.test_exact import vehicle
 
 STREET = {"highway": "residential"}
