@@ -33,6 +33,7 @@ GRACE_S: Final = 0.5  # between the limit, when searches stop, and giving up wha
 SHORT_BEFORE_LONG: Final = 8  # short calls that go first while a longer one waits
 BUSY_S: Final = 2.0  # since the last short call, in which one thread is kept for the next
 LONG_S: Final = 1.0  # from which on a call that was taken for short counts as long
+MORE_AT_A_TIME: Final = 2  # short calls than threads: while one waits for Python's lock another computes
 MOST_THREADS_FACTOR: Final = 4  # of the threads, with those whose calls have turned out long
 NEW_FRAC: Final = 0.1  # of an average that a new value makes, once there are so many
 
@@ -92,9 +93,10 @@ class _Waiting(Generic[T]):
 
 
 class Admission:
-    """Runs calls on threads of their own, as many at a time as asked for; to be used from one event loop.
+    """Runs calls on threads of their own; to be used from one event loop.
 
-    At least one short call runs at any time: while long ones hold all threads, on one more.
+    As many run at a time as there are threads asked for, long ones on one fewer, and of short ones MORE_AT_A_TIME where
+    there are several threads. At least one short call may run at any time, whatever the others hold.
 
     A call has a time budget, within which searches stop by themselves. One that has not begun by then never runs. What
     can't be ready in time by what calls of its kind took of late is refused at once, unless nothing is ahead of it: of
@@ -107,6 +109,7 @@ class Admission:
         self.limit_s = limit_s
         self._threads = threads
         self._queue_limit = queue_limit
+        self._at_a_time = threads + min(MORE_AT_A_TIME, 2 * (threads - 1))  # one thread is one thread
         self._pool = ThreadPoolExecutor(MOST_THREADS_FACTOR * threads, thread_name_prefix="search")
         self._waiting: dict[Cost, deque[_Waiting[Any]]] = {cost: deque() for cost in Cost}
         self._running = dict.fromkeys(Cost, 0)
@@ -274,7 +277,7 @@ class Admission:
 
     def _room(self, cost: Cost) -> int:
         """Threads that calls of a cost may take now."""
-        if cost is Cost.SHORT or self._threads == 1:
+        if cost in (Cost.SHORT, Cost.MIDDLE) or self._threads == 1:
             return self._threads
         busy = time.monotonic() - self._last_short_s < BUSY_S
         return self._threads - 1 if busy or cost is Cost.LONG else self._threads
@@ -323,8 +326,8 @@ class Admission:
         short, longer = self._running[Cost.SHORT], sum(self._running[kind] for kind in LONGER)
         if cost is Cost.SHORT:
             most = MOST_THREADS_FACTOR * self._threads
-            return short < max(self._threads - longer, 1) and short + longer < most
-        return longer < self._room(cost) and short + longer < self._threads
+            return short < max(self._at_a_time - longer, 1) and short + longer < most
+        return longer < self._room(cost) and short + longer < self._at_a_time
 
     def _count_as_long(self, waiting: _Waiting[Any], job: asyncio.Future[Any]) -> None:
         if waiting.cost in (Cost.SHORT, Cost.MIDDLE) and not job.done():

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import gzip
 from typing import TYPE_CHECKING, Annotated, Final
 
 from fastapi import Depends, Request, Response
 from fastapi.responses import JSONResponse
+from isal import igzip
 
 from app.errors.raised import NotReadyError
 from app.http.admission import Admission
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 GEOJSON: Final = "application/geo+json"
 JSON: Final = "application/json"
 COMPRESSED_BYTES: Final = 1000  # least of what is compressed
-COMPRESSION: Final = 1  # a fifth of the time, 7 % larger
+COMPRESSION: Final = 1  # a fifth of the time of the best, 7 % larger
 
 
 async def running_service(request: Request) -> Service:
@@ -58,13 +58,12 @@ def answer(model: BaseModel, media_type: str = JSON) -> Response:
 
 def long_answer(request: Request, body: bytes, media_type: str = JSON) -> Response:
     """A body as a response, compressed here where the client takes that, so that it is not on the event loop."""
-    headers = {"Vary": "Accept-Encoding"}
     # the test of the compressing middleware, which leaves alone what is compressed
     if len(body) < COMPRESSED_BYTES or "gzip" not in request.headers.get("Accept-Encoding", ""):
-        return Response(body, media_type=media_type, headers=headers)
+        return Response(body, media_type=media_type)
     with stage(Stage.WRITE):
-        packed = gzip.compress(body, COMPRESSION, mtime=0)
-    return Response(packed, media_type=media_type, headers={**headers, "Content-Encoding": "gzip"})
+        packed = igzip.compress(body, COMPRESSION, mtime=0)
+    return Response(packed, media_type=media_type, headers={"Vary": "Accept-Encoding", "Content-Encoding": "gzip"})
 
 
 def long_json_answer(request: Request, model: BaseModel) -> Response:

@@ -204,8 +204,17 @@ def test_road_load_in_epa_units_takes_the_same_energy(client: TestClient) -> Non
     assert answers[0]["request"]["vehicle"]["acceleration"] == kona["acceleration"]
 
 
-def test_large_answer_is_compressed(client: TestClient) -> None:
-    assert client.post("/route", json=ROUTE).headers["content-encoding"] == "gzip"
+def test_large_answer_is_compressed_for_a_client_that_takes_it(client: TestClient) -> None:
+    packed = client.post("/route", json=ROUTE)
+    plain = client.post("/route", json=ROUTE, headers={"Accept-Encoding": "identity"})
+    assert packed.headers["content-encoding"] == "gzip"
+    assert int(packed.headers["content-length"]) < len(packed.content) / 2
+    assert "content-encoding" not in plain.headers
+    assert packed.json()["routes"] == plain.json()["routes"]
+    for answer in (packed, plain):
+        names = [name.strip().lower() for name in answer.headers["vary"].split(",")]
+        assert sorted(names) == sorted(set(names))
+        assert "accept-encoding" in names
 
 
 def test_allowed_origin_may_read_answers_and_problems(client: TestClient) -> None:
