@@ -1,0 +1,1 @@
+"""How a vehicle takes charge: plugs, power by charge, and time from one charge to another."""

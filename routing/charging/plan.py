@@ -1,0 +1,182 @@
+"""What is asked of the planner of charging stops and what it answers, in SI units."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from energy.charging.charging import Connector
+    from routing.places import LinkPosition, LinkSpan
+    from routing.route.route import Route
+    from routing.stations.station import Socket, Station
+
+
+class Objective(StrEnum):
+    """What a plan has least of."""
+
+    TIME = "time"
+    ENERGY = "energy"
+    COST = "cost"
+
+
+@dataclass(frozen=True, slots=True)
+class FixedStay:
+    """A stay that is taken anyway: at a via point (its position in the query, from 0) or at the goal (None).
+
+    power_w: at which the vehicle charges there [W from the wall], 0 where it can't. seconds: how long.
+    """
+
+    via_idx: int | None
+    seconds: float
+    power_w: float = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class ChargingQuery:
+    """How a journey may be charged on; charges are fractions of the usable capacity, 0..1.
+
+    arrive_soc_frac: least on arrival at every stop. goal_soc_frac: least at the goal. max_soc_frac: charged to at most.
+    overhead_s: of every stop, for leaving the road, plugging in and paying [s]. connectors: to use, empty: all that fit.
+    min_power_w: least output of a socket [W]. network_factors: by network or operator, what time at its stations counts
+    as, above 1 where they are avoided, below where preferred; excluded_networks: not used. stations: only these ids,
+    empty: all. stays: fixed ones. departure_min: minutes since Monday 0:00 local time, for opening hours, which None
+    does not look at. confidence: probability, 0.5..0.999, with which arrive_soc_frac is kept at every stop; None: by
+    the mean. speed_caps_mps: highest speeds to try beside none [m/s]. most_stops: at most. alternatives: further plans.
+    time_value_per_h: what an hour is worth where the objective is cost, in the currency of the prices.
+    """
+
+    arrive_soc_frac: float = 0.1
+    goal_soc_frac: float = 0.1
+    max_soc_frac: float = 0.8
+    overhead_s: float = 300.0
+    connectors: tuple[Connector, ...] = ()
+    min_power_w: float = 0.0
+    network_factors: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    excluded_networks: frozenset[str] = frozenset()
+    stations: tuple[str, ...] = ()
+    stays: tuple[FixedStay, ...] = ()
+    departure_min: float | None = None
+    objective: Objective = Objective.TIME
+    confidence: float | None = None
+    speed_caps_mps: tuple[float, ...] = ()
+    most_stops: int = 20
+    alternatives: int = 0
+    time_value_per_h: float = 10.0
+
+
+@dataclass(frozen=True, slots=True)
+class ChargeStop:
+    """One stop of a plan.
+
+    power_bands: seconds at power from..to [W], of the charging alone. charged_j: into the battery; drawn_j: from the
+    wall. price: in the currency of the station, None where it has none in numbers.
+    station is None at a fixed stay. arrive_quantiles_frac: charge on arrival at 10, 50 and 90 %; kept_probability: of
+    arriving with at least what was asked.
+    """
+
+    station: Station | None
+    socket: Socket | None
+    position: LinkPosition
+    arrive_s: float
+    depart_s: float
+    overhead_s: float
+    charging_s: float
+    arrive_soc_frac: float
+    depart_soc_frac: float
+    charged_j: float
+    drawn_j: float
+    mean_power_w: float
+    power_bands: tuple[tuple[float, float, float], ...] = ()
+    price: float | None = None
+    currency: str = ""
+    arrive_quantiles_frac: tuple[float, float, float] | None = None
+    kept_probability_frac: float | None = None
+    fallback: Fallback | None = None
+    gatekeeper: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Fallback:
+    """The next best station should a stop fail: how long to it, and the charge on arrival there, < 0: not reached."""
+
+    station: Station
+    drive_s: float
+    arrive_soc_frac: float
+    reached: bool
+
+
+@dataclass(frozen=True, slots=True)
+class PlanLeg:
+    """A drive between two stops: its stretches, time, energy, charge at both ends, and the speed cap that it kept."""
+
+    spans: tuple[LinkSpan, ...]
+    time_s: float
+    energy_j: float
+    distance_m: float
+    soc_start_frac: float
+    soc_end_frac: float
+    soc_min_frac: float
+    speed_cap_mps: float | None = None
+    route: Route | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """A journey: n + 1 legs and the n stops between them.
+
+    short_by_s: by how much at most a better plan is better, in the objective's own unit (s, J or currency); 0: proven
+    best for the model, None: nothing is proven, and why is in unproven.
+    goal_quantiles_frac, goal_kept_probability_frac: as at stops.
+    """
+
+    name: str
+    legs: tuple[PlanLeg, ...]
+    stops: tuple[ChargeStop, ...]
+    driving_s: float
+    charging_s: float
+    overhead_s: float
+    energy_j: float
+    objective: float
+    short_by: float | None = 0.0
+    unproven: str = ""
+    goal_quantiles_frac: tuple[float, float, float] | None = None
+    goal_kept_probability_frac: float | None = None
+    price: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class NoPlan:
+    """Why there is no plan: the leg that fails, by how much [J], the last station in reach, and what would help."""
+
+    reason: str
+    from_station: Station | None
+    missing_j: float
+    last_reached: Station | None
+    helps: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class PlanStats:
+    """Work of a plan: searches of legs, labels of the station graph, seconds by stage, legs taken from the cache."""
+
+    leg_searches: int
+    legs_cached: int
+    labels_made: int
+    labels_settled: int
+    seconds: float
+    stage_s: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+
+
+@dataclass(frozen=True, slots=True)
+class ChargingAnswer:
+    """Plans, the best first, or why there is none."""
+
+    plans: tuple[Plan, ...]
+    no_plan: NoPlan | None
+    stats: PlanStats
+    warnings: tuple[str, ...] = ()

@@ -1,0 +1,1 @@
+"""Charging stations: where they are on the roads, and what they offer."""
