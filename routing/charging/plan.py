@@ -41,7 +41,7 @@ class ChargingQuery:
     """How a journey may be charged on; charges are fractions of the usable capacity, 0..1.
 
     arrive_soc_frac: least on arrival at every stop. goal_soc_frac: least at the goal. max_soc_frac: charged to at most.
-    overhead_s: of every stop, for leaving the road, plugging in and paying [s]. connectors: to use, empty: all that fit.
+    overhead_s: of every stop, for leaving the road, plugging in and paying [s]. connectors: to use, empty: all fitting.
     min_power_w: least output of a socket [W]. network_factors: by network or operator, what time at its stations counts
     as, above 1 where they are avoided, below where preferred; excluded_networks: not used. stations: only these ids,
     empty: all. stays: fixed ones. departure_min: minutes since Monday 0:00 local time, for opening hours, which None
