@@ -19,7 +19,7 @@ from app import VERSION
 from app.observation import Stage
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from prometheus_client.metrics_core import Metric
     from starlette.datastructures import State
@@ -40,9 +40,14 @@ disable_created_metrics()  # type: ignore[no-untyped-call]  # a third of all lin
 
 
 class Metrics:
-    """The figures of one application; requests are added on the event loop, all is read from any thread."""
+    """The figures of one application; requests are added on the event loop, all is read from any thread.
+
+    of_service: where the application is one of several that serve as one, what tells the text of all of them together;
+    it is called on a thread of its own, and may raise NotReadyError.
+    """
 
     def __init__(self, state: State) -> None:
+        self.of_service: Callable[[], bytes] | None = None
         self._registry = CollectorRegistry()
         self._thread = ThreadPoolExecutor(1, thread_name_prefix="metrics")
         self._request_s = Histogram(
@@ -85,9 +90,17 @@ class Metrics:
         if observed.labels_settled:
             self._labels.labels(endpoint).inc(observed.labels_settled)
 
+    def families(self) -> list[Metric]:
+        """All figures of this process."""
+        return list(self._registry.collect())
+
     async def text(self) -> bytes:
-        """All figures, in the text format of Prometheus; also while requests hold all other threads."""
-        return await asyncio.get_running_loop().run_in_executor(self._thread, generate_latest, self._registry)
+        """All figures, in the text format of Prometheus; also while requests hold all other threads.
+
+        Raises NotReadyError where those of the other processes can't be had.
+        """
+        asked = self.of_service or (lambda: generate_latest(self._registry))
+        return await asyncio.get_running_loop().run_in_executor(self._thread, asked)
 
 
 class _Running(Collector):
@@ -106,7 +119,7 @@ class _Running(Collector):
             yield from _searches(admission)
         diagnoses: Diagnoses | None = getattr(self._state, "diagnoses", None)
         if diagnoses is not None:
-            yield _by_label("joulepath_diagnoses", "Diagnoses of this process", "state", diagnoses.jobs.counts)
+            yield _by_label("joulepath_diagnoses", "Diagnoses that wait and run", "state", diagnoses.jobs.counts)
         service: Service | None = getattr(self._state, "service", None)
         if service is not None:
             yield from _caches(service.caches.figures())

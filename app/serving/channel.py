@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from prometheus_client.metrics_core import Metric
+
     from app.settings import Settings
     from app.sharing.shelf import Offer
     from app.sharing.sources import Reloaded
@@ -73,7 +75,36 @@ class ReloadAnswer:
     outcome: Reloaded | GraphNotFoundError | GraphFormatError
 
 
-Message: TypeAlias = Order | Ready | TakeIn | Taken | ReloadAsked | ReloadAnswer
+@dataclass(frozen=True, slots=True)
+class TellFigures:
+    """A worker is to tell its figures."""
+
+
+@dataclass(frozen=True, slots=True)
+class Figures:
+    """The figures of a worker."""
+
+    families: tuple[Metric, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class FiguresAsked:
+    """A client of a worker asks for the figures of the service; number: of the question, that worker's own."""
+
+    number: int
+
+
+@dataclass(frozen=True, slots=True)
+class FiguresAnswer:
+    """They, in the text format of Prometheus, compressed with zlib: it has to fit into what a socket holds."""
+
+    number: int
+    compressed: bytes
+
+
+Message: TypeAlias = (
+    Order | Ready | TakeIn | Taken | ReloadAsked | ReloadAnswer | TellFigures | Figures | FiguresAsked | FiguresAnswer
+)
 
 
 class Channel:

@@ -8,6 +8,7 @@ import signal
 import socket
 import sys
 import time
+import zlib
 from contextlib import suppress
 from dataclasses import dataclass, field
 from threading import Thread
@@ -17,8 +18,21 @@ from app.errors.raised import CommandError
 from app.logs import configure_logs
 from app.service.service import new_run_name
 from app.serving.balance import ABSENT, new_board
-from app.serving.channel import Channel, Order, Ready, ReloadAnswer, ReloadAsked, TakeIn, Taken
+from app.serving.channel import (
+    Channel,
+    Figures,
+    FiguresAnswer,
+    FiguresAsked,
+    Order,
+    Ready,
+    ReloadAnswer,
+    ReloadAsked,
+    TakeIn,
+    Taken,
+    TellFigures,
+)
 from app.serving.division import settings_of_worker
+from app.serving.figures import Tally
 from app.serving.listening import bound_sockets
 from app.sharing.shelf import GraphShelf
 from app.sharing.sources import Reloaded
@@ -37,17 +51,29 @@ STEADY_S: Final = 10.0  # a worker that has served so long has started well
 FIRST_PAUSE_S: Final = 0.5  # before a worker that has failed again is started again; doubled each time
 LONGEST_PAUSE_S: Final = 30.0
 KILLED_AFTER_S: Final = 1.0  # beyond the time to stop in, at whose end workers end themselves
+FIGURES_S: Final = 1.0  # that workers have to tell their figures; after it, those that they told last count
 
 
 @dataclass(eq=False)
 class Worker:
-    """One process; gone: it has ended. taken: what it says of changed graphs. ready_s: since when it serves."""
+    """One process in a slot; gone: it has ended. taken: what it says of changed graphs. ready_s: since when it serves.
 
+    telling: done once it has told its figures, None while it is not asked.
+    """
+
+    slot: int
     process: Process
     channel: Channel
     gone: asyncio.Event = field(default_factory=asyncio.Event)
     taken: asyncio.Queue[Taken | None] = field(default_factory=asyncio.Queue)
     ready_s: float | None = None
+    telling: asyncio.Future[None] | None = None
+
+    def end_telling(self) -> None:
+        """It has told its figures, or will not tell them any more."""
+        telling, self.telling = self.telling, None
+        if telling is not None:
+            telling.set_result(None)
 
 
 class Supervisor:
@@ -78,7 +104,8 @@ class Supervisor:
         self._stopping = asyncio.Event()
         self._answering = asyncio.Event()
         self._changing = asyncio.Lock()  # graphs, and which worker knows of which
-        self._reloads: set[asyncio.Task[None]] = set()
+        self._errands: set[asyncio.Task[None]] = set()
+        self._tally = Tally()
 
     async def run(self) -> None:
         """Serve until told to stop.
@@ -140,7 +167,7 @@ class Supervisor:
                     pass_fds=[there.fileno()],
                     start_new_session=True,  # a terminal's interrupt is for the supervisor
                 )
-            worker = Worker(process, Channel(here))
+            worker = Worker(idx, process, Channel(here))
             Thread(target=self._listen, args=(worker, asyncio.get_running_loop()), daemon=True).start()
             self._workers.add(worker)
             if self._stopping.is_set():  # meanwhile, so that nobody has told this one
@@ -182,17 +209,39 @@ class Supervisor:
             worker.taken.put_nowait(message)
         elif isinstance(message, ReloadAsked):
             self._reload_soon(worker)
+        elif isinstance(message, Figures):
+            self._tally.hear(worker.slot, message.families)
+            worker.end_telling()
+        elif isinstance(message, FiguresAsked):
+            self._do_soon(self._tell_figures(worker, message.number))
+
+    async def _tell_figures(self, asking: Worker, number: int) -> None:
+        """Tell a worker the figures of all; one that does not tell its own in time counts with what it told last."""
+        for worker in self._workers:
+            if worker.ready_s is not None and worker.telling is None:  # never asked twice, so that no socket fills
+                worker.telling = asyncio.get_running_loop().create_future()
+                with suppress(OSError):
+                    worker.channel.send(TellFigures())
+        if telling := [worker.telling for worker in self._workers if worker.telling is not None]:
+            await asyncio.wait(telling, timeout=FIGURES_S)
+        with suppress(OSError):
+            asking.channel.send(FiguresAnswer(number, zlib.compress(self._tally.text(), 1)))
 
     def _gone(self, worker: Worker) -> None:
         self._workers.discard(worker)
+        worker.end_telling()
+        self._tally.end(worker.slot)
         worker.channel.close()
         worker.taken.put_nowait(None)
         worker.gone.set()
 
     def _reload_soon(self, asking: Worker | None) -> None:
-        task = asyncio.create_task(self._reload(asking))
-        self._reloads.add(task)
-        task.add_done_callback(self._reloads.discard)
+        self._do_soon(self._reload(asking))
+
+    def _do_soon(self, errand: Coroutine[Any, Any, None]) -> None:
+        task = asyncio.create_task(errand)
+        self._errands.add(task)
+        task.add_done_callback(self._errands.discard)
 
     async def _reload(self, asking: Worker | None) -> None:
         """Have all workers take in what has changed on disk, and tell the one whose client has asked."""
@@ -255,7 +304,7 @@ class Supervisor:
             LOG.error("worker %d does not stop: killed", worker.process.pid)
             with suppress(ProcessLookupError):
                 worker.process.kill()
-        for task in self._reloads:
+        for task in self._errands:
             task.cancel()
 
     async def _unless_stopping(self, waiting: Coroutine[Any, Any, object]) -> None:

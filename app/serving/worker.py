@@ -8,7 +8,10 @@ import os
 import signal
 import socket
 import sys
-from queue import SimpleQueue
+import time
+import zlib
+from contextlib import suppress
+from queue import Empty, SimpleQueue
 from threading import Lock, Thread
 from typing import TYPE_CHECKING, Final
 
@@ -20,7 +23,19 @@ from app.logs import configure_logs
 from app.main import create_app
 from app.service.service import Service, reloaded_answer
 from app.serving.balance import Board, Place, SharedListener
-from app.serving.channel import Channel, Order, Ready, ReloadAnswer, ReloadAsked, TakeIn, Taken
+from app.serving.channel import (
+    Channel,
+    Figures,
+    FiguresAnswer,
+    FiguresAsked,
+    Order,
+    Ready,
+    ReloadAnswer,
+    ReloadAsked,
+    TakeIn,
+    Taken,
+    TellFigures,
+)
 from app.sharing.shelf import OfferedGraphs
 from app.sharing.sources import GraphsOnDisk
 from app.store.errors import StoreError
@@ -32,10 +47,12 @@ from routing.graph.folders import graph_folders
 if TYPE_CHECKING:
     from collections.abc import Callable
 
+    from app.http.metrics import Metrics
     from app.schemas.graph import GraphsReloaded
 
 LOG: Final = logging.getLogger("uvicorn.error.worker")  # below the logger that the server sets up
 REFUSED: Final = 2  # exit code: what it was told to serve can't be served
+FIGURES_S: Final = 5.0  # that figures are waited for
 
 
 class WorkerService(Service):
@@ -47,6 +64,9 @@ class WorkerService(Service):
         self._channel = channel
         self._asking = Lock()
         self._answers: SimpleQueue[ReloadAnswer | None] = SimpleQueue()
+        self._changes: SimpleQueue[tuple[TakeIn, list[int]]] = SimpleQueue()
+        self._figures: SimpleQueue[FiguresAnswer | None] = SimpleQueue()
+        self._asked_figures = 0
 
     def reload_graphs(self) -> GraphsReloaded:
         """Have all workers take in what has changed on disk; raises as Service.reload_graphs does, and NotReadyError.
@@ -65,20 +85,47 @@ class WorkerService(Service):
             raise answer.outcome
         return reloaded_answer(answer.outcome)
 
-    def listen(self) -> None:
-        """Do what the supervisor says until it is gone; this process then stops, too."""
+    def service_figures(self) -> bytes:
+        """The figures of all workers together, for one thread; raises NotReadyError where they do not come in time."""
+        self._asked_figures += 1
+        until_s = time.monotonic() + FIGURES_S
+        try:
+            self._channel.send(FiguresAsked(self._asked_figures))
+            while (answer := self._figures.get(timeout=max(until_s - time.monotonic(), 0.0))) is not None:
+                if answer.number == self._asked_figures:
+                    return zlib.decompress(answer.compressed)
+        except (OSError, Empty) as error:
+            raise NotReadyError from error
+        raise NotReadyError
+
+    def listen(self, metrics: Metrics) -> None:
+        """Do what the supervisor says until it is gone; this process then stops, too. metrics: of this worker."""
+        Thread(target=self._take_in_changes, name="graphs", daemon=True).start()  # which may take long
         try:
             while True:
                 message, descriptors = self._channel.receive()
                 if isinstance(message, TakeIn):
-                    self._graphs.take(message.offers, descriptors)
-                    self._channel.send(Taken(message.turn, self._taken_in()))
+                    self._changes.put((message, descriptors))
                 elif isinstance(message, ReloadAnswer):
                     self._answers.put(message)
+                elif isinstance(message, TellFigures):
+                    self._channel.send(Figures(tuple(metrics.families())))
+                elif isinstance(message, FiguresAnswer):
+                    self._figures.put(message)
         except (EOFError, OSError):
             self._answers.put(None)
+            self._figures.put(None)
             LOG.error("the supervisor is gone: this worker stops")
             os.kill(os.getpid(), signal.SIGTERM)
+
+    def _take_in_changes(self) -> None:
+        """Take in changed graphs, one change after the other."""
+        while True:
+            change, descriptors = self._changes.get()
+            self._graphs.take(change.offers, descriptors)
+            taken = Taken(change.turn, self._taken_in())
+            with suppress(OSError):  # the supervisor is gone, and this process about to end
+                self._channel.send(taken)
 
     def _taken_in(self) -> dict[str, str]:
         """Answer on the graphs that are offered now; those that can't be taken in, and why."""
@@ -122,7 +169,9 @@ def main() -> None:
     # what is loaded stays, as in a single process
     gc.collect()
     gc.freeze()
-    Thread(target=service.listen, name="supervisor", daemon=True).start()
+    metrics: Metrics = application.state.metrics
+    metrics.of_service = service.service_figures
+    Thread(target=service.listen, args=(metrics,), name="supervisor", daemon=True).start()
     run_server(application, settings, message.host, message.port, listeners)
 
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-from contextlib import ExitStack
-from http.client import HTTPConnection
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,10 +13,11 @@ from energy.vehicle.files import load_vehicle
 from energy.vehicle.vehicle import Vehicle
 from tests.app.conftest import VEHICLES
 from tests.app.recorded import write_winter
-from tests.app.serving.supervised import PATIENCE_S, Supervised, supervised, until
+from tests.app.serving.supervised import Supervised, supervised, until
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+    from http.client import HTTPConnection
 
 pytestmark = pytest.mark.skipif(not Path("/proc/self/smaps_rollup").exists(), reason="processes are looked at in /proc")
 CAR = "hyundai-kona-64"
@@ -35,26 +34,6 @@ def service(tmp_path: Path, own_graphs: Path) -> Iterator[Supervised]:
         tmp_path, own_graphs, JOULEPATH_RECORDINGS_DIR=recordings, JOULEPATH_DIAGNOSIS_QUEUE_LIMIT="2"
     ) as running:
         yield running
-
-
-@pytest.fixture
-def both(service: Supervised) -> Iterator[dict[int, HTTPConnection]]:
-    """A connection to each worker, by its process."""
-    with ExitStack() as opened:
-        found: dict[int, HTTPConnection] = {}
-        connections = []
-        for _ in range(16):
-            before = {pid: len(os.listdir(f"/proc/{pid}/fd")) for pid in service.all_workers()}
-            connection = HTTPConnection("127.0.0.1", service.server.port, timeout=PATIENCE_S)
-            opened.callback(connection.close)
-            connection.connect()
-            service.ask("GET", "/healthz", connection=connection)
-            connections.append(connection)
-            for pid, count in before.items():
-                if len(os.listdir(f"/proc/{pid}/fd")) > count:
-                    found.setdefault(pid, connection)
-        assert len(found) == 2
-        yield found
 
 
 def states(service: Supervised, connection: HTTPConnection) -> dict[str, str]:
