@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import os
 import re
+import shlex
 import shutil
 import subprocess
 import sys
@@ -23,11 +25,11 @@ from routing.graph.road_graph import Terrain
 from tests.app.conftest import VEHICLES, street_grid
 from tests.app.expected import VEHICLE
 from tests.app.recorded import write_winter
-from tests.deploy.files import PAGES, text_of
+from tests.app.store.postgresql_server import OWNER, programs, running_server
+from tests.deploy.files import PAGES, compose, text_of
 
 if TYPE_CHECKING:
-    pass
-
+    from tests.app.store.postgresql_server import Server
 
 BLOCKS = re.findall(r"^```sh\n(.*?)^```$", text_of(PAGES[1]), re.MULTILINE | re.DOTALL)
 CAR = "hyundai-kona-64"
@@ -56,26 +58,42 @@ def asking(address: str) -> httpx2.Client:
     return httpx2.Client(base_url=address, timeout=60.0, trust_env=False)
 
 
+def diagnosed(client: httpx2.Client, drives: Path) -> dict[str, Any]:
+    """A diagnosis that is done, of recordings written into a folder."""
+    car = load_vehicles(VEHICLES)[CAR]
+    assert isinstance(car, Vehicle)
+    write_winter(drives, car)
+    files = [("recordings", (path.name, path.read_bytes(), "text/csv")) for path in sorted(drives.glob("*.csv"))]
+    queued = client.post("/diagnoses", data={"vehicle": CAR}, files=files)
+    assert queued.status_code == 202, queued.text
+    until = time.monotonic() + WAIT_S
+    while (diagnosis := client.get(queued.headers["location"]).json())["state"] in ("queued", "running"):
+        assert time.monotonic() < until
+        time.sleep(0.2)
+    assert diagnosis["state"] == "done", diagnosis
+    found: dict[str, Any] = diagnosis
+    return found
+
+
+def documents_of(client: httpx2.Client, diagnosis: dict[str, Any]) -> dict[str, str]:
+    """All that is kept of a diagnosis, by its kind."""
+    links = {name: path for name, path in diagnosis["links"].items() if name != "self" and path is not None}
+    found = {name: client.get(path).raise_for_status().text for name, path in links.items()}
+    for trip in client.get(links["trips"]).json()["trips"]:
+        found[trip["id"]] = client.get(trip["links"]["self"]).raise_for_status().text
+    return found
+
+
 @pytest.fixture(scope="module")
 def backed_up(tmp_path_factory: pytest.TempPathFactory) -> BackedUp:
     folder = tmp_path_factory.mktemp("backup")
     live, backups, drives = folder / "joulepath", folder / "backups", folder / "drives"
     for place in (live, backups):
         place.mkdir()
-    car = load_vehicles(VEHICLES)[CAR]
-    assert isinstance(car, Vehicle)
-    write_winter(drives, car)
     database = f"sqlite:///{live / 'vehicles.sqlite'}"
     with served(folder, JOULEPATH_DATABASE_URL=database) as address, asking(address) as client:
-        files = [("recordings", (path.name, path.read_bytes(), "text/csv")) for path in sorted(drives.glob("*.csv"))]
-        queued = client.post("/diagnoses", data={"vehicle": CAR}, files=files)
-        assert queued.status_code == 202, queued.text
-        until = time.monotonic() + WAIT_S
-        while (diagnosis := client.get(queued.headers["location"]).json())["state"] in ("queued", "running"):
-            assert time.monotonic() < until
-            time.sleep(0.2)
-        assert diagnosis["state"] == "done", diagnosis
-        documents = {name: client.get(diagnosis["links"][name]).text for name in ("report", "effects")}
+        diagnosis = diagnosed(client, drives)
+        documents = documents_of(client, diagnosis)
         acknowledged: list[str] = []
         stop = threading.Event()
 
@@ -114,8 +132,7 @@ def test_backup_of_a_service_that_is_written_to_holds_all_that_was_stored_before
         for name in sorted(backed_up.vehicles)[:3]:
             assert client.get(f"/vehicles/{name}").json()["mass_kg"] == VEHICLE["mass_kg"]
         assert client.get(f"/diagnoses/{backed_up.diagnosis['id']}").json() == backed_up.diagnosis
-        for name, document in backed_up.documents.items():
-            assert client.get(backed_up.diagnosis["links"][name]).text == document
+        assert documents_of(client, backed_up.diagnosis) == backed_up.documents
         assert client.put("/vehicles/after", json=VEHICLE).status_code == 201
 
 
@@ -136,3 +153,67 @@ def test_backup_of_graphs_comes_back_whole_and_a_torn_one_is_refused(tmp_path: P
     (graphs / "grid" / "head.npy").write_bytes((graphs / "grid" / "head.npy").read_bytes()[:-8])
     torn = subprocess.run(check, check=False, capture_output=True, text=True)
     assert (torn.returncode, "head.npy" in torn.stderr) == (1, True)
+
+
+def run_in_database(word: str, server: Server, folder: Path) -> None:
+    """Run the page's command with a word, as it stands there, its files in a folder.
+
+    In place of Docker, a script runs what would run in the container of the database on a server of the test.
+    """
+    (block,) = (block for block in BLOCKS if word in block)
+    within = ("compose", "--file", "deploy/compose.yaml", "exec", "-T", "database")
+    script = folder / "docker"
+    script.write_text(
+        f"""#!/bin/bash -eu
+[ "${{*:1:{len(within)}}}" = {shlex.quote(" ".join(within))} ]
+shift {len(within)}
+PATH={shlex.quote(str(programs()))} PGHOST=127.0.0.1 PGPORT={server.port} exec "$@"
+"""
+    )
+    script.chmod(0o755)
+    environment = {**os.environ, "PATH": f"{folder}:{os.environ['PATH']}"}
+    subprocess.run(["bash", "-euo", "pipefail", "-c", block], check=True, cwd=folder, env=environment)
+
+
+def test_backup_of_postgresql_brings_everything_back_into_a_new_cluster_and_into_a_changed_database(
+    tmp_path: Path,
+) -> None:
+    live, elsewhere = tmp_path / "live", tmp_path / "elsewhere"
+    for place in (live, elsewhere):
+        place.mkdir()
+    described = compose()["services"]["database"]["environment"]
+    assert (described["POSTGRES_USER"], described["POSTGRES_DB"]) == (OWNER, "joulepath")
+    vehicles = {f"van-{k}": {**VEHICLE, "mass_kg": 1500.0 + k} for k in range(20)}
+
+    def check(address: str) -> None:
+        with asking(address) as client:
+            own = {each["id"] for each in client.get("/vehicles").json()["vehicles"] if each["id"].startswith("van-")}
+            assert own == set(vehicles)
+            for name, vehicle in vehicles.items():
+                assert client.get(f"/vehicles/{name}").json()["mass_kg"] == vehicle["mass_kg"]
+            assert client.get("/diagnoses").json()["diagnoses"] == listed
+            assert client.get(f"/diagnoses/{diagnosis['id']}").json() == diagnosis
+            assert documents_of(client, diagnosis) == documents
+
+    with running_server() as server:
+        url = server.make_database("joulepath")
+        with served(live, JOULEPATH_DATABASE_URL=url) as address, asking(address) as client:
+            for name, vehicle in vehicles.items():
+                client.put(f"/vehicles/{name}", json=vehicle).raise_for_status()
+            diagnosis = diagnosed(client, tmp_path / "drives")
+            documents = documents_of(client, diagnosis)
+            listed = client.get("/diagnoses").json()["diagnoses"]
+            run_in_database("pg_dump", server, tmp_path)
+            client.put("/vehicles/van-late", json=VEHICLE).raise_for_status()
+            client.put("/vehicles/van-0", json={**VEHICLE, "mass_kg": 999.0}).raise_for_status()
+            client.delete("/vehicles/van-1").raise_for_status()
+            client.delete(f"/diagnoses/{diagnosis['id']}").raise_for_status()
+        run_in_database("pg_restore", server, tmp_path)
+        with served(live, JOULEPATH_DATABASE_URL=url) as address:
+            check(address)
+    with running_server() as fresh:
+        url = fresh.make_database("joulepath")
+        run_in_database("pg_restore", fresh, tmp_path)
+        with served(elsewhere, JOULEPATH_DATABASE_URL=url) as address, asking(address) as client:
+            check(address)
+            assert client.put("/vehicles/after", json=VEHICLE).status_code == 201

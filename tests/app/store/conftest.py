@@ -2,28 +2,20 @@
 
 from __future__ import annotations
 
-import os
 from typing import TYPE_CHECKING
 
 import pytest
 
-from tests.app.store.postgresql_server import NoServerError, Server
+from tests.app.store.postgresql_server import running_server
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from tests.app.store.postgresql_server import Server
 
 
 @pytest.fixture(scope="session")
 def postgresql() -> Iterator[Server]:
     """A running server; skips where the machine has none, except in CI."""
-    try:
-        server = Server()
-    except NoServerError as error:
-        if os.environ.get("CI"):
-            pytest.fail(f"{error}. CI must have it")
-        pytest.skip(str(error))
-    try:
-        server.start()
+    with running_server() as server:
         yield server
-    finally:
-        server.remove()

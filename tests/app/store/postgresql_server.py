@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 import psycopg
+import pytest
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -131,6 +132,22 @@ class Server:
     def _run(self, program: str, *arguments: str) -> None:
         command = [str(self._programs / program), *arguments]
         subprocess.run(command, cwd=self._folder, check=True, capture_output=True, **self._as_user)
+
+
+@contextmanager
+def running_server() -> Iterator[Server]:
+    """A server of a new cluster; skips the test where the machine has none, except in CI, where it fails."""
+    try:
+        server = Server()
+    except NoServerError as error:
+        if os.environ.get("CI"):
+            pytest.fail(f"{error}. CI must have it")
+        pytest.skip(str(error))
+    try:
+        server.start()
+        yield server
+    finally:
+        server.remove()
 
 
 def _entry(name: str) -> pwd.struct_passwd | None:
