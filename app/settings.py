@@ -88,6 +88,9 @@ class Settings(BaseSettings):
     )
     diagnosis_limit_files: int = Field(default=1000, ge=1, le=10_000, description="most recordings of one diagnosis")
     diagnosis_queue_limit: int = Field(default=8, ge=1, description="most diagnoses that are queued or running")
+    diagnosis_upload_limit: int = Field(
+        default=8, ge=1, description="most uploads that arrive at a time, of which half may be of one client"
+    )
     diagnosis_unpacked_bytes: int = Field(
         default=1024 * 1024 * 1024, ge=1024, description="most that the recordings of one diagnosis unpack to [B]"
     )

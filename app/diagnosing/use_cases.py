@@ -51,7 +51,6 @@ from energy.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
-    from typing import BinaryIO
 
     from app.schemas.diagnosis import DiagnosisOptions
     from app.schemas.learned_effects import LearnedEffects
@@ -66,10 +65,10 @@ _NO_RESIDUALS = ResidualCollection(kind="tracks", graph=None, features=[]).model
 
 @dataclass(frozen=True, slots=True)
 class UploadedFile:
-    """A file that was sent: its name as the sender gave it, and its content."""
+    """A file that was sent: its name as the sender gave it, and where it lies."""
 
     name: str
-    content: BinaryIO
+    path: Path
 
 
 class Diagnoses:
@@ -80,22 +79,29 @@ class Diagnoses:
         self.settings = service.settings
         self.store = DiagnosisStore(service.database)
         self.folder_searches = CapacityLimiter(FOLDER_SEARCHES)
-        self.arrivals = Arrivals(self.settings.diagnosis_queue_limit)
         self.jobs = DiagnosisJobs(self.store, service.run_name)
+        self.arrivals = Arrivals(self.settings.diagnosis_upload_limit, self.jobs.folder)
 
     def close(self) -> None:
         """Stop what runs."""
         self.jobs.close()
 
-    def begin_arrival(self) -> Arrival:
-        """A place in the queue for a request whose body is still to be read.
+    def check_room(self) -> None:
+        """Raises TooManyDiagnosesError where the queue is full now, and DatabaseUnavailableError.
 
-        Raises TooManyDiagnosesError where none is free, and DatabaseUnavailableError.
+        A place in it is taken when the diagnosis begins.
         """
-        return self.arrivals.begin(sum(row.state in UNFINISHED for row in self._rows()))
+        limit = self.settings.diagnosis_queue_limit
+        if sum(row.state in UNFINISHED for row in self._rows()) >= limit:
+            raise TooManyDiagnosesError(limit)
+
+    def begin_arrival(self, client: str | None) -> Arrival:
+        """Let an upload of a client arrive; raises as check_room does, TooManyUploadsError and UploadsFullError."""
+        self.check_room()
+        return self.arrivals.begin(client)
 
     def begin_uploaded(self, options: DiagnosisOptions, files: Sequence[UploadedFile]) -> DiagnosisAnswer:
-        """Queue a diagnosis of uploaded recordings.
+        """Queue a diagnosis of uploaded recordings, which are moved to where it finds them.
 
         Raises SourceError naming a file that can't be taken, VehicleNotFoundError, VehicleError, GraphNotFoundError,
         HoldoutError, TooManyDiagnosesError, UploadsFullError or DatabaseUnavailableError.
@@ -111,7 +117,7 @@ class Diagnoses:
         except OSError as error:
             raise UploadsFullError(error) from error
         try:
-            _write(folder, names, files)
+            _move(folder, names, files)
             return self._begin(sent, folder, [Path(name) for name in names], own=True)
         except BaseException:
             shutil.rmtree(folder, ignore_errors=True)
@@ -247,12 +253,11 @@ class Diagnoses:
             raise DiagnosisNotDoneError(diagnosis_id, row.state.value)
 
 
-def _write(folder: Path, names: Sequence[str], files: Sequence[UploadedFile]) -> None:
-    """Write uploaded files into a folder; raises UploadsFullError."""
+def _move(folder: Path, names: Sequence[str], files: Sequence[UploadedFile]) -> None:
+    """Move uploaded files into a folder; raises UploadsFullError."""
     try:
         for name, file in zip(names, files, strict=True):
-            with (folder / name).open("wb") as target:
-                shutil.copyfileobj(file.content, target)
+            file.path.replace(folder / name)
     except OSError as error:
         raise UploadsFullError(error) from error
 

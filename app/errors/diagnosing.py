@@ -54,6 +54,16 @@ class TooManyDiagnosesError(DiagnosingError):
         super().__init__(f"{limit} diagnoses are queued or running already, allowed: at most {limit}; try again later")
 
 
+class TooManyUploadsError(TooManyDiagnosesError):
+    """So many uploads are arriving that no further one is read; whose: those that are counted."""
+
+    def __init__(self, limit: int, whose: str) -> None:
+        self.limit = limit
+        Exception.__init__(
+            self, f"{limit} uploads {whose} are arriving already, allowed: at most {limit} at a time; try again later"
+        )
+
+
 class DiagnosisNotDoneError(Refusal, DiagnosingError):
     """Something that only a finished diagnosis has."""
 

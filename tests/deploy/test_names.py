@@ -196,7 +196,7 @@ def test_times_and_sizes_fit_those_of_the_service() -> None:
     ]
     assert all(stop > settings.time_limit_s + 15.0 for stop in stops)  # the queue of diagnoses is given 15 s
     volumes = {each["name"]: each for each in kubernetes()["Deployment"]["spec"]["template"]["spec"]["volumes"]}
-    waiting = settings.diagnosis_queue_limit * settings.diagnosis_limit_bytes
+    waiting = (settings.diagnosis_upload_limit + settings.diagnosis_queue_limit) * settings.diagnosis_limit_bytes
     assert size(volumes["uploads"]["emptyDir"]["sizeLimit"]) > waiting
 
 

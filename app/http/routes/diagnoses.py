@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import AsyncIterator
-from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path as FilePath
 from typing import Annotated, Any, Final
 
-from anyio import to_thread
+from anyio import CancelScope, to_thread
 from fastapi import APIRouter, Depends, Path, Request, Response
 from starlette.concurrency import run_in_threadpool
-from starlette.datastructures import UploadFile
 
+from app.access.addresses import client_of, parsed
 from app.diagnosing.arrivals import Arrival
 from app.diagnosing.use_cases import Diagnoses, UploadedFile
 from app.errors.raised import NotReadyError
@@ -27,8 +26,16 @@ from app.http.examples.answers import (
     LEARNED_EFFECTS,
 )
 from app.http.examples.problems import problems
+from app.http.observed import KEY_NAME
 from app.http.routes.access import GEOJSON, JSON, GeoJSONResponse, answer
-from app.http.routes.diagnosis_body import FORM_EXAMPLE, FORM_SCHEMA, MULTIPART, received_body
+from app.http.routes.diagnosis_body import (
+    FORM_EXAMPLE,
+    FORM_SCHEMA,
+    MULTIPART,
+    is_form,
+    received_form,
+    received_request,
+)
 from app.schemas.diagnosis import (
     DiagnosisAnswer,
     DiagnosisList,
@@ -64,13 +71,13 @@ AnyTrip = Annotated[
 class Received:
     """A body as it was read: a request with the files that it names, or options with uploaded files.
 
-    arrival: its place in the queue until it is queued.
+    arrival: of an upload, which holds its files until the diagnosis is queued.
     """
 
     sent: DiagnosisOptions
     files: tuple[UploadedFile, ...]
     named: tuple[FilePath, ...]
-    arrival: Arrival
+    arrival: Arrival | None
 
 
 def running_diagnoses(request: Request) -> Diagnoses:
@@ -85,20 +92,36 @@ RunningDiagnoses = Annotated[Diagnoses, Depends(running_diagnoses)]
 
 
 async def received(request: Request, diagnoses: RunningDiagnoses) -> AsyncIterator[Received]:
-    """The body of a request, its files open until the answer is made; where the queue is full, nothing is read."""
-    arrival = await run_in_threadpool(diagnoses.begin_arrival)
-    files: list[UploadFile] = []
+    """The body of a request, its files there until the answer is made; where the queue is full, nothing is read."""
+    if not is_form(request):
+        await run_in_threadpool(diagnoses.check_room)
+        sent = await received_request(request)
+        # on few threads of their own, so that others are free
+        named = await to_thread.run_sync(diagnoses.named_files, sent.recordings, limiter=diagnoses.folder_searches)
+        yield Received(sent, (), named, None)
+        return
+    arrival = await run_in_threadpool(diagnoses.begin_arrival, _client(request))
     try:
-        sent, files = await received_body(request, diagnoses.settings.diagnosis_limit_bytes)
-        named: tuple[FilePath, ...] = ()
-        if isinstance(sent, DiagnosisRequest):  # on few threads of their own, so that others are free
-            named = await to_thread.run_sync(diagnoses.named_files, sent.recordings, limiter=diagnoses.folder_searches)
-        yield Received(sent, tuple(UploadedFile(file.filename or "", file.file) for file in files), named, arrival)
+        options, files = await received_form(
+            request,
+            arrival.folder,
+            diagnoses.settings.diagnosis_limit_bytes,
+            diagnoses.settings.diagnosis_limit_files,
+        )
+        yield Received(options, tuple(UploadedFile(name, path) for name, path in files), (), arrival)
     finally:
-        arrival.end()
-        for file in files:
-            with suppress(OSError):
-                await file.close()
+        with CancelScope(shield=True):  # also where the client is gone
+            await run_in_threadpool(arrival.end)
+
+
+def _client(request: Request) -> str | None:
+    """Who uploads, as rates know it: a key or an address, None for this machine, which has no limits of its own."""
+    key: str | None = request.scope.get("state", {}).get(KEY_NAME)
+    if key is not None:
+        return f"key {key}"
+    host = request.client.host if request.client is not None else ""
+    address = parsed(host)
+    return None if address is None or address.is_loopback else client_of(host)
 
 
 def _json(example: dict[str, Any]) -> dict[str, Any]:
@@ -158,7 +181,8 @@ def begin_diagnosis(body: Annotated[Received, Depends(received)], diagnoses: Run
         else:
             queued = diagnoses.begin_uploaded(body.sent, body.files)
     finally:
-        body.arrival.end()
+        if body.arrival is not None:
+            body.arrival.end()
     return Response(queued.model_dump_json(), 202, {"Location": f"/diagnoses/{queued.id}"}, media_type=JSON)
 
 

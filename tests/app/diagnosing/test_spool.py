@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import pytest
 
-from app.diagnosing.arrivals import Arrivals
+from app.diagnosing.arrivals import Arrivals, ArrivingFile
 from app.diagnosing.spool import ABANDONED_S, UNLOCKED_PREFIX, Spool, sweep
-from app.errors.diagnosing import TooManyDiagnosesError
+from app.errors.diagnosing import TooManyUploadsError, UploadsFullError
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -66,13 +66,36 @@ def test_link_by_the_name_of_such_a_folder_is_not_followed(temporary: Path) -> N
     assert (temporary / "kept").is_dir()
 
 
-def test_bodies_that_arrive_hold_places_in_the_queue_until_they_end() -> None:
-    arrivals = Arrivals(2)
-    first = arrivals.begin(0)
-    with pytest.raises(TooManyDiagnosesError, match="at most 2"):
-        arrivals.begin(1)
+def test_uploads_that_arrive_are_limited_in_all_and_of_one_client(temporary: Path) -> None:
+    spool = Spool()
+    arrivals = Arrivals(4, spool.new_folder)
+    first, _ = arrivals.begin("a"), arrivals.begin("a")
+    with pytest.raises(TooManyUploadsError, match=r"2 uploads of one client .* at most 2"):
+        arrivals.begin("a")
+    others = [arrivals.begin("b"), arrivals.begin(None)]
+    with pytest.raises(TooManyUploadsError, match=r"4 uploads in all .* at most 4"):
+        arrivals.begin("c")
     first.end()
     first.end()
-    arrivals.begin(1)
-    with pytest.raises(TooManyDiagnosesError):
-        arrivals.begin(1)
+    arrivals.begin("c")
+    with pytest.raises(TooManyUploadsError, match="in all"):
+        arrivals.begin("a")
+    others[1].end()
+    arrivals.begin("a")
+    spool.close()
+
+
+def test_upload_that_has_ended_leaves_no_file_and_one_without_a_folder_takes_no_place(temporary: Path) -> None:
+    spool = Spool()
+    arrivals = Arrivals(1, spool.new_folder)
+    arrival = arrivals.begin(None)
+    file = ArrivingFile(arrival.folder / "1")
+    for data in (b"ab", b"c"):
+        file.write(data)
+    assert file.path.read_bytes() == b"abc"
+    arrival.end()
+    assert list(spool.folder.iterdir()) == []
+    spool.close()
+    for _ in range(2):
+        with pytest.raises(UploadsFullError):
+            arrivals.begin(None)

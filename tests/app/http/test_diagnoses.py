@@ -6,7 +6,6 @@ import errno
 import json
 import os
 import re
-import shutil
 import socket
 import sqlite3
 import time
@@ -292,7 +291,7 @@ def test_upload_on_a_full_disk_answers_507_and_leaves_nothing(
     def fail(*_: object) -> None:
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(shutil, "copyfileobj", fail)
+    monkeypatch.setattr(os, "replace", fail)
     files = [("recordings", ("a.csv", b"time_s,speed_kmh,power_w\n0,0,400\n"))]
     before = running.get("/diagnoses").json()
     check_problem(running.post("/diagnoses", files=files), 507, "storage_full")
