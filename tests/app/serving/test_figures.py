@@ -125,6 +125,20 @@ def test_worker_that_does_not_answer_counts_with_what_it_told_last(
     until("its figures are there again", lambda: scraped(service, there)[ROUTES] == 3)
 
 
+@on_linux
+def test_without_the_supervisor_figures_are_not_ready_and_not_those_of_one_worker(service: Supervised) -> None:
+    service.signal(signal.SIGSTOP)
+    try:
+        status, problem = service.ask("GET", "/metrics")
+    finally:
+        service.signal(signal.SIGCONT)
+    assert (status, problem["code"]) == (503, "not_ready")
+    for _ in range(2):  # the answer that came late is not taken for a later one
+        assert service.ask("POST", "/route", TRIP)[0] == 200
+        asked = scraped(service)[ROUTES]
+    assert asked == 2
+
+
 def counted(count: float, queued: float, loaded: float) -> list[Metric]:
     requests = CounterMetricFamily("joulepath_requests", "Requests", labels=("endpoint",))
     requests.add_metric(("/route",), count)
