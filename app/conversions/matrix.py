@@ -8,6 +8,7 @@ from app.conversions.conditions import conditions_from
 from app.conversions.graph import terrain_note
 from app.conversions.place import point_from_place, snapped
 from app.schemas.matrix import MatrixResponse, MatrixStats
+from app.schemas.place import Snapped
 from energy.units import JOULE_PER_KWH
 from routing.queries import MatrixQuery
 from routing.route.matrix import NotDriven
@@ -60,8 +61,8 @@ def matrix_response(answer: MatrixAnswer, understood: MatrixRequest, graph: Road
         soc_min=driven(lambda entry: entry.soc_min_frac),
         reason=each(lambda entry: entry.reason),
         deficit_kwh=each(lambda entry: None if entry.reason is NotDriven.NO_PATH else entry.deficit_j / JOULE_PER_KWH),
-        sources=[snapped(place) for place in answer.sources],
-        targets=[snapped(place) for place in answer.targets],
+        sources=[Snapped.model_validate(snapped(place)) for place in answer.sources],
+        targets=[Snapped.model_validate(snapped(place)) for place in answer.targets],
         request=understood,
         warnings=list(answer.warnings),
         stats=MatrixStats(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Literal
 
-from app.schemas.place import LatLon, PlaceFeature, PlaceProperties, PointGeometry, Position, Snapped
+from app.schemas.place import LatLon, PlaceFeature, PlaceProperties, PointGeometry, Position
 from routing.places import Point
 
 if TYPE_CHECKING:
@@ -23,9 +23,9 @@ def point_from_place(place: Place) -> Point:
     return Point(lat_deg=place[1], lon_deg=place[0])
 
 
-def lat_lon(point: Point) -> LatLon:
-    """A point with named coordinates."""
-    return LatLon(lat=round(point.lat_deg, DECIMALS), lon=round(point.lon_deg, DECIMALS))
+def lat_lon(point: Point) -> dict[str, float]:
+    """The fields of a LatLon."""
+    return {"lat": round(point.lat_deg, DECIMALS), "lon": round(point.lon_deg, DECIMALS)}
 
 
 def exact_lat_lon(point: Point) -> LatLon:
@@ -33,16 +33,16 @@ def exact_lat_lon(point: Point) -> LatLon:
     return LatLon(lat=point.lat_deg, lon=point.lon_deg)
 
 
-def snapped(point: SnappedPoint) -> Snapped:
-    """Where a place met the road."""
-    return Snapped(
-        asked=exact_lat_lon(point.asked),
-        on_road=lat_lon(point.on_road),
-        distance_m=point.distance_m,
-        link_id=point.link_idx,
-        offset_m=point.offset_m,
-        road_name=point.road_name,
-    )
+def snapped(point: SnappedPoint) -> dict[str, object]:
+    """Where a place met the road: the fields of a Snapped in their order."""
+    return {
+        "asked": {"lat": point.asked.lat_deg, "lon": point.asked.lon_deg},
+        "on_road": lat_lon(point.on_road),
+        "distance_m": point.distance_m,
+        "link_id": point.link_idx,
+        "offset_m": point.offset_m,
+        "road_name": point.road_name,
+    }
 
 
 def place_feature(point: SnappedPoint, kind: Literal["start", "via", "goal", "origin"]) -> PlaceFeature:

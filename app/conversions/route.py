@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from operator import attrgetter
+from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
@@ -11,18 +12,11 @@ from app.conversions.graph import terrain_note
 from app.conversions.place import DECIMALS, lat_lon, place_feature, point_from_place, snapped
 from app.schemas.as_json import as_json
 from app.schemas.route import (
-    EnergyPartsKwh,
-    EnergyPartsWh,
-    HotLinks,
     ParetoAnswer,
     RemedyAnswer,
-    RouteLegAnswer,
-    RouteProperties,
     RouteResponse,
     SearchStatsAnswer,
-    SnappedEnds,
     UncertaintyAnswer,
-    WeightsSent,
 )
 from energy.force.parts import PART_NAMES
 from energy.units import JOULE_PER_KWH, JOULE_PER_M_PER_KWH_PER_100KM, JOULE_PER_WH, KMH_PER_MPS
@@ -30,6 +24,10 @@ from routing.queries import ParetoSettings, RouteQuery
 from routing.weights import NAMED_WEIGHTS, Weights
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from numpy.typing import NDArray
+
     from app.schemas.route import RouteRequest
     from energy.chain.uncertainty import EnergyDistribution
     from energy.force.parts import EnergyParts
@@ -39,6 +37,9 @@ if TYPE_CHECKING:
     from routing.route.route import DrivenLinks, ParetoClaim, Route, RouteAnswer, RouteLeg, SearchStats
 
 CUSTOM: Final = "custom"
+
+NO_PARTS: Final[Mapping[str, Any]] = dict.fromkeys(PART_NAMES, 0.0)
+ALL_PARTS_J: Final = attrgetter(*(f"{name}_j" for name in PART_NAMES))
 
 
 def route_query(sent: RouteRequest, vehicle: AnyVehicle) -> RouteQuery:
@@ -116,8 +117,9 @@ def _line(route: Route) -> dict[str, object]:
     return {"type": "LineString", "coordinates": np.round(route.geometry, DECIMALS).tolist()}
 
 
-def _weights(weights: Weights) -> WeightsSent:
-    return WeightsSent(energy=weights.energy, time=weights.time, distance=weights.distance)
+def _weights(weights: Weights) -> dict[str, float]:
+    """The fields of a WeightsSent."""
+    return {"energy": weights.energy, "time": weights.time, "distance": weights.distance}
 
 
 def _pareto(claim: ParetoClaim) -> ParetoAnswer:
@@ -131,10 +133,13 @@ def _pareto(claim: ParetoClaim) -> ParetoAnswer:
     )
 
 
-def _snapped_ends(answer: RouteAnswer) -> SnappedEnds:
-    return SnappedEnds(
-        start=snapped(answer.start), via=[snapped(place) for place in answer.via], goal=snapped(answer.goal)
-    )
+def _snapped_ends(answer: RouteAnswer) -> dict[str, object]:
+    """The fields of SnappedEnds."""
+    return {
+        "start": snapped(answer.start),
+        "via": [snapped(place) for place in answer.via],
+        "goal": snapped(answer.goal),
+    }
 
 
 def search_stats(stats: SearchStats) -> SearchStatsAnswer:
@@ -147,48 +152,63 @@ def search_stats(stats: SearchStats) -> SearchStatsAnswer:
     )
 
 
-def parts_kwh(parts: EnergyParts) -> EnergyPartsKwh:
-    """Energy by cause of a whole route [kWh]."""
-    return EnergyPartsKwh(**{name: getattr(parts, f"{name}_j") / JOULE_PER_KWH for name in PART_NAMES})
+def parts_kwh(parts: EnergyParts) -> dict[str, float]:
+    """Energy by cause of a whole route [kWh]: the fields of EnergyPartsKwh in their order."""
+    return {name: part_j / JOULE_PER_KWH for name, part_j in zip(PART_NAMES, ALL_PARTS_J(parts), strict=True)}
 
 
-def parts_wh(parts_j: list[float]) -> EnergyPartsWh:
-    """Energy by cause of one link [Wh], from the parts in the order of Part."""
-    return EnergyPartsWh(**{name: part / JOULE_PER_WH for name, part in zip(PART_NAMES, parts_j, strict=True)})
+def parts_wh(parts_j: NDArray[np.float64]) -> list[dict[str, Any]]:
+    """Energy by cause of links [Wh], the fields of EnergyPartsWh in their order; parts_j: float64 (n, 20)."""
+    present = np.flatnonzero(parts_j.any(axis=0)).tolist()
+    columns = (parts_j[:, present].T / JOULE_PER_WH).tolist()
+    return rows_of(parts_j.shape[0], NO_PARTS, zip([PART_NAMES[part] for part in present], columns, strict=True))
+
+
+def rows_of(
+    count: int, blank: Mapping[str, Any], columns: Iterable[tuple[str, Iterable[object]]]
+) -> list[dict[str, Any]]:
+    """Dictionaries like `blank` with the values of columns, by their names: made so in half the time of any other way.
+
+    count: of rows, the length of each column.
+    """
+    rows = [{**blank} for _ in range(count)]
+    for name, values in columns:
+        for row, value in zip(rows, values, strict=True):
+            row[name] = value
+    return rows
 
 
 def _properties(route: Route, *, with_links: bool) -> dict[str, object]:
     """The fields of RouteProperties in their order."""
     remedy = route.remedy
-    whole = RouteProperties(
-        name=route.name,
-        weights=None if route.weights is None else _weights(route.weights),
-        feasible=route.feasible,
-        distance_m=route.distance_m,
-        duration_s=route.duration_s,
-        energy_kwh=route.energy_j / JOULE_PER_KWH,
-        battery_kwh=route.battery_j / JOULE_PER_KWH,
-        energy_parts_kwh=parts_kwh(route.parts),
-        braked_away_kwh=route.braked_away_j / JOULE_PER_KWH,
-        soc_start=route.soc_start_frac,
-        soc_end=route.soc_end_frac,
-        soc_min=route.soc_min_frac,
-        climb_m=route.climb_m,
-        descent_m=route.descent_m,
-        height_start_m=route.height_start_m,
-        deficit_kwh=route.deficit_j / JOULE_PER_KWH,
-        furthest=None if route.furthest is None else lat_lon(route.furthest),
-        remedy=None
+    return {
+        "name": route.name,
+        "weights": None if route.weights is None else _weights(route.weights),
+        "feasible": route.feasible,
+        "distance_m": route.distance_m,
+        "duration_s": route.duration_s,
+        "energy_kwh": route.energy_j / JOULE_PER_KWH,
+        "battery_kwh": route.battery_j / JOULE_PER_KWH,
+        "energy_parts_kwh": parts_kwh(route.parts),
+        "braked_away_kwh": route.braked_away_j / JOULE_PER_KWH,
+        "soc_start": route.soc_start_frac,
+        "soc_end": route.soc_end_frac,
+        "soc_min": route.soc_min_frac,
+        "climb_m": route.climb_m,
+        "descent_m": route.descent_m,
+        "height_start_m": route.height_start_m,
+        "deficit_kwh": route.deficit_j / JOULE_PER_KWH,
+        "furthest": None if route.furthest is None else lat_lon(route.furthest),
+        "remedy": None
         if remedy is None
         else RemedyAnswer(
             soc_start_needed=remedy.soc_start_needed_frac, charge_needed_kwh=remedy.charge_needed_wh / 1000.0
         ),
-        uncertainty=None if route.uncertainty is None else _uncertainty(route.uncertainty),
-        hot_links=[_hot_links(stretch) for stretch in route.hot_links],
-        legs=[_leg(leg) for leg in route.legs],
-        links=None,
-    )
-    return dict(whole) | {"links": _links(route.links) if with_links else None}
+        "uncertainty": None if route.uncertainty is None else _uncertainty(route.uncertainty),
+        "hot_links": [_hot_links(stretch) for stretch in route.hot_links],
+        "legs": [_leg(leg) for leg in route.legs],
+        "links": _links(route.links) if with_links else None,
+    }
 
 
 def _uncertainty(spread: EnergyDistribution) -> UncertaintyAnswer:
@@ -207,35 +227,37 @@ def _uncertainty(spread: EnergyDistribution) -> UncertaintyAnswer:
     )
 
 
-def _hot_links(stretch: HotStretch) -> HotLinks:
-    return HotLinks(
-        first=stretch.first,
-        last=stretch.last,
-        from_m=stretch.from_m,
-        to_m=stretch.to_m,
-        energy_kwh=stretch.energy_j / JOULE_PER_KWH,
-        energy_share=stretch.energy_share_frac,
-        kwh_per_100km=stretch.energy_per_m / JOULE_PER_M_PER_KWH_PER_100KM,
-        times_mean=stretch.times_mean,
-        reason=stretch.reason,
-        rise_m=stretch.rise_m,
-        stop_count=stretch.stop_count,
-        speed_kmh=stretch.speed_mps * KMH_PER_MPS,
-        names=list(stretch.road_names),
-    )
+def _hot_links(stretch: HotStretch) -> dict[str, object]:
+    """The fields of HotLinks in their order."""
+    return {
+        "first": stretch.first,
+        "last": stretch.last,
+        "from_m": stretch.from_m,
+        "to_m": stretch.to_m,
+        "energy_kwh": stretch.energy_j / JOULE_PER_KWH,
+        "energy_share": stretch.energy_share_frac,
+        "kwh_per_100km": stretch.energy_per_m / JOULE_PER_M_PER_KWH_PER_100KM,
+        "times_mean": stretch.times_mean,
+        "reason": stretch.reason,
+        "rise_m": stretch.rise_m,
+        "stop_count": stretch.stop_count,
+        "speed_kmh": stretch.speed_mps * KMH_PER_MPS,
+        "names": list(stretch.road_names),
+    }
 
 
-def _leg(leg: RouteLeg) -> RouteLegAnswer:
-    return RouteLegAnswer(
-        from_m=leg.from_m,
-        to_m=leg.to_m,
-        duration_s=leg.duration_s,
-        energy_kwh=leg.energy_j / JOULE_PER_KWH,
-        battery_kwh=leg.battery_j / JOULE_PER_KWH,
-        soc_end=leg.soc_end_frac,
-        first_link=leg.first_link,
-        last_link=leg.last_link,
-    )
+def _leg(leg: RouteLeg) -> dict[str, object]:
+    """The fields of a RouteLegAnswer in their order."""
+    return {
+        "from_m": leg.from_m,
+        "to_m": leg.to_m,
+        "duration_s": leg.duration_s,
+        "energy_kwh": leg.energy_j / JOULE_PER_KWH,
+        "battery_kwh": leg.battery_j / JOULE_PER_KWH,
+        "soc_end": leg.soc_end_frac,
+        "first_link": leg.first_link,
+        "last_link": leg.last_link,
+    }
 
 
 def _links(links: DrivenLinks) -> list[dict[str, object]]:
@@ -249,9 +271,7 @@ def _links(links: DrivenLinks) -> list[dict[str, object]]:
         "length_m": np.subtract(links.to_m, links.from_m).tolist(),
         "duration_s": results.duration_s.tolist(),
         "energy_wh": (results.energy_j / JOULE_PER_WH).tolist(),
-        "energy_parts_wh": [
-            dict(zip(PART_NAMES, parts_wh, strict=True)) for parts_wh in (results.parts_j / JOULE_PER_WH).tolist()
-        ],
+        "energy_parts_wh": parts_wh(results.parts_j),
         "soc_end": links.soc_end_frac,
         "soc_end_p10": links.soc_end_p10_frac,
         "soc_end_p90": links.soc_end_p90_frac,
@@ -263,4 +283,4 @@ def _links(links: DrivenLinks) -> list[dict[str, object]]:
         "stop_probability": results.stop_probability_frac.tolist(),
         "name": links.road_name,
     }
-    return [dict(zip(columns, link, strict=True)) for link in zip(*columns.values(), strict=True)]
+    return rows_of(len(links), dict.fromkeys(columns), columns.items())

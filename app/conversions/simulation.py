@@ -9,14 +9,14 @@ import numpy as np
 
 from app.conversions.course import stops_of
 from app.conversions.graph import terrain_note
-from app.conversions.route import parts_kwh, parts_wh
+from app.conversions.route import parts_kwh, parts_wh, rows_of
 from app.errors.raised import ChainLinkError
+from app.schemas.as_json import as_json
 from app.schemas.simulation import (
     ChainLinkSent,
     CrossName,
     FunctionalClassName,
     GraphLinkSent,
-    SimulatedLink,
     SimulateEcho,
     SimulateRequest,
     SimulateResponse,
@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 
     from app.conversions.course import Course, DrivenCourse
     from app.schemas.vehicles.vehicle import VehicleChoice
+    from energy.chain.chain import LinkResults
     from energy.chain.profile import SpeedProfile
     from routing.graph.road_graph import RoadGraph
 
@@ -96,58 +97,38 @@ def chain_link_error(error: LinkError, sent: Sequence[ChainLinkSent]) -> ChainLi
 
 def simulation_answer(driven: DrivenCourse, course: Course, sent: SimulateRequest) -> SimulateResponse:
     """What driving a course takes; sent: the request as understood."""
-    result, chain = driven.result, course.chain
-    ids: list[int | None] = [None] * chain.length_m.size
-    from_m, to_m = [0.0] * chain.length_m.size, chain.length_m.tolist()
-    rests = [False] * chain.length_m.size
-    if course.graph is not None:
-        rests = [span.rest for span in course.spans]
-        ids = [int(span.link_idx) for span in course.spans]
-        from_m, to_m = [span.from_m for span in course.spans], [span.to_m for span in course.spans]
-    grades = chain.grade_frac.tolist()
-    limits_kmh = (chain.speed_limit_mps * KMH_PER_MPS).tolist()
+    return SimulateResponse.model_validate(_response(driven, course, sent))
+
+
+def simulation_json(driven: DrivenCourse, course: Course, sent: SimulateRequest) -> bytes:
+    """The JSON of simulation_answer, made without an object for each link."""
+    return as_json(_response(driven, course, sent))
+
+
+def _response(driven: DrivenCourse, course: Course, sent: SimulateRequest) -> dict[str, object]:
+    """The fields of a SimulateResponse in their order."""
+    result = driven.result
     soc: list[float] | None = None
     braked_away_kwh: float | None = None
     if sent.soc is not None:
-        energy_j = np.array([link.energy_j for link in result.links], np.float64)
-        soc_frac, braked_away_j = soc_along(energy_j, sent.soc, course.vehicle.usable_capacity_wh)
+        soc_frac, braked_away_j = soc_along(result.links.energy_j, sent.soc, course.vehicle.usable_capacity_wh)
         soc = soc_frac.tolist()
         braked_away_kwh = float(braked_away_j.sum()) / JOULE_PER_KWH
-    links = [
-        SimulatedLink(
-            position=k,
-            id=ids[k],
-            from_m=from_m[k],
-            to_m=to_m[k],
-            rest=rests[k],
-            length_m=to_m[k] - from_m[k],
-            duration_s=link.duration_s,
-            standstill_s=link.standstill_s,
-            energy_wh=link.energy_j / JOULE_PER_WH,
-            energy_parts_wh=parts_wh(link.parts_j.tolist()),
-            soc_end=None if soc is None else soc[k],
-            grade=grades[k],
-            speed_limit_kmh=limits_kmh[k],
-            speed_end_kmh=link.carried_mps * KMH_PER_MPS,
-            stop_probability=link.stop_probability_frac,
-        )
-        for k, link in enumerate(result.links)
-    ]
-    return SimulateResponse(
-        distance_m=result.distance_m,
-        duration_s=result.duration_s,
-        standstill_s=result.standstill_s,
-        stop_count=result.stop_count,
-        energy_kwh=result.energy_j / JOULE_PER_KWH,
-        battery_kwh=None if braked_away_kwh is None else result.energy_j / JOULE_PER_KWH + braked_away_kwh,
-        energy_parts_kwh=parts_kwh(result.parts),
-        braked_away_kwh=braked_away_kwh,
-        soc_start=sent.soc,
-        soc_end=None if soc is None else soc[-1],
-        soc_min=None if soc is None or sent.soc is None else min(sent.soc, *soc),
-        links=links,
-        profile=None if driven.profile is None else profile_answer(driven.profile),
-        request=SimulateEcho(
+    return {
+        "distance_m": result.distance_m,
+        "duration_s": result.duration_s,
+        "standstill_s": result.standstill_s,
+        "stop_count": float(result.stop_count),
+        "energy_kwh": result.energy_j / JOULE_PER_KWH,
+        "battery_kwh": None if braked_away_kwh is None else result.energy_j / JOULE_PER_KWH + braked_away_kwh,
+        "energy_parts_kwh": parts_kwh(result.parts),
+        "braked_away_kwh": braked_away_kwh,
+        "soc_start": sent.soc,
+        "soc_end": None if soc is None else soc[-1],
+        "soc_min": None if soc is None or sent.soc is None else min(sent.soc, *soc),
+        "links": _links(result.links, course, soc),
+        "profile": None if driven.profile is None else profile_answer(driven.profile),
+        "request": SimulateEcho(
             graph=sent.graph,
             vehicle=_vehicle(sent),
             soc=sent.soc,
@@ -159,9 +140,38 @@ def simulation_answer(driven: DrivenCourse, course: Course, sent: SimulateReques
             effects=sent.effects,
             profile=sent.profile,
         ),
-        warnings=[*course.warnings, *(["the charge falls below 0"] if soc is not None and min(soc) < 0.0 else [])],
-        terrain=None if course.graph is None else terrain_note(course.graph),
-    )
+        "warnings": [*course.warnings, *(["the charge falls below 0"] if soc is not None and min(soc) < 0.0 else [])],
+        "terrain": None if course.graph is None else terrain_note(course.graph),
+    }
+
+
+def _links(links: LinkResults, course: Course, soc: list[float] | None) -> list[dict[str, object]]:
+    """The fields of SimulatedLink in their order, one dictionary a link."""
+    chain, count = course.chain, len(links)
+    ids: list[int | None] = [None] * count
+    from_m, to_m, rests = [0.0] * count, chain.length_m.tolist(), [False] * count
+    if course.graph is not None:
+        ids = [span.link_idx for span in course.spans]
+        from_m, to_m = [span.from_m for span in course.spans], [span.to_m for span in course.spans]
+        rests = [span.rest for span in course.spans]
+    columns: dict[str, Sequence[object]] = {
+        "position": range(count),
+        "id": ids,
+        "from_m": from_m,
+        "to_m": to_m,
+        "rest": rests,
+        "length_m": np.subtract(to_m, from_m).tolist(),
+        "duration_s": links.duration_s.tolist(),
+        "standstill_s": links.standstill_s.tolist(),
+        "energy_wh": (links.energy_j / JOULE_PER_WH).tolist(),
+        "energy_parts_wh": parts_wh(links.parts_j),
+        "soc_end": [None] * count if soc is None else soc,
+        "grade": chain.grade_frac.tolist(),
+        "speed_limit_kmh": (chain.speed_limit_mps * KMH_PER_MPS).tolist(),
+        "speed_end_kmh": (links.carried_mps * KMH_PER_MPS).tolist(),
+        "stop_probability": links.stop_probability_frac.tolist(),
+    }
+    return rows_of(count, dict.fromkeys(columns), columns.items())
 
 
 def profile_answer(profile: SpeedProfile) -> SpeedProfileAnswer:

@@ -18,7 +18,13 @@ from app.conversions.graph import graph_detail, graph_summary
 from app.conversions.matrix import matrix_query
 from app.conversions.range import range_features, range_json, range_query
 from app.conversions.route import route_features_json, route_json, route_query, route_response
-from app.conversions.simulation import chain_from_numbers, chain_link_error, simulation_answer, spans_from_links
+from app.conversions.simulation import (
+    chain_from_numbers,
+    chain_link_error,
+    simulation_answer,
+    simulation_json,
+    spans_from_links,
+)
 from app.conversions.vehicle_check import vehicle_check
 from app.conversions.way_limits import area_limits, course_limits, route_limits
 from app.observation import INLINE, Stage, note_labels, note_subject, stage
@@ -50,7 +56,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
     from pathlib import Path
 
-    from app.conversions.course import Course
+    from app.conversions.course import Course, DrivenCourse
     from app.conversions.way_limits import WayLimits
     from app.schemas.learned_effects import LearnedEffects
     from app.schemas.simulation import SimulationModel
@@ -227,13 +233,21 @@ class Service:
         warnings = chosen.warnings_on(lambda: area_limits(area, planner.graph, chosen.vehicle, query.conditions))
         return replace(answer, warnings=(*warnings, *answer.warnings)), understood, planner.graph
 
-    @stage(Stage.SEARCH)
     def simulate(self, sent: SimulateRequest) -> SimulateResponse:
         """What driving given links takes."""
+        return simulation_answer(*self._driven(sent))
+
+    def simulate_json(self, sent: SimulateRequest) -> bytes:
+        """What driving given links takes, as the JSON of what `simulate` returns."""
+        driven = self._driven(sent)
+        with stage(Stage.WRITE):
+            return simulation_json(*driven)
+
+    @stage(Stage.SEARCH)
+    def _driven(self, sent: SimulateRequest) -> tuple[DrivenCourse, Course, SimulateRequest]:
         course, understood = self._course(sent)
         with _links_as_sent(sent):
-            driven = drive(course, understood)
-        return simulation_answer(driven, course, understood)
+            return drive(course, understood), course, understood
 
     def speed_drawing(self, sent: SimulateRequest) -> tuple[Course, dict[SimulationModel, SpeedProfile]]:
         """The course of a simulation, and the speed along it by both models as far as they can drive it."""

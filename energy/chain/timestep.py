@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.chain.chain import RULE_CODE, LinkResult, StopRule, chain_links, check_chain, filling_energy_j
+from energy.chain.chain import RULE_CODE, LinkResults, StopRule, chain_links, check_chain, filling_energy_j
 from energy.chain.kernels_chain import ChainDrive, DrivenChain, undriven
 from energy.chain.kernels_timestep import STEP_LIMIT_REACHED, drive_steps
 from energy.chain.profile import SpeedProfile, thinned
@@ -37,7 +37,7 @@ class DriveResult:
     arrival. step_count: how many steps it took. profile: only where asked for.
     """
 
-    links: tuple[LinkResult, ...]
+    links: LinkResults
     distance_m: float
     duration_s: float
     standstill_s: float
@@ -109,12 +109,8 @@ def simulate_timestep(
         _, driven, track = run(rows)
     energy, time, standstill, v_end, stopped, terms = driven
     parts = drive.parts(setting, terms)
-    results = tuple(
-        LinkResult(float(energy[k]), float(time[k]), float(standstill[k]), float(v_end[k]), float(stopped[k]), parts[k])
-        for k in range(energy.size)
-    )
     return DriveResult(
-        links=results,
+        links=LinkResults(energy, time, standstill, v_end, stopped, parts),
         distance_m=float(chain.length_m.sum()),
         duration_s=float(time.sum()),
         standstill_s=float(standstill.sum()),

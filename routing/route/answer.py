@@ -210,8 +210,8 @@ def _legs(
             RouteLeg(
                 from_m=float(way_m[begin]),
                 to_m=float(way_m[end]),
-                duration_s=sum(duration_s[begin:end]),
-                energy_j=sum(energy_j[begin:end]),
+                duration_s=sum(duration_s[begin:end], 0.0),
+                energy_j=sum(energy_j[begin:end], 0.0),
                 soc_end_frac=float(charge[end]),
                 first_link=begin if begin < end else None,
                 last_link=end - 1 if begin < end else None,

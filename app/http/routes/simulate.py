@@ -9,7 +9,7 @@ from fastapi import APIRouter, Body, Request, Response
 from app.http.examples.answers import SIMULATE_ANSWER, SIMULATE_REQUESTS
 from app.http.examples.problems import BODY_CODES, DRIVE_CODES, problems
 from app.http.json_body import BoundedRoute
-from app.http.routes.access import RunningService, Searches, long_json_answer
+from app.http.routes.access import RunningService, Searches, long_answer
 from app.schemas.problem import ErrorCode
 from app.schemas.simulation import SimulateRequest, SimulateResponse
 
@@ -36,4 +36,4 @@ async def simulate(
     The links of a route sent back unchanged take exactly the route's energy. `model` 'timestep' solves the equation of
     motion in steps of 0.1 s and brakes for what lies several links ahead; it needs the whole way in advance.
     """
-    return await searches.run(request, lambda: long_json_answer(request, service.simulate(sent)))
+    return await searches.run(request, lambda: long_answer(request, service.simulate_json(sent)))

@@ -43,6 +43,25 @@ def test_areas_written_from_arrays_are_the_same(service: Service) -> None:
     assert document["request"] == model["request"]
 
 
+def test_routes_written_without_their_models_are_the_same(service: Service) -> None:
+    trip = {"start": CORNER, "goal": MIDDLE, "via": [MIDDLE], "soc": 0.5}
+    weights = {"energy": 1.0, "time": 2.0}
+    for changes in ({"uncertainty": True}, {"soc": 0.0}, {"links": False, "weights": weights}, {"goal": CORNER}):
+        sent = RouteRequest.model_validate({**trip, **changes})
+        document, model = json.loads(service.route_json(sent)), json.loads(service.route(sent).model_dump_json())
+        for stats in (*document["stats"], *model["stats"]):
+            del stats["seconds"]
+        assert json.dumps(document) == json.dumps(model), changes
+
+
+def test_simulations_written_without_their_models_are_the_same(service: Service) -> None:
+    chain = {"chain": [CHAIN_LINK, {**CHAIN_LINK, "grade": -0.02}]}
+    driven = {"links": [{"id": 0}]}
+    for body in (chain, {**chain, "soc": 0.001}, {**driven, "soc": 0.5}, {**driven, "model": "timestep"}):
+        sent = SimulateRequest.model_validate({**body, "profile": True})
+        assert service.simulate_json(sent) == service.simulate(sent).model_dump_json().encode(), body
+
+
 def test_what_is_no_number_becomes_null() -> None:
     assert as_json({"a": float("nan"), "b": float("inf"), "c": (1, 2.0)}) == b'{"a":null,"b":null,"c":[1,2.0]}'
 
