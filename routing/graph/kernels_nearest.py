@@ -63,6 +63,46 @@ def line_distance_m(lines: Lines, link: int, lon_deg: float, lat_deg: float, eas
 
 
 @njit(nogil=True, cache=True)
+def foot_on_line(
+    lines: Lines, link: int, lon_deg: float, lat_deg: float, east_m: float, north_m: float
+) -> tuple[float, float, float]:
+    """The place on a link's line that is nearest to a place: the share of the line up to it, and where it lies [m].
+
+    Where: east and north of the place asked. Of places equally near it is the first. east_m, north_m: metres of a
+    degree of longitude and of latitude.
+    """
+    begin, end = lines.geometry_first[link], lines.geometry_first[link + 1]
+    x = (lines.geometry_lon_e7[begin:end] / E7 - lon_deg) * east_m
+    y = (lines.geometry_lat_e7[begin:end] / E7 - lat_deg) * north_m
+    least = math.inf
+    foot_m = whole_m = 0.0
+    for k in range(x.size - 1):
+        dx, dy = x[k + 1] - x[k], y[k + 1] - y[k]
+        length2 = dx * dx + dy * dy
+        length_m = math.sqrt(length2)
+        part = -(x[k] * dx + y[k] * dy) / length2 if length2 > 0.0 else 0.0
+        if part <= 0.0:
+            away_m = math.sqrt(x[k] * x[k] + y[k] * y[k])
+        elif part >= 1.0:
+            away_m = math.sqrt(x[k + 1] * x[k + 1] + y[k + 1] * y[k + 1])
+        else:
+            away_m = abs((y[k] * dx - x[k] * dy) / length2) * length_m
+        if away_m < least:
+            least, foot_m = away_m, whole_m + min(max(part, 0.0), 1.0) * length_m
+        whole_m += length_m
+    share = foot_m / whole_m if whole_m > 0.0 else 0.0
+    at_m, done_m = share * whole_m, 0.0
+    for k in range(x.size - 1):
+        dx, dy = x[k + 1] - x[k], y[k + 1] - y[k]
+        length_m = math.sqrt(dx * dx + dy * dy)
+        if done_m + length_m > at_m:
+            part = (at_m - done_m) / length_m
+            return share, x[k] + part * dx, y[k] + part * dy
+        done_m += length_m
+    return share, x[-1], y[-1]
+
+
+@njit(nogil=True, cache=True)
 def nearest_link(boxes: Boxes, lines: Lines, lon_deg: float, lat_deg: float, east_m: float, north_m: float) -> int:
     """The link of the road nearest to a place; -1 where no road is.
 

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from routing.graph.earth import METRE_PER_DEGREE
-from routing.graph.kernels_nearest import FAN, Boxes, Lines, nearest_link
+from routing.graph.kernels_nearest import FAN, Boxes, Lines, foot_on_line, nearest_link
+from routing.places import Point
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from routing.graph.road_graph import RoadGraph
-    from routing.places import Point
 
 CURVE_BITS: Final = 16  # of a place along each axis, for the order of roads
 
@@ -24,6 +24,16 @@ class RoadTree:
     def __init__(self, graph: RoadGraph) -> None:
         self.boxes = _packed(graph)
         self._lines = Lines(graph.geometry_first, graph.geometry_lon_e7, graph.geometry_lat_e7)
+
+    def foot(self, link: int, point: Point) -> tuple[float, float, Point]:
+        """The place on a link's line that is nearest to a point: share of the line up to it, how far it is [m], it.
+
+        In the plane that touches the earth at the point.
+        """
+        east_m, north_m = METRE_PER_DEGREE * float(np.cos(np.radians(point.lat_deg))), METRE_PER_DEGREE
+        share, east, north = foot_on_line(self._lines, link, point.lon_deg, point.lat_deg, east_m, north_m)
+        place = Point(point.lat_deg + north / north_m, point.lon_deg + east / east_m)
+        return float(share), float(np.hypot(east, north)), place
 
     def nearest(self, point: Point) -> int:
         """The link of the nearest road, of those equally near the one of the least number.

@@ -258,7 +258,10 @@ class RoadGraph:
     def geometry(self, link_idx: int) -> NDArray[np.float64]:
         """Polyline of a link in driving direction, float64 (k, 2), columns lon and lat [deg]."""
         begin, end = self.geometry_first[link_idx], self.geometry_first[link_idx + 1]
-        return np.column_stack((self.geometry_lon_e7[begin:end] / E7, self.geometry_lat_e7[begin:end] / E7))
+        line = np.empty((end - begin, 2))
+        line[:, 0], line[:, 1] = self.geometry_lon_e7[begin:end], self.geometry_lat_e7[begin:end]
+        line /= E7
+        return line
 
     def successors(self, link_idx: int) -> NDArray[np.int32]:
         """Links that may follow a link, int32 (k,)."""

@@ -7,10 +7,9 @@ import threading
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-import shapely
 
 from routing.errors import NearestRoad, PointFarFromRoadError, PointOutsideMapError
-from routing.graph.earth import METRE_PER_DEGREE, great_circle_m
+from routing.graph.earth import great_circle_m
 from routing.graph.nearest import RoadTree
 from routing.places import LinkPosition, Point, SnappedPoint
 
@@ -58,21 +57,21 @@ class RoadIndex:
         lat, lon = point.lat_deg, point.lon_deg
         here = beside(point, bbox)
         inside = south <= lat <= north and west <= here.lon_deg <= east
-        away_m, whose = beyond_m(point, bbox), f"graph {self._graph.meta.name!r}"
-        swapped = beyond_m(Point(lon, lat), bbox) <= limit_m
+        away_m = beyond_m(point, bbox)
         if not inside and not away_m <= min(max(limit_m, NAMED_M), FLAT_M):
-            raise PointOutsideMapError(field, lat, lon, bbox, whose=whose, away_m=away_m, swapped=swapped)
-        link_idx = self._indexed().nearest(here)
-        offset_m, distance_m, on_road = self._project(link_idx, here)
+            raise self._outside(field, point, limit_m)
+        roads = self._indexed()
+        link_idx = roads.nearest(here)
+        share, distance_m, on_road = roads.foot(link_idx, here)
         name = self._graph.names[int(self._graph.name_idx[link_idx])]
         if distance_m > limit_m:
             nearest = NearestRoad(distance_m, name, on_road.lat_deg, on_road.lon_deg)
             if inside:
                 raise PointFarFromRoadError(field, lat, lon, nearest, limit_m)
-            raise PointOutsideMapError(field, lat, lon, bbox, nearest, whose=whose, away_m=away_m, swapped=swapped)
+            raise self._outside(field, point, limit_m, nearest)
         length_m = float(self._graph.length_m[link_idx])
         margin = min(END_MARGIN_M, 0.25 * length_m)
-        offset_m = min(max(offset_m, margin), length_m - margin)
+        offset_m = min(max(share * length_m, margin), length_m - margin)
         positions = [LinkPosition(link_idx, offset_m)]
         reverse = int(self._graph.reverse_idx[link_idx])
         if reverse >= 0:
@@ -81,15 +80,20 @@ class RoadIndex:
             positions += [LinkPosition(copy, place.offset_m) for copy in self._graph.copies_of(place.link_idx)]
         return SnappedPoint(point, on_road, distance_m, link_idx, offset_m, name), tuple(positions)
 
-    def _project(self, link_idx: int, point: Point) -> tuple[float, float, Point]:
-        """Offset along a link, distance to it and the place on it, in a plane that touches the earth at the point."""
-        lonlat = self._graph.geometry(link_idx)
-        scale = np.array((METRE_PER_DEGREE * np.cos(np.radians(point.lat_deg)), METRE_PER_DEGREE))
-        line = shapely.LineString((lonlat - (point.lon_deg, point.lat_deg)) * scale)
-        share = line.project(shapely.Point(0.0, 0.0), normalized=True)
-        foot = line.interpolate(share, normalized=True)
-        place = Point(point.lat_deg + foot.y / float(scale[1]), point.lon_deg + foot.x / float(scale[0]))
-        return share * float(self._graph.length_m[link_idx]), float(np.hypot(foot.x, foot.y)), place
+    def _outside(
+        self, field: str, point: Point, limit_m: float, nearest: NearestRoad | None = None
+    ) -> PointOutsideMapError:
+        meta, lat, lon = self._graph.meta, point.lat_deg, point.lon_deg
+        return PointOutsideMapError(
+            field,
+            lat,
+            lon,
+            meta.bbox,
+            nearest,
+            whose=f"graph {meta.name!r}",
+            away_m=beyond_m(point, meta.bbox),
+            swapped=beyond_m(Point(lon, lat), meta.bbox) <= limit_m,
+        )
 
 
 def beside(point: Point, bbox: tuple[float, float, float, float]) -> Point:
@@ -105,7 +109,10 @@ def beyond_m(point: Point, bbox: tuple[float, float, float, float]) -> float:
     if not (math.isfinite(point.lat_deg) and math.isfinite(point.lon_deg)):
         return math.inf
     west, south, east, north = bbox
-    lat, lon = min(max(point.lat_deg, south), north), min(max(beside(point, bbox).lon_deg, west), east)
+    here = beside(point, bbox)
+    lat, lon = min(max(point.lat_deg, south), north), min(max(here.lon_deg, west), east)
+    if lat == point.lat_deg and lon == here.lon_deg:
+        return 0.0
     return float(great_circle_m(point.lat_deg, point.lon_deg, lat, lon))
 
 
@@ -123,10 +130,12 @@ def part_of_line(lonlat: NDArray[np.float64], from_frac: float, to_frac: float) 
     """The stretch of a polyline between two shares of its length, float64 (k, 2), at least two points."""
     if from_frac <= 0.0 and to_frac >= 1.0:
         return lonlat
-    shrink = np.cos(np.radians(lonlat[:, 1].mean()))
-    step = np.hypot(np.diff(lonlat[:, 0]) * shrink, np.diff(lonlat[:, 1]))
-    along = np.concatenate(([0.0], np.cumsum(step)))
+    lon, lat = lonlat[:, 0], lonlat[:, 1]
+    shrink = np.cos(np.radians(lat.mean()))
+    along = np.zeros(lon.size)
+    np.cumsum(np.hypot((lon[1:] - lon[:-1]) * shrink, lat[1:] - lat[:-1]), out=along[1:])
     low, high = from_frac * along[-1], to_frac * along[-1]
-    inside = (along > low) & (along < high)
-    at = np.concatenate(([low], along[inside], [high]))
-    return np.column_stack((np.interp(at, along, lonlat[:, 0]), np.interp(at, along, lonlat[:, 1])))
+    at = np.array((low, *along[(along > low) & (along < high)].tolist(), high))
+    part = np.empty((at.size, 2))
+    part[:, 0], part[:, 1] = np.interp(at, along, lon), np.interp(at, along, lat)
+    return part

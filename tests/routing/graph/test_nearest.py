@@ -46,6 +46,21 @@ def test_nearest_to_places_all_over_the_map_is_what_looking_at_every_road_finds(
         assert away_m[tree.nearest(point)] == pytest.approx(float(away_m.min()), abs=1e-6)
 
 
+def test_the_place_on_a_line_nearest_to_a_place_is_that_of_a_geometry_library(graph, tree):
+    rng = np.random.default_rng(3)
+    west, south, east, north = graph.meta.bbox
+    for lat, lon in zip(rng.uniform(south, north, 60).tolist(), rng.uniform(west, east, 60).tolist(), strict=True):
+        link = int(rng.integers(graph.link_count))
+        scale = np.array((METRE_PER_DEGREE * float(np.cos(np.radians(lat))), METRE_PER_DEGREE))
+        line = shapely.LineString((graph.geometry(link) - (lon, lat)) * scale)
+        expected = line.project(shapely.Point(0.0, 0.0), normalized=True)
+        there = line.interpolate(expected, normalized=True)
+        share, away_m, place = tree.foot(link, Point(lat, lon))
+        assert share == pytest.approx(expected, abs=1e-12)
+        assert away_m == pytest.approx(line.distance(shapely.Point(0.0, 0.0)), abs=1e-6)
+        assert (place.lon_deg, place.lat_deg) == pytest.approx((lon + there.x / scale[0], lat + there.y / scale[1]))
+
+
 def test_nearest_at_a_junction_is_the_link_of_the_least_number(graph, tree):
     degree = np.bincount(graph.tail, minlength=graph.node_count) + np.bincount(graph.head, minlength=graph.node_count)
     junctions = np.flatnonzero(degree >= 6)
