@@ -24,7 +24,7 @@ from routing.queries import ParetoSettings, RouteQuery
 from routing.weights import NAMED_WEIGHTS, Weights
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Callable, Iterable, Mapping
 
     from numpy.typing import NDArray
 
@@ -35,6 +35,8 @@ if TYPE_CHECKING:
     from routing.graph.road_graph import RoadGraph
     from routing.route.hot_links import HotStretch
     from routing.route.route import DrivenLinks, ParetoClaim, Route, RouteAnswer, RouteLeg, SearchStats
+
+    Coordinates = Callable[[NDArray[np.float64]], object]
 
 CUSTOM: Final = "custom"
 
@@ -68,12 +70,12 @@ def _weightings(sent: RouteRequest) -> tuple[tuple[str, Weights], ...]:
 
 def route_response(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -> RouteResponse:
     """Routes with geometry and state of charge."""
-    return RouteResponse.model_validate(_response(answer, understood, graph))
+    return RouteResponse.model_validate(_response(answer, understood, graph, np.ndarray.tolist))
 
 
 def route_json(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -> bytes:
     """The JSON of route_response, made without an object for each link, which would take several times as long."""
-    return as_json(_response(answer, understood, graph))
+    return as_json(_response(answer, understood, graph, np.asarray))
 
 
 def route_features_json(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -> bytes:
@@ -82,7 +84,7 @@ def route_features_json(answer: RouteAnswer, understood: RouteRequest, graph: Ro
         *(
             {
                 "type": "Feature",
-                "geometry": _line(route),
+                "geometry": _line(route, np.asarray),
                 "properties": _properties(route, with_links=understood.links),
             }
             for route in answer.routes
@@ -94,9 +96,14 @@ def route_features_json(answer: RouteAnswer, understood: RouteRequest, graph: Ro
     return as_json(_answered(answer, understood, graph) | {"type": "FeatureCollection", "features": features})
 
 
-def _response(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -> dict[str, object]:
-    """The fields of a RouteResponse in their order."""
-    routes = [_properties(route, with_links=understood.links) | {"geometry": _line(route)} for route in answer.routes]
+def _response(
+    answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph, coordinates: Coordinates
+) -> dict[str, object]:
+    """The fields of a RouteResponse in their order; coordinates: as which form of an array they are given."""
+    routes = [
+        {**_properties(route, with_links=understood.links), "geometry": _line(route, coordinates)}
+        for route in answer.routes
+    ]
     return _answered(answer, understood, graph) | {"routes": routes}
 
 
@@ -112,9 +119,9 @@ def _answered(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -
     }
 
 
-def _line(route: Route) -> dict[str, object]:
+def _line(route: Route, coordinates: Coordinates) -> dict[str, object]:
     """The fields of a LineString."""
-    return {"type": "LineString", "coordinates": np.round(route.geometry, DECIMALS).tolist()}
+    return {"type": "LineString", "coordinates": coordinates(route.geometry.round(DECIMALS))}
 
 
 def _weights(weights: Weights) -> dict[str, float]:
