@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import IntEnum
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
@@ -65,3 +66,6 @@ class StopSettings:
                 raise ValueError(f"{name} has a value outside 0..{upper:g}")
             if bool(np.any(table[:, Cross.NONE] != 0.0)):
                 raise ValueError(f"{name}[:, none] must be 0: 'none' means that the vehicle never stops")
+
+
+USUAL_STOPS: Final = StopSettings()

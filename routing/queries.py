@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
 from energy.chain.chain import DriveSettings, LinkModel, StopRule
 from energy.conditions import STILL, Conditions
-from energy.stops import StopSettings
+from energy.stops import USUAL_STOPS, StopSettings
 from energy.units import JOULE_PER_KWH, METRE_PER_KM, SECOND_PER_MINUTE
 from routing.places import Point
 from routing.weights import ECO, Weights
@@ -51,7 +51,7 @@ class RouteQuery:
     weightings: tuple[tuple[str, Weights], ...] = (("eco", ECO),)
     link_model: LinkModel = LinkModel.INTEGRATED
     stop_rule: StopRule = StopRule.EXPECTED
-    stop_settings: StopSettings = field(default_factory=StopSettings)
+    stop_settings: StopSettings = USUAL_STOPS
     conditions: Conditions = STILL
     uncertainty: bool = False
     via: tuple[Point, ...] = ()
@@ -103,7 +103,7 @@ class RangeQuery:
     bands_soc_frac: tuple[float, ...] = ()
     link_model: LinkModel = LinkModel.INTEGRATED
     stop_rule: StopRule = StopRule.EXPECTED
-    stop_settings: StopSettings = field(default_factory=StopSettings)
+    stop_settings: StopSettings = USUAL_STOPS
     conditions: Conditions = STILL
     uncertainty: bool = False
     trip: Trip = Trip.OUT
@@ -124,7 +124,7 @@ class MatrixQuery:
     weights: Weights = ECO
     link_model: LinkModel = LinkModel.INTEGRATED
     stop_rule: StopRule = StopRule.EXPECTED
-    stop_settings: StopSettings = field(default_factory=StopSettings)
+    stop_settings: StopSettings = USUAL_STOPS
     conditions: Conditions = STILL
 
 

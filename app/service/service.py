@@ -47,7 +47,7 @@ from app.store.errors import DatabaseUnavailableError
 from app.store.vehicles import VehicleStore
 from app.tiles.shelf import TileShelf
 from energy.errors import LinkError
-from energy.stops import StopSettings
+from energy.stops import USUAL_STOPS
 from energy.vehicle.files import load_published, load_vehicles
 from routing.errors import GraphNotFoundError
 from routing.graph.folders import graph_folders
@@ -259,13 +259,13 @@ class Service:
         """What is to be driven, and the request with its defaults filled in."""
         if sent.chain is not None:
             chosen = self._vehicle_with_effects(sent)
-            chain = chain_from_numbers(sent.chain, StopSettings())
+            chain = chain_from_numbers(sent.chain, USUAL_STOPS)
             course = course_of(chain, chosen.vehicle, sent)
             warned = replace(course, warnings=chosen.warnings_on(lambda: course_limits(course)))
             return warned, sent.model_copy(update={"vehicle": chosen.choice})
         planner, chosen, understood = self._understood(sent)
         spans = spans_from_links(understood.links or [], planner.graph)
-        chain = planner.chain(spans, StopSettings(), conditions_from(understood.conditions))
+        chain = planner.chain(spans, USUAL_STOPS, conditions_from(understood.conditions))
         course = course_of(chain, chosen.vehicle, sent, spans, planner.graph)
         return replace(course, warnings=chosen.warnings_on(lambda: course_limits(course))), understood
 

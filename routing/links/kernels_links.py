@@ -51,3 +51,31 @@ def top_classes(
             if best > top[i]:
                 top[i] = best
                 changed = True
+
+
+@njit(nogil=True, cache=True)
+def is_whole_way(
+    successor_first: NDArray[np.int64],
+    successor: NDArray[np.int32],
+    length_m: NDArray[np.float64],
+    links: NDArray[np.int64],
+    from_m: NDArray[np.float64],
+    to_m: NDArray[np.float64],
+) -> bool:
+    """Whether stretches of links, (n,) each, are a way of links that may follow one another, whole but for its ends.
+
+    The first three arrays are those of a graph, of which links are.
+    """
+    last = links.size - 1
+    for k in range(last + 1):
+        link = links[k]
+        if not (0.0 <= from_m[k] < to_m[k] <= length_m[link]):
+            return False
+        if (k > 0 and from_m[k] != 0.0) or (k < last and to_m[k] != length_m[link]):
+            return False
+        follows = k == last
+        for at in range(successor_first[link], 0 if follows else successor_first[link + 1]):
+            follows = follows or successor[at] == links[k + 1]
+        if not follows:
+            return False
+    return True

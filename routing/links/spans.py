@@ -11,8 +11,9 @@ from energy.chain.chain import Chain
 from energy.chain.kernels_chain import REST
 from energy.conditions import STILL, Conditions
 from energy.errors import LinkError
-from energy.stops import StopSettings
+from energy.stops import USUAL_STOPS, StopSettings
 from routing.graph.link_bans import whole_successors
+from routing.links import kernels_links
 from routing.links.stops import link_stops
 
 if TYPE_CHECKING:
@@ -39,10 +40,10 @@ class ChainMaker:
         Raises LinkError where a link does not exist, may not follow the one before, or a stretch leaves it.
         """
         idx = np.array([s.link_idx for s in spans], np.int64)
-        length_m = np.array([s.to_m - s.from_m for s in spans])
-        if not self._whole_links(idx, spans):
+        from_m, to_m = np.array([s.from_m for s in spans], np.float64), np.array([s.to_m for s in spans], np.float64)
+        if not self._whole_links(idx, from_m, to_m):
             self._check(spans)
-        chain = self.of_links(idx, length_m, settings or StopSettings(), conditions)
+        chain = self.of_links(idx, to_m - from_m, settings or USUAL_STOPS, conditions)
         rest = np.array([s.rest for s in spans])
         if not rest.any():
             return chain
@@ -53,25 +54,15 @@ class ChainMaker:
             stop_class=np.where(rest, REST, chain.stop_class).astype(np.int8),
         )
 
-    def _whole_links(self, idx: NDArray[np.int64], spans: tuple[LinkSpan, ...]) -> bool:
+    def _whole_links(self, idx: NDArray[np.int64], from_m: NDArray[np.float64], to_m: NDArray[np.float64]) -> bool:
         """Whether stretches are a way of links that may follow one another, whole but for its ends: as searches find.
 
         It spares the check of each stretch, which takes as long as all else of a long chain.
         """
-        graph = self.graph
-        if idx.size == 0 or idx.min() < 0 or idx.max() >= graph.road_link_count:
+        if idx.size == 0 or idx.min() < 0 or idx.max() >= self.graph.road_link_count:
             return False
-        whole_m = graph.length_m[idx]
-        from_m, to_m = np.array([s.from_m for s in spans]), np.array([s.to_m for s in spans])
-        inside = bool((from_m >= 0.0).all() and (from_m < to_m).all() and (to_m <= whole_m).all())
-        if not inside or from_m[1:].any() or not np.array_equal(to_m[:-1], whole_m[:-1]):
-            return False
-        first, end = self._successor_first[idx[:-1]], self._successor_first[idx[:-1] + 1]
-        follows = np.zeros(idx.size - 1, bool)
-        for turn in range(int((end - first).max(initial=0))):
-            at = np.minimum(first + turn, self._successor.size - 1)
-            follows |= (first + turn < end) & (self._successor[at] == idx[1:])
-        return bool(follows.all())
+        way = self._successor_first, self._successor, self.graph.length_m
+        return bool(kernels_links.is_whole_way(*way, idx, from_m, to_m))
 
     def _check(self, spans: tuple[LinkSpan, ...]) -> None:
         graph = self.graph

@@ -103,7 +103,7 @@ class RouteSearch:
         conditions: Conditions = STILL,
     ) -> SearchSpace:
         """The graph as a vehicle sees it, from the ones kept or computed; raises ConditionsError."""
-        if self.graph.conditional is None:
+        if self.graph.conditional is None and conditions.departure_min is not None:
             conditions = replace(conditions, departure_min=None)  # no limit depends on it
         stops = (rule, settings.probability_frac.tobytes(), settings.time_s.tobytes())
         key = (_vehicle_key(vehicle), model, *stops, conditions)
@@ -250,15 +250,9 @@ class RouteSearch:
 
     def spans(self, path: FoundPath) -> tuple[LinkSpan, ...]:
         """The stretches of links that a path drives."""
-        last = len(path.links) - 1
-        return tuple(
-            LinkSpan(
-                link,
-                path.start.offset_m if k == 0 else 0.0,
-                path.goal.offset_m if k == last else float(self.graph.length_m[link]),
-            )
-            for k, link in enumerate(path.links)
-        )
+        from_m = [path.start.offset_m, *[0.0] * (len(path.links) - 1)]
+        to_m: list[float] = [*self.graph.length_m[list(path.links[:-1])].tolist(), path.goal.offset_m]
+        return tuple(map(LinkSpan, path.links, from_m, to_m))
 
 
 def _vehicle_key(vehicle: AnyVehicle) -> tuple[object, ...]:

@@ -51,6 +51,19 @@ def borrowed_workspace(ws: Workspace) -> Workspace:
     )
 
 
+@njit(nogil=True, cache=True)
+def labels_to(pointer: NDArray[np.int32], label: int) -> NDArray[np.int64]:
+    """The labels of a way in driving order, int64 (n,), the last one given."""
+    count, at = 0, label
+    while at >= 0:
+        count, at = count + 1, pointer[at, PARENT]
+    labels = np.empty(count, np.int64)
+    at = label
+    for k in range(count - 1, -1, -1):
+        labels[k], at = at, pointer[at, PARENT]
+    return labels
+
+
 @njit(nogil=True, cache=True, inline="always")
 def whole(value: float) -> int:
     """A stored whole number of any type as int64, which records hold."""

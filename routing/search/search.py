@@ -216,20 +216,14 @@ def find_path(
 
 
 def _unpack(space: SearchSpace, ws: Workspace, goal: int, goals: Sequence[LinkPosition], begin_s: float) -> FoundPath:
-    label = int(ws.pointer[goal, kernels_workspace.PARENT])
-    links: list[int] = []
-    first = label
-    while label >= 0:
-        links.append(int(ws.pointer[label, kernels_workspace.LINK]))
-        first = label
-        label = int(ws.pointer[label, kernels_workspace.PARENT])
-    links.reverse()
+    labels = kernels_workspace.labels_to(ws.pointer, ws.pointer[goal, kernels_workspace.PARENT])
+    links: list[int] = ws.pointer[labels, kernels_workspace.LINK].tolist()
     number = ws.number[goal]
     goal_m = next(g.offset_m for g in goals if g.link_idx == links[-1])
     driven = space.originals(links)
     return FoundPath(
         links=driven,
-        start=LinkPosition(driven[0], float(ws.number[first, kernels_workspace.OFFSET])),
+        start=LinkPosition(driven[0], float(ws.number[labels[0], kernels_workspace.OFFSET])),
         goal=LinkPosition(driven[-1], goal_m),
         cost=float(number[kernels_workspace.COST]),
         energy_j=float(number[kernels_workspace.ENERGY]),
