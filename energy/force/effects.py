@@ -35,6 +35,8 @@ RESISTANCE_REFERENCE_K: Final = 296.15  # middle of the source's 13 to 32 °C, i
 FAN_FULL_W: Final = 1000.0  # thermal power from which the fan runs at full speed (assumed)
 YAW_SPEED_MPS: Final = 1.0  # air slower than this has no direction that matters
 
+PARTS_WITH_COLUMN: Final = [part.idx for part in Part if part.column is not None]
+COLUMNS_OF_PARTS: Final = [part.column for part in Part if part.column is not None]
 ROAD_LOAD_COLUMNS: Final = (kernels_physics.ROAD_ROLLING, kernels_physics.ROAD_LINEAR, kernels_physics.ROAD_AERO)
 
 
@@ -95,9 +97,7 @@ class Drive:
     def parts(self, links: LinkSetting, terms: NDArray[np.float64]) -> NDArray[np.float64]:
         """Energy by cause, float64 (n, 20) in the order of Part, from the kernels' terms (n, 15) [J]."""
         parts = np.zeros((terms.shape[0], len(Part)))
-        for part in Part:
-            if part.column is not None:
-                parts[:, part.idx] = terms[:, part.column]
+        parts[:, PARTS_WITH_COLUMN] = terms[:, COLUMNS_OF_PARTS]
         if isinstance(self.vehicle, ConsumptionTableVehicle) or self.conditions == STILL:
             return parts
         rolling = _rolling_n(self.vehicle, self.conditions)

@@ -23,6 +23,7 @@ class Part(StrEnum):
     all that a vehicle given as a table takes on the flat. A part without a column is split off others.
     """
 
+    idx: int  # where it is in arrays of all parts
     column: int | None
     meaning: str
 
@@ -30,6 +31,7 @@ class Part(StrEnum):
         """A member whose value is the name."""
         part = str.__new__(cls, name)
         part._value_ = name
+        part.idx = len(cls.__members__)
         part.column = column
         part.meaning = meaning
         return part
@@ -66,11 +68,6 @@ class Part(StrEnum):
         columns.CONSUMPTION_TABLE,
         "all that a vehicle given as a consumption table takes on the flat",
     )
-
-    @property
-    def idx(self) -> int:
-        """Where it is in arrays of all parts."""
-        return PART_NAMES.index(self.value)
 
 
 PART_NAMES: Final = tuple(part.value for part in Part)

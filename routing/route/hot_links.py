@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
@@ -137,20 +137,24 @@ def hot_stretches(
     score = excess - margin_frac * abs(mean_j_per_m) * links.length_m
     rounding_j = ROUNDING_FRAC * float(np.abs(links.parts_j).sum() + np.abs(links.energy_j).sum())
     score[np.abs(score) <= rounding_j] = 0.0
-    node_m = np.concatenate(([0.0], np.cumsum(links.length_m)))
+    node_m = [0.0, *np.cumsum(links.length_m).tolist()]
+    summed = np.array((excess, links.energy_j, links.duration_s, links.stop_probability_frac))
     runs = [
-        (float(excess[first : last + 1].sum()), first, last)
+        (_Sums(*summed[:, first : last + 1].sum(axis=1).tolist()), first, last)
         for first, last in maximal_runs(score)
         if node_m[last + 1] - node_m[first] >= shortest_m
     ]
-    runs.sort(key=lambda run: (-run[0], run[1]))
+    if not runs:
+        return ()
+    runs.sort(key=lambda run: (-run[0].excess_j, run[1]))
     causes_j = _causes_j(links)
     whole_j = {reason: math.fsum(cause_j) for reason, cause_j in causes_j.items()}
+    route_j = float(links.energy_j.sum())
     stretches = []
-    for excess_j, first, last in runs[:limit]:
-        length_share = float(node_m[last + 1] - node_m[first]) / float(node_m[-1])
+    for sums, first, last in runs[:limit]:
+        length_share = (node_m[last + 1] - node_m[first]) / node_m[-1]
         reason = _reason({r: j[first : last + 1] for r, j in causes_j.items()}, whole_j, length_share)
-        stretches.append(_stretch(links, node_m, excess_j, first, last, reason))
+        stretches.append(_stretch(links, node_m, route_j, sums, first, last, reason))
     return tuple(stretches)
 
 
@@ -190,32 +194,39 @@ def maximal_runs(score: NDArray[np.float64]) -> list[tuple[int, int]]:
     return list(zip(first, last, strict=True))
 
 
+class _Sums(NamedTuple):
+    """Sums over the links of a run."""
+
+    excess_j: float
+    energy_j: float
+    duration_s: float
+    stop_count: float
+
+
 def _stretch(
-    links: RouteLinks, node_m: NDArray[np.float64], excess_j: float, first: int, last: int, reason: HotReason
+    links: RouteLinks, node_m: list[float], route_j: float, sums: _Sums, first: int, last: int, reason: HotReason
 ) -> HotStretch:
     chosen = slice(first, last + 1)
-    length_m = float(node_m[last + 1] - node_m[first])
-    energy_j = float(links.energy_j[chosen].sum())
-    route_j, route_m = float(links.energy_j.sum()), float(node_m[-1])
+    length_m = node_m[last + 1] - node_m[first]
+    energy_j, duration_s, route_m = sums.energy_j, sums.duration_s, node_m[-1]
     if links.altitude_m is None:
         rise_m = float(links.grade_frac[chosen] @ links.length_m[chosen])
     else:
         rise_m = float(links.altitude_m[last + 1] - links.altitude_m[first])
-    duration_s = float(links.duration_s[chosen].sum())
     return HotStretch(
         first=first,
         last=last,
-        from_m=float(node_m[first]),
-        to_m=float(node_m[last + 1]),
+        from_m=node_m[first],
+        to_m=node_m[last + 1],
         length_m=length_m,
         energy_j=energy_j,
-        excess_j=excess_j,
+        excess_j=sums.excess_j,
         energy_per_m=energy_j / length_m,
         times_mean=(energy_j / length_m) / (route_j / route_m) if route_j > 0.0 else None,
         energy_share_frac=energy_j / route_j if route_j > 0.0 else None,
         reason=reason,
         rise_m=rise_m,
-        stop_count=float(links.stop_probability_frac[chosen].sum()),
+        stop_count=sums.stop_count,
         speed_mps=length_m / duration_s if duration_s > 0.0 else 0.0,
         speed_limit_mps=float(links.speed_limit_mps[chosen] @ links.length_m[chosen]) / length_m,
         road_names=tuple(dict.fromkeys(name for name in links.road_names[first : last + 1] if name)),
