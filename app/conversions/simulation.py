@@ -51,6 +51,8 @@ SENT_FIELDS: Final[Mapping[str, str]] = {
     "heading": "heading_deg",
 }
 
+CROSS: Final[Mapping[CrossName, int]] = {name: int(Cross[name.name]) for name in CrossName}
+
 
 def spans_from_links(sent: Sequence[GraphLinkSent], graph: RoadGraph) -> tuple[LinkSpan, ...]:
     """Links of a graph with their missing ends filled in; ids are left to the planner to check."""
@@ -64,23 +66,23 @@ def spans_from_links(sent: Sequence[GraphLinkSent], graph: RoadGraph) -> tuple[L
 
 def chain_from_numbers(sent: Sequence[ChainLinkSent], settings: StopSettings) -> Chain:
     """A chain in SI units; stop probability and time by urban, cross and class where none is sent."""
-    probability, time_s, stop_class = [], [], []
-    for link in sent:
-        cross = Cross[link.cross.name]
-        stops = link.functional_class is not FunctionalClassName.MOTORWAY and link.cross is not CrossName.NONE
-        default = float(settings.probability_frac[int(link.urban), cross]) if stops else 0.0
-        probability.append(default if link.stop_probability is None else link.stop_probability)
-        time_s.append(float(settings.time_s[int(link.urban), cross]) if link.stop_time_s is None else link.stop_time_s)
-        stop_class.append(4 * int(link.urban) + int(cross))
+    urban = np.array([link.urban for link in sent], np.intp)
+    cross = np.array([CROSS[link.cross] for link in sent], np.intp)
+    # the settings have no stop at a crossing of none (StopSettings)
+    motorway = np.array([link.functional_class is FunctionalClassName.MOTORWAY for link in sent])
+    probability = np.where(motorway, 0.0, settings.probability_frac[urban, cross])
+    # those not sent are NaN here, which nobody can send
+    sent_probability = np.array([link.stop_probability for link in sent], np.float64)
+    sent_time_s = np.array([link.stop_time_s for link in sent], np.float64)
     altitude_m = [link.altitude_m for link in sent if link.altitude_m is not None]
     heading_rad = np.radians([link.heading_deg for link in sent if link.heading_deg is not None])
     return Chain(
         length_m=np.array([link.length_m for link in sent], np.float64),
         grade_frac=np.array([link.grade for link in sent], np.float64),
         speed_limit_mps=np.array([link.speed_limit_kmh for link in sent], np.float64) / KMH_PER_MPS,
-        stop_probability_frac=np.array(probability, np.float64),
-        stop_time_s=np.array(time_s, np.float64),
-        stop_class=np.array(stop_class, np.int8),
+        stop_probability_frac=np.where(np.isnan(sent_probability), probability, sent_probability),
+        stop_time_s=np.where(np.isnan(sent_time_s), settings.time_s[urban, cross], sent_time_s),
+        stop_class=(4 * urban + cross).astype(np.int8),
         altitude_m=np.array(altitude_m, np.float64) if altitude_m else None,
         heading=np.column_stack((np.sin(heading_rad), np.cos(heading_rad))) if heading_rad.size else None,
     )

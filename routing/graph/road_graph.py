@@ -253,7 +253,9 @@ class RoadGraph:
         east = np.radians(span) * shrink * EARTH_RADIUS_M / length_m
         north = np.radians(lat[head] - lat[tail]) * EARTH_RADIUS_M / length_m
         whole = np.maximum(np.hypot(east, north), 1.0)  # rounding, and lengths measured otherwise
-        return np.column_stack((east / whole, north / whole))
+        heading = np.empty((length_m.size, 2))
+        heading[:, 0], heading[:, 1] = east / whole, north / whole
+        return heading
 
     def geometry(self, link_idx: int) -> NDArray[np.float64]:
         """Polyline of a link in driving direction, float64 (k, 2), columns lon and lat [deg]."""
