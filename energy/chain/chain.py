@@ -239,36 +239,36 @@ def check_chain(chain: Chain, start_speed_mps: float = 0.0) -> None:
         raise LinkError("start_speed_mps", 0, start_speed_mps, f"0..{CHECKED_SPEED_MPS:.2f} (200 km/h)")
 
 
+ABOVE_ZERO: Final = float(np.nextafter(0.0, 1.0))
+FINITE: Final = float(np.finfo(np.float64).max)
+# least and most of each number of a link, and how an error says so
+LINK_RANGES: Final = {
+    "length_m": (ABOVE_ZERO, FINITE, "a positive finite number"),
+    "grade_frac": (-1.0, 1.0, "-1..1 (rise over length)"),
+    "speed_limit_mps": (ABOVE_ZERO, CHECKED_SPEED_MPS, f"above 0, at most {CHECKED_SPEED_MPS:.2f} (200 km/h)"),
+    "stop_probability_frac": (0.0, 1.0, "0..1"),
+    "stop_time_s": (0.0, FINITE, "a non-negative finite number"),
+    "stop_class": (0.0, float(kernels_chain.REST), "0..8"),
+}
+LEAST_OF_LINKS: Final = np.array([[least] for least, _, _ in LINK_RANGES.values()])
+MOST_OF_LINKS: Final = np.array([[most] for _, most, _ in LINK_RANGES.values()])
+
+
 def _check_chain(chain: Chain) -> None:
     """Raise LinkError for the first value out of range; comparisons are written so that NaN fails them."""
     n = chain.length_m.size
     if n == 0:
         raise LinkError("length_m", 0, "absent", "at least one link")
-    checks = (
-        ("length_m", chain.length_m, chain.length_m > 0.0, "a positive finite number"),
-        ("grade_frac", chain.grade_frac, np.abs(chain.grade_frac) <= 1.0, "-1..1 (rise over length)"),
-        (
-            "speed_limit_mps",
-            chain.speed_limit_mps,
-            (chain.speed_limit_mps > 0.0) & (chain.speed_limit_mps <= CHECKED_SPEED_MPS),
-            f"above 0, at most {CHECKED_SPEED_MPS:.2f} (200 km/h)",
-        ),
-        (
-            "stop_probability_frac",
-            chain.stop_probability_frac,
-            (chain.stop_probability_frac >= 0.0) & (chain.stop_probability_frac <= 1.0),
-            "0..1",
-        ),
-        ("stop_time_s", chain.stop_time_s, chain.stop_time_s >= 0.0, "a non-negative finite number"),
-        ("stop_class", chain.stop_class, (chain.stop_class >= 0) & (chain.stop_class <= kernels_chain.REST), "0..8"),
-    )
-    for name, values, good, allowed in checks:
+    columns = [getattr(chain, name) for name in LINK_RANGES]
+    for name, values in zip(LINK_RANGES, columns, strict=True):
         if values.shape != (n,):
             raise LinkError(name, 0, f"{values.size} values", f"{n}, one a link")
-        good = good & np.isfinite(values)
-        if not bool(good.all()):
-            position = int(np.argmin(good))
-            raise LinkError(name, position, values[position].item(), allowed)
+    table = np.array(columns, np.float64)
+    good = (table >= LEAST_OF_LINKS) & (table <= MOST_OF_LINKS)
+    if not bool(good.all()):
+        field, position = divmod(int(np.argmin(good)), n)
+        name = list(LINK_RANGES)[field]
+        raise LinkError(name, position, columns[field][position].item(), LINK_RANGES[name][2])
     for name, extra, shape in (
         ("altitude_m", chain.altitude_m, (n,)),
         ("heading", chain.heading, (n, 2)),
