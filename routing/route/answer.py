@@ -164,7 +164,9 @@ def _line(graph: RoadGraph, stretches: _Stretches) -> tuple[NDArray[np.float64],
     count = graph.geometry_first[idx + 1] - begin
     end = np.cumsum(count)
     point = np.repeat(begin - (end - count), count) + np.arange(int(end[-1]))
-    whole = np.column_stack((graph.geometry_lon_e7[point] / E7, graph.geometry_lat_e7[point] / E7))
+    whole = np.empty((point.size, 2))
+    whole[:, 0], whole[:, 1] = graph.geometry_lon_e7[point], graph.geometry_lat_e7[point]
+    whole /= E7
     parts, done = [], 0
     in_part = (from_m != 0.0) | (to_m != length_m)
     in_part[0] = True  # it brings the point at which the route begins
