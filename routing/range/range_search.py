@@ -97,10 +97,14 @@ class RangeSearch:
         graph = self.graph
         reached = reach(space, self._search.pool, Limits(0.0, 0.0), [place], graph.head, graph.node_count)
         home = Point(float(graph.node_lat_deg[0]), float(self._drawn.node_lon_deg[0]))
-        self._areas.areas([(energies_of_reach(graph, reached), 0.0)], home)
+        energies = energies_of_reach(graph, reached)
+        (drawn,) = self._areas.areas([(energies, 0.0)], home)
         self._reverse.warm_up(space, place)
         for measure in Measure:
             reach_by(space, self._search.pool, measure, 1.0, [place], graph.head, graph.node_count)
+        node_m = self._distances.of_nodes([place], np.zeros(graph.node_count, np.bool_), homeward=False)
+        self._distances.reach(node_m, energies, 0.0, [place], homeward=False)
+        bearing_reach_m(drawn.area, home)
 
     def check(self, query: RangeQuery) -> None:
         """Raise QueryError where a query asks for what can't be, or can't be searched."""
@@ -154,7 +158,8 @@ class RangeSearch:
             areas = filled_areas(self._drawn, home, cases, areas, filling, found.cases_a_level)
         soc_j = query.soc_frac * query.vehicle.usable_capacity_wh * JOULE_PER_WH
         homeward = query.trip is Trip.REVERSE
-        node_m = self._distances.of_nodes(starts, homeward=homeward)
+        within = np.logical_or.reduce([energies.node_energy_j <= budget for energies, budget in cases])
+        node_m = self._distances.of_nodes(starts, within, homeward=homeward)
         bands = []
         for band, drawn in zip(found.bands, areas, strict=True):
             edge = map_edge(self._drawn, self._rim.rim(), band.energies, band.budget, drawn)

@@ -2,19 +2,32 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
-import shapely
-from scipy.sparse import csr_array
-from scipy.sparse.csgraph import dijkstra
 
 from routing.graph.earth import METRE_PER_DEGREE
+from routing.range.kernels_reach import (
+    DONE,
+    MISSING,
+    BandEnergies,
+    NodeHeap,
+    Roads,
+    Starts,
+    farthest_crossings,
+    meet_node,
+    road_ends,
+    settle_nodes,
+)
+from routing.range.rings import rings_of
+from routing.time_budget import time_budget
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    import shapely
     from numpy.typing import NDArray
 
     from routing.graph.road_graph import RoadGraph
@@ -41,18 +54,12 @@ def bearing_reach_m(area: shapely.MultiPolygon, origin: Point) -> NDArray[np.flo
 
     Straight lines in a plane that touches the earth at the origin.
     """
+    rings = rings_of(area)
+    home = np.array((origin.lon_deg, origin.lat_deg))
     scale = METRE_PER_DEGREE * np.array((np.cos(np.radians(origin.lat_deg)), 1.0))
-    _, points, (ring_first, _, _) = shapely.to_ragged_array([area])
-    x, y = ((points - (origin.lon_deg, origin.lat_deg)) * scale).T
-    joined = np.ones(x.size - 1, np.bool_)
-    joined[ring_first[1:-1] - 1] = False
+    bearing = np.radians(np.arange(BEARINGS) * (360.0 / BEARINGS))
     farthest = np.zeros(BEARINGS)
-    for k, bearing in enumerate(np.radians(np.arange(BEARINGS) * (360.0 / BEARINGS))):
-        east, north = float(np.sin(bearing)), float(np.cos(bearing))
-        aside, ahead = x * north - y * east, x * east + y * north
-        crossed = np.flatnonzero(joined & ((aside[:-1] < 0.0) != (aside[1:] < 0.0)))
-        part = aside[crossed] / (aside[crossed] - aside[crossed + 1])
-        farthest[k] = (ahead[crossed] + part * (ahead[crossed + 1] - ahead[crossed])).max(initial=0.0)
+    farthest_crossings(rings.lonlat, rings.ring_first, home, scale, np.sin(bearing), np.cos(bearing), farthest)
     return farthest
 
 
@@ -61,25 +68,29 @@ class RoadDistances:
 
     def __init__(self, graph: RoadGraph) -> None:
         self._graph = graph
-        order = np.argsort(graph.head, kind="stable")
-        self._outward = _Roads(np.arange(graph.link_count), graph.tail, graph.head)
-        self._homeward = _Roads(order, graph.head[order], graph.tail[order])
+        self._outward = _roads(graph, graph.tail, graph.head)
+        self._homeward = _roads(graph, graph.head, graph.tail)
 
-    def of_nodes(self, places: Sequence[LinkPosition], *, homeward: bool) -> NDArray[np.float64]:
-        """From a place, given by its position on each direction of its road, to every node or back, float64 (N,) [m].
+    def of_nodes(
+        self, places: Sequence[LinkPosition], wanted: NDArray[np.bool_], *, homeward: bool
+    ) -> NDArray[np.float64]:
+        """From a place, given by its position on each direction of its road, to wanted nodes or back, float64 (N,) [m].
 
-        Infinite where no way leads. In O(M log N).
+        wanted: (N,). Infinite where no way leads; those of other nodes may be too long. In O(M log M); raises as
+        TimeBudget.check does.
         """
         graph, roads = self._graph, self._homeward if homeward else self._outward
-        length_m = graph.length_m[roads.order]
-        begun = [_begun(graph, place, homeward=homeward) for place in places]
-        first = np.searchsorted(roads.near, np.arange(graph.node_count + 1))
-        weight = np.concatenate((length_m, [away_m for _, away_m in begun]))
-        column = np.concatenate((roads.far, [node for node, _ in begun])).astype(np.int32)
-        shape = (graph.node_count + 1, graph.node_count + 1)
-        matrix = csr_array((weight, column, np.append(first, weight.size)), shape=shape)
-        found: NDArray[np.float64] = dijkstra(matrix, indices=[graph.node_count])[0, :-1]
-        return found
+        room = roads.far.size + len(places)
+        node_m = np.full(graph.node_count, np.inf)
+        heap = NodeHeap(np.empty(room), np.empty(room, np.int32), np.zeros(2, np.int64))
+        heap.counter[MISSING] = np.count_nonzero(wanted)
+        starts = _starts(graph, places, homeward=homeward)
+        away_m = starts.offset_m if homeward else graph.length_m[starts.link] - starts.offset_m
+        for node, begun_m in zip(starts.far.tolist(), away_m.tolist(), strict=True):
+            meet_node(node, begun_m, node_m, heap)
+        while settle_nodes(roads, wanted, node_m, heap) != DONE:
+            time_budget().check()
+        return node_m
 
     def reach(
         self,
@@ -90,43 +101,27 @@ class RoadDistances:
         *,
         homeward: bool,
     ) -> RoadReach:
-        """How far along roads a budget [J] reaches; node_m: as of_nodes finds it.
+        """How far along roads a budget [J] reaches; node_m: as of_nodes finds it for all nodes in reach, at least.
 
         The charge ends on links that lead from a node in reach to one that is not, or from the place itself.
         """
-        graph, node_j = self._graph, energies.node_energy_j
-        near, far = (graph.head, graph.tail) if homeward else (graph.tail, graph.head)
-        driven = energies.to_m >= energies.from_m
-        leaves = np.flatnonzero((node_j[near] <= budget_j) & (node_j[far] > budget_j))
-        driven_m = graph.length_m[leaves] - energies.from_m[leaves] if homeward else energies.to_m[leaves]
-        driven_m = np.where(driven[leaves], driven_m, 0.0)  # the charge does not suffice for going on
-        begin_m, begin_j, end_j = node_m[near[leaves]], node_j[near[leaves]], node_j[far[leaves]]
-        for place in places:
-            link = place.link_idx
-            if driven[link] and node_j[far[link]] > budget_j:
-                end_m = place.offset_m - energies.from_m[link] if homeward else energies.to_m[link] - place.offset_m
-                driven_m, begin_m = np.append(driven_m, end_m), np.append(begin_m, 0.0)
-                begin_j, end_j = np.append(begin_j, 0.0), np.append(end_j, node_j[far[link]])
-        span_j = np.minimum(end_j, energies.most_energy_j) - begin_j
-        part = np.divide(budget_j - begin_j, span_j, out=np.ones(span_j.size), where=span_j > 0.0)
-        end_m = begin_m + np.clip(part, 0.0, 1.0) * np.maximum(driven_m, 0.0)
-        inside_m = node_m[(node_j <= budget_j) & np.isfinite(node_m)]
-        farthest_m = float(np.concatenate((inside_m, end_m)).max(initial=0.0))
-        return RoadReach(float(end_m.min()) if end_m.size else None, farthest_m)
+        roads = self._homeward if homeward else self._outward
+        found = BandEnergies(energies.node_energy_j, energies.from_m, energies.to_m, energies.most_energy_j)
+        starts = _starts(self._graph, places, homeward=homeward)
+        nearest_m, farthest_m = road_ends(roads, found, budget_j, starts, node_m, homeward)
+        return RoadReach(nearest_m if nearest_m < math.inf else None, farthest_m)
 
 
-@dataclass(frozen=True, slots=True)
-class _Roads:
-    """Links sorted by the node at which they are entered: their numbers, that node and the other one, (M,) each."""
+def _roads(graph: RoadGraph, near: NDArray[np.int32], far: NDArray[np.int32]) -> Roads:
+    """Links by their near node; without copies, which lie on the others."""
+    count = graph.road_link_count
+    order = np.argsort(near[:count], kind="stable")
+    first = np.searchsorted(near[:count][order], np.arange(graph.node_count + 1))
+    return Roads(first, far[order], graph.length_m[order], order.astype(np.int32))
 
-    order: NDArray[np.int64]
-    near: NDArray[np.int32]
-    far: NDArray[np.int32]
 
-
-def _begun(graph: RoadGraph, place: LinkPosition, *, homeward: bool) -> tuple[int, float]:
-    """The node at which a link that is begun, or ended, at a place ends, or begins, and how far it is [m]."""
-    link = place.link_idx
-    if homeward:
-        return int(graph.tail[link]), place.offset_m
-    return int(graph.head[link]), float(graph.length_m[link]) - place.offset_m
+def _starts(graph: RoadGraph, places: Sequence[LinkPosition], *, homeward: bool) -> Starts:
+    """A place, given by its position on each direction of its road, as the start of ways or their end."""
+    link = np.array([place.link_idx for place in places], np.int64)
+    offset_m = np.array([place.offset_m for place in places], np.float64)
+    return Starts(link, offset_m, (graph.tail if homeward else graph.head)[link])

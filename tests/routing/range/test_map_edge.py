@@ -173,8 +173,9 @@ def test_road_distances_are_those_of_the_shortest_ways():
     graph = load_graph(COQUIMBO)
     planner = Planner(graph)
     (start, positions) = RoadIndex(graph).snap("start", HOME, 1000.0)
-    shortest = RoadDistances(graph).of_nodes(positions, homeward=False)
-    back = RoadDistances(graph).of_nodes(positions, homeward=True)
+    everywhere = np.ones(graph.node_count, np.bool_)
+    shortest = RoadDistances(graph).of_nodes(positions, everywhere, homeward=False)
+    back = RoadDistances(graph).of_nodes(positions, everywhere, homeward=True)
     for node in np.random.default_rng(4).choice(graph.node_count, 12, replace=False).tolist():
         place = Point(float(graph.node_lat_deg[node]), float(graph.node_lon_deg[node]))
         for ends, found_m in (((start.on_road, place), shortest[node]), ((place, start.on_road), back[node])):
