@@ -11,7 +11,7 @@ from app.conversions.conditions import conditions_from
 from app.conversions.graph import terrain_note
 from app.conversions.place import DECIMALS, place_feature, point_from_place
 from app.conversions.route import search_stats
-from app.schemas.as_json import as_json
+from app.schemas.as_json import as_json, written
 from app.schemas.conditions import ConditionsSent
 from app.schemas.place import LatLon, MultiLineStringGeometry, MultiPolygonGeometry
 from app.schemas.range import (
@@ -32,15 +32,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from typing import Any, TypeAlias
 
-    import numpy as np
-    from numpy.typing import NDArray
-    from shapely import MultiLineString, MultiPolygon
+    from shapely import MultiLineString
 
     from energy.vehicle.files import AnyVehicle
     from routing.graph.road_graph import RoadGraph
     from routing.range.bands import RangeAnswer, RangeBand
+    from routing.range.rings import AreaRings
 
-    RingPoints: TypeAlias = Callable[[list[NDArray[np.float64]]], list[Any]]
+    Coordinates: TypeAlias = Callable[[AreaRings], Any]
 
 DECIMALS_OF_KM: Final = 3
 
@@ -97,20 +96,20 @@ def range_query(sent: RangeRequest, vehicle: AnyVehicle) -> RangeQuery:
 
 def range_features(answer: RangeAnswer, understood: RangeRequest, graph: RoadGraph) -> RangeFeatureCollection:
     """Bands, the outermost first, and the snapped origin."""
-    return _features(answer, understood, graph, _ring_points)
+    return _features(answer, understood, graph, _points)
 
 
 def range_json(answer: RangeAnswer, understood: RangeRequest, graph: RoadGraph) -> bytes:
     """The JSON of range_features, made without an object for each point, which would take longer than the search."""
-    return as_json(_features(answer, understood, graph, list))
+    return as_json(_features(answer, understood, graph, lambda rings: written(rings.coordinates_json())))
 
 
 def _features(
-    answer: RangeAnswer, understood: RangeRequest, graph: RoadGraph, rings: RingPoints
+    answer: RangeAnswer, understood: RangeRequest, graph: RoadGraph, coordinates_of: Coordinates
 ) -> RangeFeatureCollection:
     return RangeFeatureCollection(
         features=[
-            *(_band(band, understood.by, rings) for band in answer.bands),
+            *(_band(band, understood.by, coordinates_of) for band in answer.bands),
             place_feature(answer.origin, "origin"),
         ],
         request=understood,
@@ -123,10 +122,11 @@ def _features(
     )
 
 
-def _band(band: RangeBand, by: By, rings: RingPoints) -> BandFeature:
+def _band(band: RangeBand, by: By, coordinates_of: Coordinates) -> BandFeature:
     bearing_km, roads = (band.bearing_reach_m / 1000.0).round(DECIMALS_OF_KM), band.road_reach
     return BandFeature(
-        geometry=_multi_polygon(band.area, rings),
+        # checking each number takes longer than the search
+        geometry=MultiPolygonGeometry.model_construct(coordinates=coordinates_of(band.rings)),
         properties=BandProperties(
             soc_left=band.soc_left_frac,
             limit=None if band.limit is None else round(band.limit / LIMIT_UNITS[by], 9),
@@ -155,14 +155,8 @@ def _multi_line(lines: MultiLineString) -> MultiLineStringGeometry:
     return MultiLineStringGeometry.model_construct(coordinates=parts)
 
 
-def _multi_polygon(area: MultiPolygon, points_of: RingPoints) -> MultiPolygonGeometry:
-    _, places, (rings, polygons, _) = to_ragged_array([area])
-    places = places.round(DECIMALS)
-    lines = points_of([places[begin:end] for begin, end in pairwise(rings.tolist())])
-    shape = [lines[begin:end] for begin, end in pairwise(polygons.tolist())]
-    return MultiPolygonGeometry.model_construct(coordinates=shape)  # checking each number takes longer than the search
-
-
-def _ring_points(rings: list[NDArray[np.float64]]) -> list[list[tuple[float, float]]]:
-    """The points of rings, float64 (n, 2) each, as numbers of Python."""
-    return [[(lon, lat) for lon, lat in ring.tolist()] for ring in rings]
+def _points(area: AreaRings) -> list[list[list[tuple[float, float]]]]:
+    """The points of rings, by ring and polygon, as numbers of Python."""
+    points = [(lon, lat) for lon, lat in area.lonlat.round(DECIMALS).tolist()]
+    rings = [points[begin:end] for begin, end in pairwise(area.ring_first.tolist())]
+    return [rings[begin:end] for begin, end in pairwise(area.polygon_first.tolist())]

@@ -16,6 +16,11 @@ def as_json(answer: BaseModel | Mapping[str, object]) -> bytes:
     return orjson.dumps(answer, default=_fields, option=orjson.OPT_SERIALIZE_NUMPY)
 
 
+def written(json: bytes) -> orjson.Fragment:
+    """A value that as_json puts into an answer as it is: JSON already."""
+    return orjson.Fragment(json)
+
+
 def _fields(value: object) -> dict[str, object]:
     if isinstance(value, BaseModel):
         return vars(value)  # its fields in order, which dict(value) would look at one by one

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final, cast
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 import shapely
@@ -24,6 +24,8 @@ from routing.range.kernels_grid import (
     widen_extent,
 )
 from routing.range.kernels_outline import CUTS, Band, Marks, Rings, Walk, crossings, put_rings
+from routing.range.kernels_rings import close_rings
+from routing.range.rings import AreaRings, shape_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -82,12 +84,13 @@ def energies_of_reach(graph: RoadGraph, reached: Reach) -> RoadEnergies:
 class ReachableArea:
     """One band: its polygons and how well they tell reachable nodes from others.
 
-    tolerance_m: how far the boundary may have been moved for fewer points. off_road_m: how far off a road it lies where
-    there are no other roads. false_in_frac: share of the covered nodes that can't be reached. false_out_frac: share of
-    the reachable nodes that are left out.
+    rings: of the area. tolerance_m: how far the boundary may have been moved for fewer points. off_road_m: how far off
+    a road it lies where there are no other roads. false_in_frac: share of the covered nodes that can't be reached.
+    false_out_frac: share of the reachable nodes that are left out.
     """
 
     area: shapely.MultiPolygon
+    rings: AreaRings
     area_m2: float
     tolerance_m: float
     node_count: int
@@ -125,9 +128,9 @@ class AreaMaker:
         for reached, budget in cases:
             sheet = sheets[id(reached)]
             band = 1 + int(np.searchsorted(-budgets[id(reached)], -budget))
-            shape, area_m2, count = frame.polygons(sheet, band, marks, rings)
-            rings += count
-            drawn.append(self._area(sheet, band, shape, area_m2, frame.grid.cell_m))
+            outline = frame.outline(sheet, band, marks, rings)
+            rings += outline.ring_first.size - 1
+            drawn.append(self._area(sheet, band, outline, frame.grid.cell_m))
         return tuple(drawn)
 
     def _sheet(self, frame: _Frame, energies: Energies, budget_j: NDArray[np.float64]) -> _Sheet:
@@ -160,21 +163,21 @@ class AreaMaker:
                 self._holds = (mine[:, 0] + 2 * mine[:, 1]).astype(np.int8)
             return self._holds
 
-    def _area(
-        self, sheet: _Sheet, band: int, shape: shapely.MultiPolygon, area_m2: float, cell_m: float
-    ) -> ReachableArea:
+    def _area(self, sheet: _Sheet, band: int, rings: AreaRings, cell_m: float) -> ReachableArea:
         """A band with its shares, which are counted by the polygons where the grid alone can't tell."""
         reached, covered, both = sheet.within[:, band].tolist()
         unsure = sheet.unsure
         asked = np.flatnonzero((unsure.least < band) & (unsure.most >= band))
         node = unsure.node[asked]
+        shape = shape_of(rings)
         shapely.prepare(shape)
         inside = shapely.contains_xy(shape, self._graph.node_lon_deg[node], self._graph.node_lat_deg[node])
         covered += int(np.count_nonzero(inside))
         both += int(np.count_nonzero(unsure.level[asked[inside]] >= band))
         return ReachableArea(
             area=shape,
-            area_m2=area_m2,
+            rings=rings,
+            area_m2=area_of_rings_m2(rings),
             tolerance_m=(SLACK + 0.5) / CUTS * cell_m,
             node_count=reached,
             false_in_frac=(covered - both) / max(covered, 1),
@@ -265,10 +268,8 @@ class _Frame:
         columns, rows = (before + after + 1).tolist()
         return cls(Grid(west, south, step_lon, step_lat, cell_m), (int(before[1]), int(before[0])), (rows, columns))
 
-    def polygons(
-        self, sheet: _Sheet, band: int, marks: Marks, rings_before: int
-    ) -> tuple[shapely.MultiPolygon, float, int]:
-        """A band's shells counter-clockwise and holes clockwise, its area [m²] and the number of its rings.
+    def outline(self, sheet: _Sheet, band: int, marks: Marks, rings_before: int) -> AreaRings:
+        """A band's rings.
 
         marks: of the bands drawn before, which had rings_before rings.
         """
@@ -280,18 +281,11 @@ class _Frame:
         count = put_rings(outlined, sheet.change, marks, rings_before, walk, rings)
         grid = self.grid
         step_e7 = grid.step_lon_e7 // CUTS, grid.step_lat_e7 // CUTS
-        shell, first = rings.shell[:count], rings.first[: count + 1].astype(np.int64)
-        lonlat = (rings.point[: first[-1]] * step_e7 + (grid.west_e7, grid.south_e7)) / E7
+        shell = rings.shell[:count]
         order = np.argsort(shell, kind="stable")  # the holes of a shell behind it
-        size = np.diff(first)[order] + 1  # and the repeated first point
-        ring_first = np.concatenate(([0], np.cumsum(size)))
-        taken = np.arange(ring_first[-1]) - np.repeat(ring_first[:-1] - first[order], size)
-        taken[ring_first[1:] - 1] = first[order]
-        closed = lonlat[taken]
-        shell_first = np.append(np.flatnonzero(shell[order] == order), count)
-        firsts = ring_first, shell_first, np.array((0, shell_first.size - 1))
-        areas = shapely.from_ragged_array(shapely.GeometryType.MULTIPOLYGON, closed, firsts)
-        return cast("shapely.MultiPolygon", areas[0]), _area_m2(closed, ring_first), count
+        lonlat, ring_first = np.empty((int(rings.first[count]) + count, 2)), np.empty(count + 1, np.int64)
+        close_rings(rings, order, step_e7, (grid.west_e7, grid.south_e7), lonlat, ring_first)
+        return AreaRings(lonlat, ring_first, np.append(np.flatnonzero(shell[order] == order), count))
 
 
 def _off_road_cells(cell_m: float) -> float:
@@ -303,18 +297,10 @@ def _rim_cells(cell_m: float) -> int:
     return int(np.ceil(2.0 * _off_road_cells(cell_m))) + 2
 
 
-def area_of_rings_m2(area: shapely.MultiPolygon) -> float:
-    """Area of right-handed polygons on the mean sphere [m²]; lon/lat [deg]."""
-    _, lonlat, (ring_first, _, _) = shapely.to_ragged_array([area])
-    return _area_m2(lonlat, ring_first.astype(np.int64))
-
-
-def _area_m2(lonlat: NDArray[np.float64], ring_first: NDArray[np.int64]) -> float:
-    """Area on the mean sphere, by Lambert's cylindrical equal-area projection [m²].
-
-    lonlat: float64 (P, 2) [deg] of closed rings, shells counter-clockwise, holes clockwise; ring_first: (R + 1,).
-    """
+def area_of_rings_m2(rings: AreaRings) -> float:
+    """Area on the mean sphere, by Lambert's cylindrical equal-area projection [m²]."""
+    lonlat = rings.lonlat
     x, y = np.radians(lonlat[:, 0] - lonlat[0, 0]), np.sin(np.radians(lonlat[:, 1])) - np.sin(np.radians(lonlat[0, 1]))
     twice = (x[:-1] - x[1:]) * (y[:-1] + y[1:])
-    twice[ring_first[1:-1] - 1] = 0.0  # from one ring to the next
+    twice[rings.ring_first[1:-1] - 1] = 0.0  # from one ring to the next
     return float(0.5 * twice.sum()) * EARTH_RADIUS_M**2

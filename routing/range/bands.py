@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from routing.range.filled import Filling
     from routing.range.map_edge import MapEdge
     from routing.range.reach import RoadReach
+    from routing.range.rings import AreaRings
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +24,7 @@ class RangeBand:
     """The area that can be reached, or come from, with at least soc_left_frac left at the end of the trip.
 
     soc_left_frac: None where bands are by time or distance. limit: what is taken at most, where bands are by energy
-    [J], time [s] or distance [m], else None.
+    [J], time [s] or distance [m], else None. rings: of the area.
 
     probability_frac: that a place at its edge is reached so; None where uncertainty was not asked for. map_edge: where
     the map ends it and not the charge; None where no charge is left at the map's rim. edge_left_j: what the battery
@@ -34,6 +35,7 @@ class RangeBand:
     soc_left_frac: float | None
     limit: float | None
     area: MultiPolygon
+    rings: AreaRings
     area_m2: float
     tolerance_m: float  # how far the boundary may have been moved for fewer points
     node_count: int

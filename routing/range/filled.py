@@ -11,6 +11,7 @@ from shapely.geometry.polygon import orient
 
 from routing.graph.earth import METRE_PER_DEGREE
 from routing.range.area import area_of_rings_m2
+from routing.range.rings import rings_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -69,6 +70,7 @@ def filled_areas(
         wholes.append(whole)
         lonlat = shapely.transform(whole, lambda place_m: place_m / scale + home)
         shape = _multi(shapely.set_precision(lonlat, 1e-7))
+        rings = rings_of(shape)
         shapely.prepare(shape)
         covered = shapely.contains_xy(shape, graph.node_lon_deg, graph.node_lat_deg)
         reached = energies.node_energy_j <= budget_j
@@ -77,7 +79,8 @@ def filled_areas(
             replace(
                 drawn,
                 area=shape,
-                area_m2=area_of_rings_m2(shape),
+                rings=rings,
+                area_m2=area_of_rings_m2(rings),
                 tolerance_m=drawn.tolerance_m + tolerance_m,
                 false_in_frac=float(np.count_nonzero(covered & ~reached)) / max(int(np.count_nonzero(covered)), 1),
                 false_out_frac=float(np.count_nonzero(reached & ~covered)) / max(int(np.count_nonzero(reached)), 1),

@@ -24,6 +24,7 @@ from routing.range.bands import RangeAnswer, RangeBand
 from routing.range.filled import filled_areas, filling_of
 from routing.range.map_edge import map_edge
 from routing.range.reach import RoadDistances, bearing_reach_m
+from routing.range.rings import rings_of
 from routing.range.way_back import BackCharges, ReverseSearch
 from routing.route.best_path import RouteSearch, method_name
 from routing.route.checks import check_charge
@@ -104,7 +105,8 @@ class RangeSearch:
             reach_by(space, self._search.pool, measure, 1.0, [place], graph.head, graph.node_count)
         node_m = self._distances.of_nodes([place], np.zeros(graph.node_count, np.bool_), homeward=False)
         self._distances.reach(node_m, energies, 0.0, [place], homeward=False)
-        bearing_reach_m(drawn.area, home)
+        bearing_reach_m(drawn.rings, home)
+        drawn.rings.coordinates_json()
 
     def check(self, query: RangeQuery) -> None:
         """Raise QueryError where a query asks for what can't be, or can't be searched."""
@@ -162,12 +164,14 @@ class RangeSearch:
         node_m = self._distances.of_nodes(starts, within, homeward=homeward)
         bands = []
         for band, drawn in zip(found.bands, areas, strict=True):
+            area = turned_back(drawn.area) if is_turned else drawn.area
             edge = map_edge(self._drawn, self._rim.rim(), band.energies, band.budget, drawn)
             bands.append(
                 RangeBand(
                     soc_left_frac=band.left_frac,
                     limit=band.limit,
-                    area=turned_back(drawn.area) if is_turned else drawn.area,
+                    area=area,
+                    rings=rings_of(area) if is_turned else drawn.rings,
                     area_m2=drawn.area_m2,
                     tolerance_m=drawn.tolerance_m,
                     node_count=drawn.node_count,
@@ -176,7 +180,7 @@ class RangeSearch:
                     probability_frac=band.probability_frac,
                     map_edge=replace(edge, line=turned_back_lines(edge.line)) if edge and is_turned else edge,
                     edge_left_j=None if edge is None or band.left_frac is None else soc_j - edge.least_energy_j,
-                    bearing_reach_m=bearing_reach_m(drawn.area, home),
+                    bearing_reach_m=bearing_reach_m(drawn.rings, home),
                     road_reach=self._distances.reach(node_m, band.energies, band.budget, starts, homeward=homeward),
                 )
             )

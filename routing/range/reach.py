@@ -21,18 +21,17 @@ from routing.range.kernels_reach import (
     road_ends,
     settle_nodes,
 )
-from routing.range.rings import rings_of
 from routing.time_budget import time_budget
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    import shapely
     from numpy.typing import NDArray
 
     from routing.graph.road_graph import RoadGraph
     from routing.places import LinkPosition, Point
     from routing.range.area import RoadEnergies
+    from routing.range.rings import AreaRings
 
 BEARINGS: Final = 24  # from north on, clockwise
 
@@ -49,12 +48,11 @@ class RoadReach:
     farthest_m: float
 
 
-def bearing_reach_m(area: shapely.MultiPolygon, origin: Point) -> NDArray[np.float64]:
-    """Distance from an origin within an area to its farthest edge in each of BEARINGS directions, float64 [m].
+def bearing_reach_m(rings: AreaRings, origin: Point) -> NDArray[np.float64]:
+    """Distance from an origin within rings to the farthest of them in each of BEARINGS directions, float64 [m].
 
     Straight lines in a plane that touches the earth at the origin.
     """
-    rings = rings_of(area)
     home = np.array((origin.lon_deg, origin.lat_deg))
     scale = METRE_PER_DEGREE * np.array((np.cos(np.radians(origin.lat_deg)), 1.0))
     bearing = np.radians(np.arange(BEARINGS) * (360.0 / BEARINGS))

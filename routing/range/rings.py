@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 import numpy as np
 import shapely
+
+from routing.range.kernels_rings import POINT_BYTES, RING_BYTES, write_polygons
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -24,8 +26,22 @@ class AreaRings:
     ring_first: NDArray[np.int64]
     polygon_first: NDArray[np.int64]
 
+    def coordinates_json(self) -> bytes:
+        """The coordinates of a GeoJSON MultiPolygon, to seven decimals, without Python's lock."""
+        rings_bytes = RING_BYTES * (self.ring_first.size + self.polygon_first.size + 1)
+        text = np.empty(POINT_BYTES * len(self.lonlat) + rings_bytes, np.uint8)
+        size = write_polygons(self.lonlat, self.ring_first, self.polygon_first, text)
+        return text[:size].tobytes()
+
 
 def rings_of(area: shapely.MultiPolygon) -> AreaRings:
     """The rings of an area."""
     _, lonlat, (ring_first, polygon_first, _) = shapely.to_ragged_array([area])
     return AreaRings(lonlat, ring_first.astype(np.int64), polygon_first.astype(np.int64))
+
+
+def shape_of(rings: AreaRings) -> shapely.MultiPolygon:
+    """The area within rings."""
+    firsts = rings.ring_first, rings.polygon_first, np.array((0, rings.polygon_first.size - 1))
+    (area,) = shapely.from_ragged_array(shapely.GeometryType.MULTIPOLYGON, rings.lonlat, firsts)
+    return cast("shapely.MultiPolygon", area)
