@@ -15,6 +15,7 @@ UNITS = 10_000_000  # of a degree: numbers are written to seven decimals
 LEAST_PLAIN = 100  # units, below which JSON's numbers have an exponent
 POINT_BYTES = 28  # of a point at most, with brackets and commas: [-179.1234567,-89.1234567],
 RING_BYTES = 3  # of what is around the points of a ring, and around the rings of a polygon
+TEN = np.uint64(10)
 ZERO, COMMA, POINT, MINUS, OPEN, CLOSE, EXPONENT = 48, 44, 46, 45, 91, 93, 101
 
 
@@ -46,18 +47,13 @@ def close_rings(
         ring_first[k + 1] = at
 
 
-@njit(nogil=True, cache=True)
-def put_digits(number: int, least: int, text: NDArray[np.uint8], at: int) -> int:
-    """Write a whole number, not negative, with at least so many digits; where the text ends then."""
-    size, rest = 1, number // 10
-    while rest > 0:
-        size += 1
-        rest //= 10
-    size = max(size, least)
+@njit(nogil=True, cache=True, inline="always")
+def put_digits(number: np.uint64, size: int, text: NDArray[np.uint8], at: int) -> None:
+    """Write the last `size` digits of a whole number; unsigned, which divides in a third of the time."""
     for k in range(at + size - 1, at - 1, -1):
-        text[k] = ZERO + number % 10
-        number //= 10
-    return at + size
+        rest = number // TEN
+        text[k] = ZERO + int(number - rest * TEN)
+        number = rest
 
 
 @njit(nogil=True, cache=True)
@@ -77,10 +73,14 @@ def put_number(value: float, text: NDArray[np.uint8], at: int) -> int:
             at += 2
         text[at], text[at + 1], text[at + 2] = EXPONENT, MINUS, ZERO + (6 if tens > 0 else 7)
         return at + 3
-    at = put_digits(units // UNITS, 1, text, at)
+    degrees = units // UNITS
+    size = 1 if degrees < 10 else 2 if degrees < 100 else 3
+    put_digits(np.uint64(degrees), size, text, at)
+    at += size
     text[at] = POINT
     begin = at + 1
-    at = put_digits(units % UNITS, 7, text, begin)
+    put_digits(np.uint64(units - degrees * UNITS), 7, text, begin)
+    at = begin + 7
     while at > begin + 1 and text[at - 1] == ZERO:
         at -= 1
     return at

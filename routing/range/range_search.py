@@ -279,8 +279,10 @@ class RangeSearch:
 
     def _cold_starts(self, query: RangeQuery) -> tuple[str, ...]:
         """What is to be said of ways back that begin cold."""
+        if query.trip is Trip.OUT:
+            return ()
         physics = self._search.space_of(query, query.vehicle).physics
-        if query.trip is Trip.OUT or (physics.cabin_start_w == 0.0 and physics.tyre_time_s == 0.0):
+        if physics.cabin_start_w == 0.0 and physics.tyre_time_s == 0.0:
             return ()
         where = "at each place" if query.trip is Trip.REVERSE else "at the origin and again at each place"
         return (f"cabin and tyres count as at a departure {where}",)
