@@ -16,6 +16,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from energy.charging.charging import Charging
+
 MOST_J_PER_M: Final = 36_000.0  # 1000 kWh/100 km
 
 
@@ -33,6 +35,7 @@ class ConsumptionTableVehicle:
     and given back descending [J/m], descent ≤ ascent. kinetic_up_kg, kinetic_down_kg: m/η taken when gaining
     and m·η given back when losing speed [kg], down ≤ up; 0 where the table is to hold everything.
     aux_power_w: P_aux at the battery [W]. usable_capacity_wh: [Wh].
+    charging: which plugs fit and what power the battery takes; None where it is not known.
 
     Raises VehicleError when a number is out of range or a round trip would gain energy.
     """
@@ -50,6 +53,7 @@ class ConsumptionTableVehicle:
     powertrain: Powertrain = Powertrain.BEV
     sources: Mapping[str, str] = field(default_factory=lambda: MappingProxyType({}))
     sd: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
+    charging: Charging | None = None
 
     def __post_init__(self) -> None:
         speeds, table = self.speed_mps, self.consumption_j_per_m

@@ -12,6 +12,7 @@ import numpy as np
 
 from energy.errors import ConditionsError, VehicleError
 from energy.units import KMH_PER_MPS
+from energy.vehicle.charging_section import charging_from_section
 from energy.vehicle.coefficients import EffectCoefficients
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from energy.vehicle.published import Published, published_from_section
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from energy.charging.charging import Charging
+
 
 AnyVehicle = Vehicle | ConsumptionTableVehicle
 
@@ -44,9 +47,10 @@ _TABLE_KIND: Final = "consumption-table"
 _KINDS: Final = (_ROAD_LOAD_KIND, _TABLE_KIND)
 _ID: Final = re.compile(r"[a-z0-9]+(-[a-z0-9]+)*")
 _HEAD: Final = ("id", "name", "powertrain", "kind")
-_SECTIONS: Final = (*_HEAD, *(q.section for q in ROAD_LOAD_NUMBERS + ROAD_LOAD_LISTS + EFFECTS), "published")
+_FURTHER: Final = ("charging", "published")
+_SECTIONS: Final = (*_HEAD, *(q.section for q in ROAD_LOAD_NUMBERS + ROAD_LOAD_LISTS + EFFECTS), *_FURTHER)
 _KINETIC: Final = ("mass_kg", "acceleration_eff", "deceleration_eff")
-_TABLE_SECTIONS: Final = (*_HEAD, "consumption", *(q.section for q in TABLE_NUMBERS), "kinetic", "published")
+_TABLE_SECTIONS: Final = (*_HEAD, "consumption", *(q.section for q in TABLE_NUMBERS), "kinetic", *_FURTHER)
 
 
 class VehicleFileError(VehicleError):
@@ -174,6 +178,7 @@ def _road_load_vehicle(data: Mapping[str, object], vehicle_id: str) -> Vehicle:
         sources=MappingProxyType(sources),
         sd=MappingProxyType(sd),
         effects=effects,
+        charging=_charging(data, vehicle_id),
     )
 
 
@@ -204,7 +209,12 @@ def _table_vehicle(data: Mapping[str, object], vehicle_id: str) -> ConsumptionTa
         kinetic_down_kg=kinetic_down_kg,
         sources=MappingProxyType({"speed_mps": read.source, "consumption_j_per_m": read.source, **sources}),
         sd=MappingProxyType(sd),
+        charging=_charging(data, vehicle_id),
     )
+
+
+def _charging(data: Mapping[str, object], vehicle_id: str) -> Charging | None:
+    return charging_from_section(data["charging"], vehicle_id) if "charging" in data else None
 
 
 def _kinetic(section: object, vehicle_id: str) -> tuple[float, float, str]:

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from energy.charging.charging import Charging
+
 MOST_RESIDUAL_SD_FRAC: Final = 0.5
 CHECKED_SPEED_MPS: Final = 200.0 / KMH_PER_MPS
 STEEP_COS: Final = 0.95  # cos θ of a 31 % grade, which takes that much of A (equation 4)
@@ -47,6 +49,7 @@ class Vehicle:
     effects: how strong each effect is that conditions switch on.
     residual_sd_frac: standard deviation of a trip's dissipated energy about this model's, where it was measured on the
     vehicle's own trips [-]; None where it was not.
+    charging: which plugs fit and what power the battery takes; None where it is not known.
 
     Raises VehicleError when a number is out of range, when η_dis·η_chg > 1 (a round trip would gain
     energy) or when the road load is negative somewhere in 0..200 km/h.
@@ -73,6 +76,7 @@ class Vehicle:
     sd: Mapping[str, float] = field(default_factory=lambda: MappingProxyType({}))
     effects: EffectCoefficients = field(default_factory=EffectCoefficients)
     residual_sd_frac: float | None = None
+    charging: Charging | None = None
 
     def __post_init__(self) -> None:
         product = self.drive_eff * self.recuperation_eff

@@ -256,7 +256,7 @@ class RouteSearch:
 
 
 def _vehicle_key(vehicle: AnyVehicle) -> tuple[object, ...]:
-    """Everything of a vehicle that a search reads."""
+    """Everything of a vehicle that a search reads; how it charges changes no link and stays out."""
     if isinstance(vehicle, ConsumptionTableVehicle):
         return (
             vehicle.speed_mps.tobytes(),

@@ -10,6 +10,7 @@ from types import ModuleType
 import numpy as np
 import pytest
 
+from energy.charging.charging import Charging
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from energy.vehicle.files import load_vehicle, load_vehicles
 from energy.vehicle.vehicle import Powertrain, Vehicle
@@ -27,7 +28,7 @@ BY_HAND = [
     "vw-id4",
 ]
 TABLE_IDS = ["example-here-table", "example-tomtom-table"]
-NOT_NUMBERS = {"id", "name", "powertrain", "sources", "sd", "effects", "residual_sd_frac"}
+NOT_NUMBERS = {"id", "name", "powertrain", "sources", "sd", "effects", "residual_sd_frac", "charging"}
 NUMBERS = [f.name for f in fields(Vehicle) if f.name not in NOT_NUMBERS]
 TABLE_NUMBERS = {f.name for f in fields(ConsumptionTableVehicle) if f.name not in NOT_NUMBERS}
 
@@ -67,6 +68,17 @@ def test_bundled_vehicle_has_a_source_for_each_number(vehicle_id: str) -> None:
     assert all(len(source) > 10 for source in vehicle.sources.values())
     assert vehicle.sources["accel_mps2"].startswith("assumed: ")
     assert vehicle.sources["decel_mps2"].startswith("assumed: ")
+
+
+@pytest.mark.parametrize("vehicle_id", [i for i, v in load_vehicles(BUNDLED).items() if v.charging is not None])
+def test_bundled_vehicle_that_charges_has_a_source_for_each_number(vehicle_id: str) -> None:
+    charging = load_vehicle(BUNDLED / f"{vehicle_id}.toml").charging
+    assert charging is not None
+    named = {"connectors", "ac_eff", "dc_eff"} | ({"dc"} if charging.dc is not None else set())
+    named |= {"ac_power_w", "ac_phases"} if charging.ac_power_w > 0.0 else set()
+    assert named <= set(charging.sources)
+    assert set(charging.sources) <= {f.name for f in fields(Charging)}
+    assert all(len(source) > 10 for source in charging.sources.values())
 
 
 @pytest.mark.parametrize("vehicle_id", [i for i in BUNDLED_IDS if i not in TABLE_IDS])

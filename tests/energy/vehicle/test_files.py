@@ -25,7 +25,7 @@ from energy.vehicle.vehicle import Powertrain, Vehicle
 
 ROOT = Path(__file__).resolve().parents[3]
 BUNDLED = ROOT / "data" / "vehicles"
-NOT_NUMBERS = {"id", "name", "powertrain", "sources", "sd", "effects", "residual_sd_frac"}
+NOT_NUMBERS = {"id", "name", "powertrain", "sources", "sd", "effects", "residual_sd_frac", "charging"}
 NUMBERS = [f.name for f in fields(Vehicle) if f.name not in NOT_NUMBERS]
 SMALL = """
 id = "small"
