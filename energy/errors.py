@@ -75,6 +75,10 @@ class LinkError(Refusal, EnergyError):
         return f"links[{self.position}].{self.field}"
 
 
+class ChargeError(Refusal, EnergyError):
+    """A charge, time or capacity that no charging has; requests are refused before they come so far."""
+
+
 class ConditionsError(Refusal, EnergyError):
     """Conditions or effect coefficients out of range."""
 
