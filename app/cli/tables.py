@@ -179,7 +179,7 @@ def vehicle_table(answer: AnyVehicleDetail) -> Table:
     for name, value in values.items():
         leaves = {f"{name}.{key}": leaf for key, leaf in value.items()} if isinstance(value, dict) else {name: value}
         for field, leaf in leaves.items():
-            shown = " ".join(f"{x:g}" for x in leaf) if isinstance(leaf, list) else _plain(leaf)
+            shown = " ".join(map(_plain, leaf)) if isinstance(leaf, list) else _plain(leaf)
             deviation = f"{answer.sd[field]:g}" if field in answer.sd else ""
             table.add_row(field, shown, deviation, answer.sources.get(field, ""))
     return table

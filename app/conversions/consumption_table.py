@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from app.conversions.quantities import WH_PER_KWH, inside_names, inside_sd, shown_names, shown_sd
+from app.conversions.vehicles.charging import charging_answer, charging_from_sent, charging_sources
 from app.schemas.vehicles.answer import TableVehicleDetail
 from app.schemas.vehicles.vehicle import Consumption, InlineTableVehicle, Kinetic
 from energy.errors import VehicleError
 from energy.units import JOULE_PER_M_PER_KWH_PER_100KM, JOULE_PER_WH, KMH_PER_MPS
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
+
+if TYPE_CHECKING:
+    from energy.vehicle.files import AnyVehicle
 
 SPEED_DIGITS = 9  # of km/h, so that 50 km/h inside is shown as 50
 
@@ -38,6 +43,7 @@ def table_vehicle_from_sent(sent: InlineTableVehicle, vehicle_id: str) -> Consum
             powertrain=sent.powertrain,
             sources=MappingProxyType(inside_names(sent.sources)),
             sd=MappingProxyType(inside_sd(sent.sd)),
+            charging=charging_from_sent(sent.charging, sent.sources),
         )
     except VehicleError as error:
         (field,) = shown_names({error.field: ""})
@@ -72,12 +78,13 @@ def table_vehicle_answer(vehicle: ConsumptionTableVehicle) -> TableVehicleDetail
         kinetic=Kinetic(mass_kg=up_kg, acceleration_eff=1.0, deceleration_eff=down_kg / up_kg) if up_kg > 0.0 else None,
         aux_power_w=vehicle.aux_power_w,
         usable_capacity_kwh=vehicle.usable_capacity_wh / WH_PER_KWH,
-        sources=shown_names(vehicle.sources),
+        charging=charging_answer(vehicle.charging),
+        sources=shown_names(vehicle.sources) | charging_sources(vehicle.charging),
         sd=shown_sd(vehicle.sd),
     )
 
 
-def table_vehicle_detail(sent: InlineTableVehicle, vehicle_id: str) -> TableVehicleDetail:
-    """All numbers of a vehicle as they were sent."""
+def table_vehicle_detail(sent: InlineTableVehicle, vehicle: AnyVehicle) -> TableVehicleDetail:
+    """All numbers of a vehicle as they were sent; vehicle: what was made of it."""
     same = {name: getattr(sent, name) for name in TableVehicleDetail.model_fields if name != "id"}
-    return TableVehicleDetail(id=vehicle_id, **same)
+    return TableVehicleDetail(id=vehicle.id, **(same | {"charging": charging_answer(vehicle.charging, sent.charging)}))

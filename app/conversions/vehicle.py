@@ -10,6 +10,7 @@ import numpy as np
 from app.conversions.consumption_table import table_vehicle_answer, table_vehicle_detail, table_vehicle_from_sent
 from app.conversions.effects import effects_answer, effects_from_sent
 from app.conversions.quantities import WH_PER_KWH, inside_names, inside_sd, shown_names, shown_sd
+from app.conversions.vehicles.charging import charging_answer, charging_from_sent, charging_sources
 from app.schemas.vehicles.answer import TableVehicleDetail, VehicleDetail, VehicleKind, VehicleSummary
 from app.schemas.vehicles.vehicle import (
     Acceleration,
@@ -82,6 +83,7 @@ def _physical_from_sent(sent: InlineVehicle, tables_from: AnyVehicle | None, veh
             sources=MappingProxyType(inside_names(sent.sources)),
             sd=MappingProxyType(inside_sd(sent.sd)),
             effects=effects,
+            charging=charging_from_sent(sent.charging, sent.sources),
         )
     except VehicleError as error:
         value = error.value
@@ -120,6 +122,7 @@ def vehicle_summary(vehicle: AnyVehicle, default_id: str, *, bundled: bool) -> V
         powertrain=vehicle.powertrain,
         usable_capacity_kwh=vehicle.usable_capacity_wh / WH_PER_KWH,
         mass_kg=vehicle.mass_kg if isinstance(vehicle, Vehicle) else None,
+        connectors=[] if vehicle.charging is None else list(vehicle.charging.connectors),
         default=vehicle.id == default_id,
     )
 
@@ -144,7 +147,8 @@ def vehicle_detail(vehicle: AnyVehicle) -> AnyVehicleDetail:
         usable_capacity_kwh=vehicle.usable_capacity_wh / WH_PER_KWH,
         acceleration=_acceleration(vehicle),
         effects=effects_answer(vehicle.effects),
-        sources=shown_names(vehicle.sources),
+        charging=charging_answer(vehicle.charging),
+        sources=shown_names(vehicle.sources) | charging_sources(vehicle.charging),
         sd=shown_sd(vehicle.sd),
     )
 
@@ -155,7 +159,7 @@ def detail_of_sent(sent: SentVehicle, vehicle: AnyVehicle) -> VehicleDetail | Ta
     vehicle: what `vehicle_from_sent` made of it.
     """
     if isinstance(sent, InlineTableVehicle):
-        return table_vehicle_detail(sent, vehicle.id)
+        return table_vehicle_detail(sent, vehicle)
     assert isinstance(vehicle, Vehicle), "a vehicle sent by its physics is one"
     same = {name: getattr(sent, name) for name in VehicleDetail.model_fields if name in InlineVehicle.model_fields}
     given = {} if sent.effects is None else sent.effects.model_dump(exclude_none=True)
@@ -165,6 +169,7 @@ def detail_of_sent(sent: SentVehicle, vehicle: AnyVehicle) -> VehicleDetail | Ta
         "road_load": sent.road_load if metric else _road_load_metric(vehicle),
         "acceleration": sent.acceleration or _acceleration(vehicle),
         "effects": effects_answer(vehicle.effects).model_copy(update=given),
+        "charging": charging_answer(vehicle.charging, sent.charging),
         "sd": sent.sd if metric else shown_sd(vehicle.sd),
     }
     return VehicleDetail(**{**same, **changed})

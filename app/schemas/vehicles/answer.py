@@ -9,7 +9,9 @@ from pydantic import Field
 
 from app.schemas.base import Answered, Fraction
 from app.schemas.effects import EffectsSent
+from app.schemas.vehicles.charging import ChargingSent
 from app.schemas.vehicles.vehicle import Acceleration, Consumption, Kinetic, RoadLoadMetric
+from energy.charging.charging import Connector
 from energy.vehicle.vehicle import Powertrain
 
 
@@ -30,6 +32,7 @@ class VehicleSummary(Answered):
     powertrain: Powertrain
     usable_capacity_kwh: float
     mass_kg: float | None = Field(description="null for a table of consumption")
+    connectors: list[Connector] = Field(description="plugs that it charges by; none where they are not known")
     default: bool = Field(description="whether requests that name no vehicle get this one")
 
 
@@ -59,6 +62,7 @@ class VehicleDetail(Answered):
     usable_capacity_kwh: float
     acceleration: Acceleration
     effects: EffectsSent = Field(description="how strong the effects are that conditions switch on")
+    charging: ChargingSent | None = Field(description="plugs and power of charging; null where they are not known")
     sources: dict[str, str] = Field(description="where each number is from, by field; 'assumed …' where unpublished")
     sd: dict[str, float] = Field(description="standard deviation of a number by field, in that field's unit")
 
@@ -76,6 +80,7 @@ class TableVehicleDetail(Answered):
     kinetic: Kinetic | None
     aux_power_w: float
     usable_capacity_kwh: float
+    charging: ChargingSent | None = Field(description="plugs and power of charging; null where they are not known")
     sources: dict[str, str] = Field(description="where each number is from, by field; 'assumed …' where unpublished")
     sd: dict[str, float] = Field(description="standard deviation of a number by field, in that field's unit")
 

@@ -9,6 +9,7 @@ from pydantic_core import PydanticCustomError
 
 from app.schemas.base import Number, Sent, refusal
 from app.schemas.effects import EffectsSent
+from app.schemas.vehicles.charging import ChargingSent
 from energy.vehicle.vehicle import Powertrain
 
 VEHICLE_ID_PATTERN: Final = r"^[a-z0-9]+(-[a-z0-9]+)*$"
@@ -165,6 +166,9 @@ class InlineVehicle(Sent):
     effects: EffectsSent | None = Field(
         default=None, description="how strong the effects are that conditions switch on; without it, the defaults"
     )
+    charging: ChargingSent | None = Field(
+        default=None, description="plugs and power of charging; without it, no charging stops can be planned"
+    )
     sources: dict[SourceName, Source] = Field(
         default={}, max_length=100, description="where each number is from, by field"
     )
@@ -194,6 +198,9 @@ class InlineTableVehicle(Sent):
     kinetic: Kinetic | None = Field(None, description="without it, changes of speed take and give nothing")
     aux_power_w: Number = Field(ge=0, le=100_000, description="power of the auxiliaries at the battery [W]")
     usable_capacity_kwh: Number = Field(ge=0.001, le=10_000, description="usable energy of the battery (or tank) [kWh]")
+    charging: ChargingSent | None = Field(
+        default=None, description="plugs and power of charging; without it, no charging stops can be planned"
+    )
     sources: dict[SourceName, Source] = Field(
         default={}, max_length=100, description="where each number is from, by field"
     )

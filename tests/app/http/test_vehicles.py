@@ -27,6 +27,20 @@ CHAIN: dict[str, Any] = {"chain": [{"length_m": 900, "grade": 0.01, "speed_limit
 ODD = 0.1 + 0.2  # a number that a conversion to SI and back would change
 
 
+CHARGING: dict[str, Any] = {
+    "connectors": ["type2", "ccs2"],
+    "curve_soc_percent": [0, 33.3 * ODD, 80, 100],
+    "curve_kw": [100 * ODD, 70, 40, ODD],
+    "ac_kw": 11 + ODD,
+    "ac_phases": 3,
+    "ac_one_phase_kw": 7 + ODD,
+    "ac_eff": 0.6 + ODD,
+    "dc_eff": 0.5 + ODD,
+    "cold_c": [-10 - ODD, 20 * ODD],
+    "cold_factor": [ODD, 0.9 + ODD / 9],
+}
+
+
 @pytest.fixture
 def shop(settings: Settings, service: Service, tmp_path: Path) -> Iterator[TestClient]:
     """A client with an empty database of its own, on the loaded graphs."""
@@ -87,6 +101,37 @@ def test_consumption_table_comes_back_with_every_number_as_sent(shop: TestClient
     shown = shop.get("/vehicles/odd").json()
     assert {key: shown[key] for key in body} == body
     assert shown["id"] == "odd"
+
+
+@pytest.mark.parametrize("vehicle", [VEHICLE, TABLE], ids=["physical", "table"])
+def test_charging_comes_back_with_every_number_as_sent_and_defaults_filled_in(
+    shop: TestClient, vehicle: dict[str, Any]
+) -> None:
+    sources = {"charging.curve_kw": "measured", "charging.connectors": "seen"}
+    put = shop.put("/vehicles/odd", json=vehicle | {"charging": CHARGING, "sources": sources})
+    assert put.json()["charging"] == CHARGING
+    assert shop.get("/vehicles/odd").json() == put.json()
+    assert put.json()["sources"] == sources
+    few = {"connectors": ["type1"], "ac_kw": 7.4}
+    shown = shop.put("/vehicles/odd", json=vehicle | {"charging": few}).json()["charging"]
+    assert {name: value for name, value in shown.items() if value is not None} == few | {
+        "ac_phases": 1,
+        "ac_eff": 0.9,
+        "dc_eff": 0.95,
+    }
+    assert shop.put("/vehicles/odd", json=vehicle).json()["charging"] is None
+
+
+def test_list_names_the_plugs_and_a_bundled_vehicle_shows_its_charging_with_sources(shop: TestClient) -> None:
+    shop.put("/vehicles/odd", json=VEHICLE | {"charging": CHARGING})
+    plugs = {line["id"]: line["connectors"] for line in shop.get("/vehicles").json()["vehicles"]}
+    assert plugs["odd"] == plugs["hyundai-kona-64"] == ["type2", "ccs2"]
+    assert plugs["toyota-corolla-petrol"] == []
+    shown = shop.get("/vehicles/hyundai-kona-64").json()
+    assert shown["charging"]["curve_kw"][:3] == [70, 77, 70]
+    assert shown["charging"]["curve_soc_percent"][:3] == [0, 40, 42]
+    assert shown["sources"]["charging.curve_kw"].startswith("Open EV Data (https://github.com/KilowattApp/")
+    assert shown["sources"]["charging.ac_eff"].startswith("assumed: ")
 
 
 def test_epa_coefficients_and_their_deviations_come_back_in_newton(shop: TestClient) -> None:
@@ -227,6 +272,13 @@ def test_put_under_an_id_that_no_vehicle_file_could_have_is_refused(shop: TestCl
         (VEHICLE | {"sd": {"road_load.a_lbf": 1}}, "sd.road_load.a_lbf", "no field of this name"),
         (VEHICLE | {"effects": {"heating_cop": 99}}, "effects.heating_cop", "at most 10"),
         (VEHICLE | {"effects": {"cabin_target_c": 294}}, "effects.cabin_target_c", "at most 40"),
+        (VEHICLE | {"charging": {}}, "charging.connectors", "required"),
+        (VEHICLE | {"charging": CHARGING | {"connectors": []}}, "charging.connectors", "at least 1 item"),
+        (VEHICLE | {"charging": CHARGING | {"connectors": ["ccs"]}}, "charging.connectors[0]", "'type1'"),
+        (VEHICLE | {"charging": CHARGING | {"curve_kw": [1, 2, 3, 0]}}, "charging.curve_kw[3]", "above 0"),
+        (TABLE | {"charging": CHARGING | {"ac_kw": 101}}, "charging.ac_kw", "at most 100"),
+        (TABLE | {"charging": CHARGING | {"ac_phases": 4}}, "charging.ac_phases", "1, 2 or 3"),
+        (TABLE | {"charging": CHARGING | {"plug": "ccs2"}}, "charging.plug", "no field of this name"),
         (TABLE | {"kinetic": {"mass_kg": 2000}}, "kinetic.acceleration_eff", "required"),
         (TABLE | {"mass_kg": 1500}, "mass_kg", "no field of this name"),
         (TABLE | {"sd": {"mass_kg": 1}}, "sd.mass_kg", "no field of this name"),
@@ -283,6 +335,15 @@ def test_put_in_a_services_parameters_that_contradict_themselves_names_the_servi
             "consumption.kwh_per_100km",
             "1 values",
         ),
+        (
+            VEHICLE | {"charging": CHARGING | {"curve_soc_percent": [0, 90, 80, 100]}},
+            "charging.curve_soc_percent",
+            [0, 90, 80, 100],
+        ),
+        (VEHICLE | {"charging": CHARGING | {"curve_kw": [100, 50]}}, "charging.curve_kw", "2 values"),
+        (TABLE | {"charging": CHARGING | {"connectors": ["type2"]}}, "charging.connectors", "type2"),
+        (TABLE | {"charging": CHARGING | {"ac_one_phase_kw": 1}}, "charging.ac_one_phase_kw", 1),
+        (TABLE | {"charging": {"connectors": ["chademo"]}}, "charging.curve_kw", "missing"),
     ],
 )
 def test_put_of_a_vehicle_that_contradicts_itself_names_the_field_of_the_body(

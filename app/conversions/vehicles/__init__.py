@@ -1,0 +1,1 @@
+"""Parts of vehicles between human units and the energy package."""
