@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from app.conversions.consumption_table import table_vehicle_answer
-from app.schemas.vehicles.services import HereVehicle, ServiceVehicle, TomTomVehicle
+from app.schemas.vehicles.services import HereVehicle, ServiceVehicle, TomTomChargingParameters, TomTomVehicle
 from app.schemas.vehicles.vehicle import MAX_TABLE_POINTS, InlineTableVehicle
 from energy.errors import VehicleError
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
+from energy.vehicle.service_charging import TomTomCharging, TomTomConnector
 from energy.vehicle.services import (
     HereParameters,
     MapboxParameters,
@@ -46,6 +47,7 @@ def _vehicle(sent: ServiceVehicle, vehicle_id: str) -> ConsumptionTableVehicle:
             uphill_eff=sent.uphillEfficiency,
             downhill_eff=sent.downhillEfficiency,
             auxiliary_power_kw=sent.auxiliaryPowerInkW,
+            charging=None if sent.chargingParameters is None else _tomtom_charging(sent.chargingParameters),
         )
         return vehicle_from_tomtom(vehicle_id, name, tomtom, sent.source)
     if isinstance(sent, HereVehicle):
@@ -55,6 +57,8 @@ def _vehicle(sent: ServiceVehicle, vehicle_id: str) -> ConsumptionTableVehicle:
             ascent_wh_per_m=sent.ascent,
             descent_wh_per_m=sent.descent,
             auxiliary_consumption_wh_per_s=sent.auxiliaryConsumption,
+            charging_curve_kwh_kw=sent.chargingCurve,
+            connector_types=sent.connectorTypes,
         )
         return vehicle_from_here(vehicle_id, name, here, sent.source)
     mapbox = MapboxParameters(
@@ -63,5 +67,24 @@ def _vehicle(sent: ServiceVehicle, vehicle_id: str) -> ConsumptionTableVehicle:
         ev_ascent_wh_per_m=sent.ev_ascent,
         ev_descent_wh_per_m=sent.ev_descent,
         auxiliary_consumption_w=sent.auxiliary_consumption,
+        ev_charging_curve_wh_w=sent.ev_charging_curve,
+        ev_connector_types=sent.ev_connector_types,
+        ev_max_ac_charging_power_w=sent.ev_max_ac_charging_power,
     )
     return vehicle_from_mapbox(vehicle_id, name, mapbox, sent.source)
+
+
+def _tomtom_charging(sent: TomTomChargingParameters) -> TomTomCharging:
+    return TomTomCharging(
+        battery_curve_kwh_kw=tuple((point.stateOfChargeInkWh, point.maxPowerInkW) for point in sent.batteryCurve),
+        charging_connectors=tuple(
+            TomTomConnector(
+                current_type=connector.currentType,
+                plug_types=tuple(connector.plugTypes),
+                max_power_kw=connector.maxPowerInkW,
+                efficiency=connector.efficiency,
+                base_load_kw=connector.baseLoadInkW,
+            )
+            for connector in sent.chargingConnectors
+        ),
+    )

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 MOST_POWER_W = 4e6  # megawatt charging of lorries
 MOST_AC_POWER_W = 100_000.0  # 43 kW is the most of cars, lorries have more
 PHASES = (1, 2, 3)
+LEAST_EFF = 0.01
 BATTERY_CELSIUS = (-60.0, 80.0)
+_ROUNDING = 1e-9
 
 
 class Connector(StrEnum):
@@ -77,7 +79,7 @@ class Charging:
     connectors: plugs that fit it. dc: power that the battery takes by direct current, None where it takes none.
     ac_power_w: most that its charger takes from the wall [W], 0 where it has none; ac_phases: 1, 2 or 3, which it can
     use. ac_one_phase_w: most that it takes from one phase [W]; None: its share, ac_power_w / ac_phases.
-    ac_eff, dc_eff: battery from wall [-], (0, 1]; the curve is at the battery already.
+    ac_eff, dc_eff: battery from wall [-], 0.01..1; the curve is at the battery already.
     cold_curve: factor on the curve by the battery's temperature [°C], pairs rising in temperature; empty: none.
     sources: where each number is from, by field name.
 
@@ -102,13 +104,14 @@ class Charging:
         if self.ac_phases not in PHASES:
             raise VehicleError("charging.ac_phases", self.ac_phases, "1, 2 or 3")
         most_w = self.ac_power_w
-        if self.ac_one_phase_w is not None and not most_w / self.ac_phases <= self.ac_one_phase_w <= most_w:
+        least_w = most_w / self.ac_phases * (1.0 - _ROUNDING)
+        if self.ac_one_phase_w is not None and not least_w <= self.ac_one_phase_w <= most_w:
             allowed = f"{most_w / self.ac_phases:g}..{most_w:g} W, from ac_power_w / ac_phases to ac_power_w"
             raise VehicleError("charging.ac_one_phase_w", self.ac_one_phase_w, allowed)
         for name in ("ac_eff", "dc_eff"):
             value = float(getattr(self, name))
-            if not 0.0 < value <= 1.0:
-                raise VehicleError(f"charging.{name}", value, "(0, 1]")
+            if not LEAST_EFF <= value <= 1.0:
+                raise VehicleError(f"charging.{name}", value, f"{LEAST_EFF:g}..1")
         self._check_cold()
 
     def _check_plugs(self) -> None:

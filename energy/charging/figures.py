@@ -14,12 +14,15 @@ from energy.errors import VehicleError
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from numpy.typing import NDArray
+
 AC_EFF: Final = 0.9
 DC_EFF: Final = 0.95
 AC_EFF_SOURCE: Final = "assumed: 0.90, emobpy's figure of a charger; fastsim has 0.86"
 DC_EFF_SOURCE: Final = (
     "assumed: 0.95, between the station's output and the battery: cable, cooling, heating of the pack"
 )
+MOST_CURVE_POINTS: Final = 500
 W_PER_KW: Final = 1000.0
 PERCENT: Final = 100.0
 
@@ -98,13 +101,13 @@ def charging_of(figures: ChargingFigures, sources: Mapping[str, str]) -> Chargin
 
 
 def figures_of(charging: Charging) -> ChargingFigures:
-    """The figures of a record, numbers of a curve as they are written: 0.07 of the charge is 7 per cent."""
+    """The figures of a record, those of a curve as they are written: 0.07 of the charge is 7 per cent."""
     dc, one_phase_w = charging.dc, charging.ac_one_phase_w
     cold = charging.cold_curve
     return ChargingFigures(
         connectors=charging.connectors,
-        curve_soc_percent=None if dc is None else (dc.soc_frac * PERCENT).round(_DIGITS).tolist(),
-        curve_kw=None if dc is None else (dc.power_w / W_PER_KW).round(_DIGITS).tolist(),
+        curve_soc_percent=None if dc is None else _written(dc.soc_frac * PERCENT),
+        curve_kw=None if dc is None else _written(dc.power_w / W_PER_KW),
         ac_kw=charging.ac_power_w / W_PER_KW,
         ac_phases=charging.ac_phases,
         ac_one_phase_kw=None if one_phase_w is None else one_phase_w / W_PER_KW,
@@ -115,7 +118,9 @@ def figures_of(charging: Charging) -> ChargingFigures:
     )
 
 
-_DIGITS: Final = 9
+def _written(numbers: NDArray[np.float64]) -> list[float]:
+    """Numbers to twelve digits, which conversions keep."""
+    return [float(f"{number:.12g}") for number in numbers.tolist()]
 
 
 def _pair(figures: ChargingFigures, abscissa: str, ordinate: str) -> tuple[Sequence[float], Sequence[float]] | None:
@@ -128,6 +133,8 @@ def _pair(figures: ChargingFigures, abscissa: str, ordinate: str) -> tuple[Seque
             raise VehicleError(f"charging.{name}", "missing", f"a list of numbers, together with {other}")
     if len(first) != len(second):
         raise VehicleError(f"charging.{ordinate}", f"{len(second)} values", f"{len(first)}, as many as {abscissa}")
+    if len(first) > MOST_CURVE_POINTS:
+        raise VehicleError(f"charging.{abscissa}", f"{len(first)} values", f"at most {MOST_CURVE_POINTS}")
     return first, second
 
 

@@ -1,8 +1,8 @@
 """Vehicles given in the terms that the routing services of TomTom (and Azure Maps), HERE and Mapbox take.
 
 Each record holds that service's own strings and units, so that a vehicle set up there can be moved here as it is.
-What a service adds beyond constant speed, climbs and auxiliaries (HERE's table for heavy traffic, charging curves) has
-no place in a `ConsumptionTableVehicle` and is left out. Errors name the service's parameter.
+What a service adds beyond constant speed, climbs, auxiliaries and charging (HERE's table for heavy traffic) has no
+place in a `ConsumptionTableVehicle` and is left out. Errors name the service's parameter.
 """
 
 from __future__ import annotations
@@ -23,11 +23,15 @@ from energy.units import (
     KMH_PER_MPS,
 )
 from energy.vehicle.consumption_table import MOST_J_PER_M, ConsumptionTableVehicle
+from energy.vehicle.service_charging import charging_from_here, charging_from_mapbox, charging_from_tomtom
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from numpy.typing import NDArray
+
+    from energy.charging.charging import Charging
+    from energy.vehicle.service_charging import TomTomCharging
 
 MOST_SPEED_KMH: Final = 400.0  # that of a ConsumptionTableVehicle
 LEAST_STEP_KMH: Final = 1e-6  # between two speeds of a curve; closer ones are one speed, given twice
@@ -57,7 +61,7 @@ class TomTomParameters:
     acceleration_eff, deceleration_eff: `accelerationEfficiency` (kinetic energy gained over energy consumed) and
     `decelerationEfficiency` (energy saved over kinetic energy lost). uphill_eff, downhill_eff: `uphillEfficiency` and
     `downhillEfficiency`, the same of potential energy with g = 9.81 m/s². Both of a pair or none, a product of at most
-    1, and only with a weight.
+    1, and only with a weight. charging: `chargingParameters`.
 
     Source: developer.tomtom.com, Routing API, "Common Routing Parameters"; learn.microsoft.com, "Consumption model"
     and the REST reference of Route - Get Route Range, whose example the pairs above are.
@@ -71,6 +75,7 @@ class TomTomParameters:
     uphill_eff: float | None = None
     downhill_eff: float | None = None
     auxiliary_power_kw: float = 0.0
+    charging: TomTomCharging | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +86,8 @@ class HereParameters:
     "0,0.239,27,0.239,45,0.259"; linear between the speeds, constant beyond them. max_charge_kwh: `ev[maxCharge]`.
     ascent_wh_per_m: `ev[ascent]`, consumed for each metre risen. descent_wh_per_m: `ev[descent]`, recovered for each
     metre fallen, at most ascent. auxiliary_consumption_wh_per_s: `ev[auxiliaryConsumption]`, for each second of travel.
+    charging_curve_kwh_kw: `ev[chargingCurve]`, charges [kWh] rising and powers [kW] in turn, as "0,239,32,199,56,167".
+    connector_types: `ev[connectorTypes]`, as "iec62196Type2Combo,chademo"; both or none.
     `ev[trafficSpeedTable]` is left out: joulepath knows the speed of a road, not how jammed it is.
 
     Source: docs.here.com, Routing API v8, "Consumption" and "Calculate consumption per section".
@@ -91,6 +98,8 @@ class HereParameters:
     ascent_wh_per_m: float = 0.0
     descent_wh_per_m: float = 0.0
     auxiliary_consumption_wh_per_s: float = 0.0
+    charging_curve_kwh_kw: str | None = None
+    connector_types: str | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -101,6 +110,9 @@ class MapboxParameters:
     rising speeds, as "0,300;20,160;80,140;120,180". ev_max_charge_wh: `ev_max_charge` [Wh].
     ev_ascent_wh_per_m, ev_descent_wh_per_m: `ev_ascent` and `ev_descent`, consumed and gained for each metre of height,
     0..1000, both or none, descent at most ascent. auxiliary_consumption_w: `auxiliary_consumption` [W].
+    ev_charging_curve_wh_w: `ev_charging_curve`, pairs of charge [Wh] and power [W], as "0,100000;40000,70000".
+    ev_connector_types: `ev_connector_types`, as "ccs_combo_type2,chademo"; both or none. ev_max_ac_charging_power_w:
+    `ev_max_ac_charging_power` [W], 14,400 where it is not given, and only with both.
 
     Source: docs.mapbox.com, Directions API, electric vehicle routing; Navigation SDK, EvDataProvider.
     """
@@ -110,6 +122,9 @@ class MapboxParameters:
     ev_ascent_wh_per_m: float | None = None
     ev_descent_wh_per_m: float | None = None
     auxiliary_consumption_w: float = 0.0
+    ev_charging_curve_wh_w: str | None = None
+    ev_connector_types: str | None = None
+    ev_max_ac_charging_power_w: float | None = None
 
 
 def vehicle_from_tomtom(
@@ -152,6 +167,9 @@ def vehicle_from_tomtom(
         aux_power_w=given.auxiliary_power_kw * 1000.0,
         usable_capacity_wh=given.max_charge_kwh * 1000.0,
         sources=_sources(source),
+        charging=None
+        if given.charging is None
+        else charging_from_tomtom(given.charging, given.max_charge_kwh, vehicle_id, source),
     )
 
 
@@ -161,12 +179,9 @@ def vehicle_from_here(vehicle_id: str, name: str, given: HereParameters, source:
     Raises VehicleError when the table can't be read or `ConsumptionTableVehicle` refuses a number.
     """
     field = "freeFlowSpeedTable"
-    numbers = [_float(text, field, vehicle_id) for text in given.free_flow_speed_table_wh_per_m.split(",")]
-    if len(numbers) % 2:
-        raise VehicleError(field, f"{len(numbers)} numbers", "a consumption for each speed", vehicle_id)
+    pairs = _in_turn(given.free_flow_speed_table_wh_per_m, field, "a consumption for each speed", vehicle_id)
     _check_climbs(("ascent", given.ascent_wh_per_m), ("descent", given.descent_wh_per_m), vehicle_id)
     curve = _Curve(field, vehicle_id, JOULE_PER_WH, "Wh/m")
-    pairs = list(zip(numbers[::2], numbers[1::2], strict=True))
     speed_mps, consumption_j_per_m = curve.inside(*curve.checked(pairs))
     return ConsumptionTableVehicle(
         id=vehicle_id,
@@ -178,6 +193,7 @@ def vehicle_from_here(vehicle_id: str, name: str, given: HereParameters, source:
         aux_power_w=given.auxiliary_consumption_wh_per_s * JOULE_PER_WH,
         usable_capacity_wh=given.max_charge_kwh * 1000.0,
         sources=_sources(source),
+        charging=_here_charging(given, vehicle_id, source),
     )
 
 
@@ -209,6 +225,7 @@ def vehicle_from_mapbox(
         aux_power_w=given.auxiliary_consumption_w,
         usable_capacity_wh=given.ev_max_charge_wh,
         sources=_sources(source),
+        charging=_mapbox_charging(given, vehicle_id, source),
     )
 
 
@@ -252,6 +269,29 @@ class _Curve:
         return VehicleError(self.field, value, allowed, self.vehicle_id)
 
 
+def _here_charging(given: HereParameters, vehicle_id: str, source: str) -> Charging | None:
+    if given.charging_curve_kwh_kw is None and given.connector_types is None:
+        return None
+    if given.charging_curve_kwh_kw is None or given.connector_types is None:
+        raise VehicleError("chargingCurve and connectorTypes", "only one of them", "both or none", vehicle_id)
+    pairs = _in_turn(given.charging_curve_kwh_kw, "chargingCurve", "a power for each charge", vehicle_id)
+    return charging_from_here(pairs, given.connector_types, given.max_charge_kwh, vehicle_id, source)
+
+
+def _mapbox_charging(given: MapboxParameters, vehicle_id: str, source: str) -> Charging | None:
+    field, curve, plugs = "ev_charging_curve", given.ev_charging_curve_wh_w, given.ev_connector_types
+    if curve is None and plugs is None:
+        if given.ev_max_ac_charging_power_w is not None:
+            allowed = f"only with {field} and ev_connector_types"
+            raise VehicleError("ev_max_ac_charging_power", given.ev_max_ac_charging_power_w, allowed, vehicle_id)
+        return None
+    if curve is None or plugs is None:
+        raise VehicleError(f"{field} and ev_connector_types", "only one of them", "both or none", vehicle_id)
+    pairs = _points(curve, ";", field, vehicle_id, "charge,power")
+    most_ac_w = given.ev_max_ac_charging_power_w
+    return charging_from_mapbox(pairs, plugs, most_ac_w, given.ev_max_charge_wh, vehicle_id, source)
+
+
 def _sources(source: str) -> Mapping[str, str]:
     """One source for all numbers, or none."""
     return MappingProxyType(dict.fromkeys(_FIELDS, source) if source else {})
@@ -273,13 +313,23 @@ def _float(text: str, field: str, vehicle_id: str) -> float:
     return number
 
 
-def _points(text: str, separator: str, field: str, vehicle_id: str) -> list[tuple[float, float]]:
-    """Pairs of speed and consumption."""
+def _in_turn(text: str, field: str, allowed: str, vehicle_id: str) -> list[tuple[float, float]]:
+    """Pairs of numbers that are given one behind the other."""
+    numbers = [_float(number, field, vehicle_id) for number in text.split(",")]
+    if len(numbers) % 2:
+        raise VehicleError(field, f"{len(numbers)} numbers", allowed, vehicle_id)
+    return list(zip(numbers[::2], numbers[1::2], strict=True))
+
+
+def _points(
+    text: str, separator: str, field: str, vehicle_id: str, names: str = "speed,consumption"
+) -> list[tuple[float, float]]:
+    """Pairs of speed and consumption, or of what else the names say."""
     points: list[tuple[float, float]] = []
     for pair in text.split(separator):
         parts = pair.split(",")
         if len(parts) != 2:
-            raise VehicleError(field, repr(pair), "speed,consumption", vehicle_id)
+            raise VehicleError(field, repr(pair), names, vehicle_id)
         points.append((_float(parts[0], field, vehicle_id), _float(parts[1], field, vehicle_id)))
     return points
 

@@ -117,6 +117,13 @@ VEHICLE_BODIES: Final[dict[str, Any]] = {
             "sources": {"mass_kg": "weighed", "road_load.a_lbf": "EPA test car list"},
             "sd": {"mass_kg": 20, "drive_eff": 0.02},
             "effects": {"cabin_target_c": 20},
+            "charging": {
+                "connectors": ["type2", "ccs2"],
+                "curve_soc_percent": [0, 50, 80, 100],
+                "curve_kw": [100, 100, 50, 20],
+                "ac_kw": 11,
+                "ac_phases": 3,
+            },
         },
     },
     "consumption table": {
@@ -146,6 +153,30 @@ VEHICLE_BODIES: Final[dict[str, Any]] = {
             "uphillEfficiency": 0.74,
             "downhillEfficiency": 0.73,
             "auxiliaryPowerInkW": 1.7,
+            "chargingParameters": {
+                "batteryCurve": [
+                    {"stateOfChargeInkWh": 50, "maxPowerInkW": 200},
+                    {"stateOfChargeInkWh": 70, "maxPowerInkW": 100},
+                    {"stateOfChargeInkWh": 80, "maxPowerInkW": 40},
+                ],
+                "chargingConnectors": [
+                    {
+                        "currentType": "AC3",
+                        "plugTypes": ["IEC_62196_Type_2_Outlet", "IEC_62196_Type_2_Connector_Cable_Attached"],
+                        "efficiency": 0.9,
+                        "baseLoadInkW": 0.2,
+                        "maxPowerInkW": 11,
+                    },
+                    {
+                        "currentType": "DC",
+                        "plugTypes": ["Combo_to_IEC_62196_Type_2_Base"],
+                        "efficiency": 0.9,
+                        "baseLoadInkW": 0.2,
+                        "maxPowerInkW": 150,
+                        "voltageRange": {"minVoltageInV": 0, "maxVoltageInV": 500},
+                    },
+                ],
+            },
         },
     },
     "here": {
@@ -157,6 +188,8 @@ VEHICLE_BODIES: Final[dict[str, Any]] = {
             "ascent": 9,
             "descent": 4.3,
             "auxiliaryConsumption": 1.8,
+            "chargingCurve": "0,239,32,199,56,167,60,130,64,111,68,83,72,55,76,33,78,17,80,1",
+            "connectorTypes": "iec62196Type2Combo,chademo",
         },
     },
     "mapbox": {
@@ -168,6 +201,9 @@ VEHICLE_BODIES: Final[dict[str, Any]] = {
             "ev_ascent": 9,
             "ev_descent": 4.3,
             "auxiliary_consumption": 300,
+            "ev_charging_curve": "0,100000;25000,70000;37500,30000;50000,10000",
+            "ev_connector_types": "ccs_combo_type1,ccs_combo_type2",
+            "ev_max_ac_charging_power": 7400,
         },
     },
 }

@@ -7,10 +7,9 @@ from typing import Annotated, Final, Literal
 from pydantic import Field
 
 from app.schemas.base import Number, Sent
-from energy.charging.charging import BATTERY_CELSIUS, MOST_AC_POWER_W, MOST_POWER_W, Connector
-from energy.charging.figures import W_PER_KW
+from energy.charging.charging import BATTERY_CELSIUS, LEAST_EFF, MOST_AC_POWER_W, MOST_POWER_W, Connector
+from energy.charging.figures import MOST_CURVE_POINTS, W_PER_KW
 
-MOST_CURVE_POINTS: Final = 400
 _MOST_KW: Final = MOST_POWER_W / W_PER_KW
 _MOST_AC_KW: Final = MOST_AC_POWER_W / W_PER_KW
 
@@ -49,10 +48,10 @@ class ChargingSent(Sent):
         description="most that it takes from one phase [kW]; without it, its share ac_kw / ac_phases",
     )
     ac_eff: Number | None = Field(
-        default=None, ge=0.01, le=1, description="alternating current: battery over wall; without it, 0.9"
+        default=None, ge=LEAST_EFF, le=1, description="alternating current: battery over wall; without it, 0.9"
     )
     dc_eff: Number | None = Field(
-        default=None, ge=0.01, le=1, description="direct current: battery over station; without it, 0.95"
+        default=None, ge=LEAST_EFF, le=1, description="direct current: battery over station; without it, 0.95"
     )
     cold_c: list[BatteryTemperature] | None = Field(
         default=None,

@@ -20,6 +20,7 @@ from app.schemas.vehicles.vehicle import (
     Source,
     form_of_object,
 )
+from energy.vehicle.service_charging import MOST_POINTS, MOST_TOMTOM_CONNECTORS
 
 FORMAT_NAMES: Final = "'tomtom', 'here' or 'mapbox'"
 MAX_CURVE_CHARS: Final = 10_000
@@ -31,6 +32,46 @@ def _known_format(value: object) -> object:
     if value not in ("tomtom", "here", "mapbox"):
         raise PydanticCustomError("format", FORMAT_NAMES)
     return value
+
+
+class TomTomBatteryPoint(Sent):
+    """One point of TomTom's battery curve."""
+
+    stateOfChargeInkWh: Number = Field(ge=0, le=10_000, description="charge, rising from point to point [kWh]")
+    maxPowerInkW: Number = Field(gt=0, le=4000, description="most power into the battery at it [kW]")
+
+
+class TomTomVoltageRange(Sent):
+    """Voltages of a connector; without effect here."""
+
+    minVoltageInV: Number = Field(default=0, ge=0, le=10_000, description="[V]")
+    maxVoltageInV: Number = Field(default=10_000, ge=0, le=10_000, description="[V]")
+
+
+class TomTomChargingConnector(Sent):
+    """One of the ways in which a vehicle charges, in TomTom's terms."""
+
+    currentType: str = Field(max_length=100, description="AC1, AC3 or DC")
+    plugTypes: list[Annotated[str, Field(max_length=100)]] = Field(
+        min_length=1, max_length=50, description="plugs by TomTom's names, such as Combo_to_IEC_62196_Type_2_Base"
+    )
+    maxPowerInkW: Number | None = Field(default=None, gt=0, le=4000, description="most power; required with AC [kW]")
+    efficiency: Number | None = Field(
+        default=None, ge=0.01, le=1, description="battery over wall; without it, 0.9 of AC and 0.95 of DC"
+    )
+    baseLoadInkW: Number = Field(default=0.0, ge=0, le=100, description="what the vehicle itself takes meanwhile [kW]")
+    voltageRange: TomTomVoltageRange | None = Field(default=None, description="without effect")
+
+
+class TomTomChargingParameters(Sent):
+    """How a vehicle charges, in TomTom's terms."""
+
+    batteryCurve: list[TomTomBatteryPoint] = Field(
+        min_length=1, max_length=MOST_POINTS, description="linear between its points, constant beyond them"
+    )
+    chargingConnectors: list[TomTomChargingConnector] = Field(
+        min_length=1, max_length=MOST_TOMTOM_CONNECTORS, description="the ways in which it charges"
+    )
 
 
 class TomTomVehicle(Sent):
@@ -61,6 +102,7 @@ class TomTomVehicle(Sent):
         default=None, ge=0, le=10, description="energy given back over potential energy lost; a product of at most 1"
     )
     auxiliaryPowerInkW: Number = Field(default=0.0, ge=0, le=100, description="power of the auxiliaries [kW]")
+    chargingParameters: TomTomChargingParameters | None = Field(default=None, description="how it charges")
 
 
 class HereVehicle(Sent):
@@ -82,6 +124,14 @@ class HereVehicle(Sent):
     )
     auxiliaryConsumption: Number = Field(
         default=0.0, ge=0, le=27.7, description="energy of the auxiliaries for each second of travel [Wh/s]"
+    )
+    chargingCurve: str | None = Field(
+        default=None,
+        max_length=MAX_CURVE_CHARS,
+        description="charges [kWh] and powers [kW] in turn, such as '0,239,32,199,56,167'; with connectorTypes",
+    )
+    connectorTypes: str | None = Field(
+        default=None, max_length=1000, description="such as 'iec62196Type2Combo,chademo'; with chargingCurve"
     )
 
 
@@ -106,6 +156,17 @@ class MapboxVehicle(Sent):
     )
     auxiliary_consumption: Number = Field(
         default=0.0, ge=0, le=100_000, description="power of the auxiliaries at the battery [W]"
+    )
+    ev_charging_curve: str | None = Field(
+        default=None,
+        max_length=MAX_CURVE_CHARS,
+        description="pairs of charge [Wh] and power [W], such as '0,100000;40000,70000'; with ev_connector_types",
+    )
+    ev_connector_types: str | None = Field(
+        default=None, max_length=1000, description="such as 'ccs_combo_type2,chademo'; with ev_charging_curve"
+    )
+    ev_max_ac_charging_power: Number | None = Field(
+        default=None, ge=0, le=100_000, description="most of the charger on board [W]; without it, 14400"
     )
 
 

@@ -41,6 +41,10 @@ CHARGING: dict[str, Any] = {
 }
 
 
+BEYOND = {"stateOfChargeInkWh": 90, "maxPowerInkW": 50}
+CCS = {"currentType": "DC", "plugTypes": ["CCS"]}
+
+
 @pytest.fixture
 def shop(settings: Settings, service: Service, tmp_path: Path) -> Iterator[TestClient]:
     """A client with an empty database of its own, on the loaded graphs."""
@@ -171,6 +175,26 @@ def test_put_in_a_services_parameters_stores_the_consumption_table_that_they_sta
     assert (mapbox["usable_capacity_kwh"], mapbox["aux_power_w"]) == (50, 300)
 
 
+def test_put_in_a_services_parameters_stores_how_the_vehicle_charges(shop: TestClient) -> None:
+    by_tomtom = shop.put("/vehicles/by-tomtom", json=TOMTOM).json()
+    charging = by_tomtom["charging"]
+    assert charging["connectors"] == ["type2", "ccs2"]
+    # 150 kW · 0.9 − 0.2 kW arrive; 85 kWh of capacity
+    assert charging["curve_kw"] == pytest.approx([134.8, 134.8, 100, 40, 40])
+    assert charging["curve_soc_percent"] == pytest.approx([0, 63.04 / 0.85, 70 / 0.85, 80 / 0.85, 100])
+    assert (charging["ac_kw"], charging["ac_phases"]) == (11, 3)
+    assert by_tomtom["sources"]["charging.curve_kw"] == TOMTOM["source"]
+    here = shop.put("/vehicles/by-here", json=HERE).json()["charging"]
+    assert here["connectors"] == ["ccs2", "chademo"]
+    assert (here["curve_soc_percent"][:3], here["curve_kw"][:3]) == ([0, 40, 70], [239, 199, 167])
+    mapbox = shop.put("/vehicles/by-mapbox", json=MAPBOX).json()["charging"]
+    assert (mapbox["curve_soc_percent"], mapbox["curve_kw"]) == ([0, 50, 75, 100], [100, 70, 30, 10])
+    assert (mapbox["connectors"], mapbox["ac_kw"]) == (["ccs1", "ccs2"], 7.4)
+    for name, body in (("by-tomtom", TOMTOM), ("by-here", HERE), ("by-mapbox", MAPBOX)):
+        without = {key: value for key, value in body.items() if "harging" not in key and "onnector" not in key}
+        assert shop.put(f"/vehicles/{name}", json=without).json()["charging"] is None
+
+
 def test_put_in_tomtoms_parameters_drives_as_the_bundled_example_of_them(shop: TestClient) -> None:
     stored = shop.put("/vehicles/by-tomtom", json=TOMTOM).json()
     assert stored["name"] == TOMTOM["name"]
@@ -261,6 +285,7 @@ def test_put_under_an_id_that_no_vehicle_file_could_have_is_refused(shop: TestCl
         (HERE | {"maxCharge": "80"}, "maxCharge", "a valid number"),
         (HERE | {"trafficSpeedTable": "0,0.349"}, "trafficSpeedTable", "no field of this name"),
         (HERE | {"kind": "consumption_table"}, "kind", "no field of this name"),
+        (TOMTOM | {"chargingParameters": {}}, "chargingParameters.batteryCurve", "required"),
         (TOMTOM | {"accelerationEfficiency": 0}, "accelerationEfficiency", "at least 0.1"),
         ({"format": "mapbox", "ev_max_charge": 50000}, "energy_consumption_curve", "required"),
         (VEHICLE | {"kind": None}, "kind", "'physical' or 'consumption_table'"),
@@ -306,6 +331,21 @@ def test_put_of_a_bad_field_names_it(shop: TestClient, body: object, field: str,
         (TOMTOM | {"vehicleWeight": 0}, "vehicleWeight", 0),
         (TOMTOM | {"decelerationEfficiency": 1.6}, "accelerationEfficiency and decelerationEfficiency", [0.66, 1.6]),
         (MAPBOX | {"ev_descent": 9.5}, "ev_descent", 9.5),
+        (HERE | {"chargingCurve": "0,239,81,1"}, "chargingCurve", [0, 81]),
+        (HERE | {"connectorTypes": "ccs2"}, "connectorTypes", "'ccs2'"),
+        (HERE | {"connectorTypes": None}, "chargingCurve and connectorTypes", "only one of them"),
+        (MAPBOX | {"ev_charging_curve": "0,1e5;60000,1e4"}, "ev_charging_curve", [0, 60000]),
+        (MAPBOX | {"ev_charging_curve": ";".join(f"{k},1e4" for k in range(201))}, "ev_charging_curve", "201 points"),
+        (
+            TOMTOM | {"chargingParameters": TOMTOM["chargingParameters"] | {"batteryCurve": [BEYOND]}},
+            "chargingParameters.batteryCurve",
+            [90],
+        ),
+        (
+            TOMTOM | {"chargingParameters": TOMTOM["chargingParameters"] | {"chargingConnectors": [CCS]}},
+            "chargingParameters.chargingConnectors[0].plugTypes",
+            "'CCS'",
+        ),
     ],
 )
 def test_put_in_a_services_parameters_that_contradict_themselves_names_the_services_parameter(
