@@ -129,18 +129,26 @@ def power_bands(
 
 
 def stationary_charges(
-    curve_a: PowerCurve, curve_b: PowerCurve, shift_frac: float, price_per_w: float = 0.0
+    curve_a: PowerCurve,
+    curve_b: PowerCurve,
+    shift_frac: float,
+    price_per_w: float = 0.0,
+    weight_a: float = 1.0,
+    weight_b: float = 1.0,
 ) -> NDArray[np.float64]:
-    """Charges d, rising, with 1/P_a(d) − 1/P_b(d − shift) + price = 0, d and d − shift within 0..1: float64 (n,).
+    """Charges d, rising, with w_a/P_a(d) − w_b/P_b(d − shift) + price = 0, d and d − shift within 0..1: float64 (n,).
 
-    There C·∫dd/P_a(d) − C·∫dd/P_b(d − shift) + C·price·d is stationary: charging a little more at one stop saves as
-    much at the next, which is reached with shift less. price_per_w: the linear term over the capacity [1/W], so
-    price [s] / capacity [J]. Where both sides agree on a whole interval it has no entry. Charges where the curves have
-    points may be missing: they are candidates anyway.
+    There w_a·T_a(d) − w_b·T_b(d − shift) + C·price·d is stationary: charging a little more at a stop saves as much at
+    the next, which is reached with shift less. price_per_w: the linear term over the capacity [1/W], so price of a
+    full battery [s] / capacity [J]. weight_a, weight_b: what a second of each counts, at least 0. Where both sides
+    agree on a whole interval it has no entry. Charges where the curves have points may be missing: they are candidates
+    anyway.
     """
     curves = charge_times([curve_a, curve_b], 1.0).curves
     found = np.empty(kernels_charging.most_stationary(curves, 0, 1), np.float64)
-    count = kernels_charging.stationary_charges(curves, 0, 1, float(shift_frac), float(price_per_w), found)
+    count = kernels_charging.stationary_charges(
+        curves, 0, 1, float(shift_frac), float(price_per_w), found, float(weight_a), float(weight_b)
+    )
     return found[:count]
 
 

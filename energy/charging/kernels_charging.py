@@ -179,13 +179,15 @@ def stationary_charges(
     shift_frac: float,
     price_per_w: float,
     found: NDArray[np.float64],
+    weight_a: float = 1.0,
+    weight_b: float = 1.0,
 ) -> int:
-    """How many charges d are written to found, rising, with 1/P_a(d) − 1/P_b(d − shift) + price = 0.
+    """How many charges d are written to found, rising, with w_a/P_a(d) − w_b/P_b(d − shift) + price = 0.
 
     d is within 0..1 and so is d − shift; the shift may be negative. price_per_w [1/W]: linear term of the cost of a
-    charge over the capacity [s/J]. On each pair of pieces it is P_b − P_a + price·P_a·P_b = 0, linear or quadratic in
-    d. Where both sides agree on a whole interval nothing is found there: its ends are points of the curves.
-    found: float64, at least `most_stationary` long.
+    charge over the capacity [s/J]. weight_a, weight_b: w_a, w_b ≥ 0, what a second of each counts. On each pair of
+    pieces it is w_a·P_b − w_b·P_a + price·P_a·P_b = 0, linear or quadratic in d. Where both sides agree on a whole
+    interval nothing is found there: its ends are points of the curves. found: float64, at least `most_stationary` long.
     """
     curves = borrowed_curves(curves)
     count = 0
@@ -202,7 +204,7 @@ def stationary_charges(
         end_b = curves.soc_frac[b + 1] + shift_frac if b < last_b else 1.0 + shift_frac
         end = min(end_a, end_b, high)
         if end > low:
-            count = _stationary_on(curves, a, b, shift_frac, price_per_w, low, end, found, count)
+            count = _stationary_on(curves, a, b, shift_frac, price_per_w, low, end, found, count, weight_a, weight_b)
             low = end
         if end >= high:
             return count
@@ -223,6 +225,8 @@ def _stationary_on(
     high: float,
     found: NDArray[np.float64],
     count: int,
+    weight_a: float,
+    weight_b: float,
 ) -> int:
     """As `stationary_charges`, on low..high, which one piece of each curve covers; x runs from 0 to 1 on it."""
     scale = max(curves.power_w[a], curves.power_w[a + 1], curves.power_w[b], curves.power_w[b + 1])
@@ -231,8 +235,8 @@ def _stationary_on(
     from_b, to_b = power_on(curves, b, low - shift_frac) / scale, power_on(curves, b, high - shift_frac) / scale
     rise_a, rise_b = to_a - from_a, to_b - from_b
     square = price * rise_a * rise_b
-    linear = rise_b - rise_a + price * (from_a * rise_b + from_b * rise_a)
-    constant = from_b - from_a + price * from_a * from_b
+    linear = weight_a * rise_b - weight_b * rise_a + price * (from_a * rise_b + from_b * rise_a)
+    constant = weight_a * from_b - weight_b * from_a + price * from_a * from_b
     first = second = -1.0
     if square == 0.0:
         if linear != 0.0:
@@ -249,7 +253,7 @@ def _stationary_on(
     for k in range(2):
         x = first if k == 0 else second
         if 0.0 <= x <= 1.0:
-            d = low + x * (high - low)
+            d = min(low + x * (high - low), high)
             if count == 0 or d > found[count - 1]:
                 found[count] = d
                 count += 1

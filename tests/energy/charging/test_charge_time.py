@@ -190,21 +190,30 @@ def test_what_no_charging_has_is_refused(call, field: str) -> None:  # type: ign
     assert caught.value.field == field
 
 
-def _slope(a: PowerCurve, b: PowerCurve, shift: float, price: float, d: NDArray[np.float64]) -> NDArray[np.float64]:
+def _slope(
+    a: PowerCurve, b: PowerCurve, shift: float, price: float, d: NDArray[np.float64], weight: float = 1.0
+) -> NDArray[np.float64]:
     at_a = np.interp(d, a.soc_frac, a.power_w)
     at_b = np.interp(d - shift, b.soc_frac, b.power_w)
-    return np.asarray(1.0 / at_a - 1.0 / at_b + price)
+    return np.asarray(weight / at_a - 1.0 / at_b + price)
 
 
-@given(curves(), curves(), st.floats(-0.9, 0.9), st.one_of(st.just(0.0), st.floats(-3e-5, 3e-5)))
-@example(FALLING, FALLING, 0.2, 0.0)
-@example(KONA, KONA, 0.3, 1e-6)
-@example(KONA, FLAT, -0.2, 0.0)
+@given(
+    curves(),
+    curves(),
+    st.floats(-0.9, 0.9),
+    st.one_of(st.just(0.0), st.floats(-3e-5, 3e-5)),
+    st.one_of(st.just(1.0), st.floats(0.3, 3.0)),
+)
+@example(FALLING, FALLING, 0.2, 0.0, 1.0)
+@example(KONA, KONA, 0.3, 1e-6, 1.0)
+@example(KONA, KONA, 0.3, -1e-6, 1.2)
+@example(KONA, FLAT, -0.2, 0.0, 1.0)
 @settings(max_examples=200)
 def test_each_change_of_sign_of_a_dense_scan_has_a_stationary_charge(
-    a: PowerCurve, b: PowerCurve, shift: float, price: float
+    a: PowerCurve, b: PowerCurve, shift: float, price: float, weight: float
 ) -> None:
-    found = stationary_charges(a, b, shift, price)
+    found = stationary_charges(a, b, shift, price, weight)
     low, high = max(0.0, shift), min(1.0, 1.0 + shift)
     assert bool(np.all(np.diff(found) > 0.0))
     assert bool(np.all((found >= low) & (found <= high)))
@@ -212,10 +221,10 @@ def test_each_change_of_sign_of_a_dense_scan_has_a_stationary_charge(
     least_w = min(float(a.power_w.min()), float(b.power_w.min()))
     steepest = max(float(np.max(np.abs(np.diff(c.power_w) / np.diff(c.soc_frac)))) for c in (a, b)) + 1.0
     slack = 1e-9 / least_w + 1e-12 * steepest / least_w**2
-    assert bool(np.all(np.abs(_slope(a, b, shift, price, found)) <= slack))
+    assert bool(np.all(np.abs(_slope(a, b, shift, price, found, weight)) <= slack))
     scan = np.unique(np.concatenate((np.linspace(low, high, 2001), a.soc_frac, b.soc_frac + shift)))
     scan = scan[(scan >= low) & (scan <= high)]
-    slope = _slope(a, b, shift, price, scan)
+    slope = _slope(a, b, shift, price, scan, weight)
     known = np.concatenate((found, a.soc_frac, b.soc_frac + shift))
     for k in np.flatnonzero(slope[:-1] * slope[1:] < 0.0):
         if abs(slope[k]) > slack and abs(slope[k + 1]) > slack:
@@ -243,6 +252,14 @@ def test_stationary_charges_of_two_slopes_with_a_price_are_both_roots() -> None:
     expected = dense[np.flatnonzero(slope[:-1] * slope[1:] < 0.0)]
     assert found.tolist() == pytest.approx(expected.tolist(), abs=1e-5)
     assert found.size >= 1
+
+
+def test_a_second_that_counts_half_is_worth_twice_the_power() -> None:
+    # ½/P_a = 1/P_b: 100 − 80·d at the first against 160 kW at the next is d = 0.25
+    a, b = curve([0, 1], [100, 20]), curve([0, 1], [160, 160])
+    assert stationary_charges(a, b, 0.1, weight_a=0.5).tolist() == pytest.approx([0.25])
+    assert stationary_charges(a, b, 0.1, weight_a=1.0, weight_b=2.0).tolist() == pytest.approx([0.25])
+    assert stationary_charges(a, b, 0.1, weight_a=0.0, weight_b=0.0).size == 0
 
 
 def test_shift_that_leaves_nothing_in_common_has_none() -> None:
