@@ -18,9 +18,11 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MOST_POWER_W = 4e6  # megawatt charging of lorries
+LEAST_POWER_W = 1e-3  # so that times stay finite; figures of vehicles have at least 1 W
 MOST_AC_POWER_W = 100_000.0  # 43 kW is the most of cars, lorries have more
 PHASES = (1, 2, 3)
 LEAST_EFF = 0.01
+LEAST_COLD_FACTOR = 0.01
 BATTERY_CELSIUS = (-60.0, 80.0)
 _ROUNDING = 1e-9
 
@@ -55,7 +57,7 @@ AC_INLETS = frozenset(Connector) - {Connector.CHADEMO, Connector.GBT_DC, Connect
 class PowerCurve:
     """Power into the battery by its charge, linear between points.
 
-    soc_frac: float64 (n,), n ≥ 2, rising from 0 to 1. power_w: float64 (n,) [W], each > 0.
+    soc_frac: float64 (n,), n ≥ 2, rising from 0 to 1. power_w: float64 (n,) [W], each at least 1 mW.
     Raises VehicleError.
     """
 
@@ -68,8 +70,8 @@ class PowerCurve:
             raise VehicleError("charging.curve", f"{soc.size} charges, {power.size} powers", "as many, at least two")
         if soc[0] != 0.0 or soc[-1] != 1.0 or not bool(np.all(np.diff(soc) > 0.0)):
             raise VehicleError("charging.curve.soc", soc.tolist(), "rising from 0 to 1")
-        if not bool(np.all((power > 0.0) & (power <= MOST_POWER_W))):
-            raise VehicleError("charging.curve.power", power.tolist(), f"each (0, {MOST_POWER_W:g}] W")
+        if not bool(np.all((power >= LEAST_POWER_W) & (power <= MOST_POWER_W))):
+            raise VehicleError("charging.curve.power", power.tolist(), f"each {LEAST_POWER_W:g}..{MOST_POWER_W:g} W")
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,5 +140,5 @@ class Charging:
         ):
             raise VehicleError("charging.cold_curve.temperature", temperatures, f"rising within {low:g}..{high:g} °C")
         factors = [factor for _, factor in self.cold_curve]
-        if not all(0.0 < factor <= 1.0 for factor in factors):
-            raise VehicleError("charging.cold_curve.factor", factors, "each (0, 1]")
+        if not all(LEAST_COLD_FACTOR <= factor <= 1.0 for factor in factors):
+            raise VehicleError("charging.cold_curve.factor", factors, f"each {LEAST_COLD_FACTOR:g}..1")

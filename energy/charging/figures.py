@@ -23,6 +23,7 @@ DC_EFF_SOURCE: Final = (
     "assumed: 0.95, between the station's output and the battery: cable, cooling, heating of the pack"
 )
 MOST_CURVE_POINTS: Final = 500
+LEAST_CURVE_KW: Final = 0.001
 W_PER_KW: Final = 1000.0
 PERCENT: Final = 100.0
 
@@ -59,11 +60,12 @@ FIGURE_OF_FIELD: Final = {
     "dc_eff": "dc_eff",
     "cold_curve": "cold_factor",
 }
+_ALLOWED_KW: Final = f"each {LEAST_CURVE_KW:g}..{MOST_POWER_W / W_PER_KW:g} kW"
 # by the field that an error of Charging names: the figure, and what is allowed in its unit where the unit differs
 _REFUSED: Final = {
     "charging.curve": ("curve_kw", ""),
     "charging.curve.soc": ("curve_soc_percent", "rising from 0 to 100"),
-    "charging.curve.power": ("curve_kw", f"each above 0 to {MOST_POWER_W / W_PER_KW:g} kW"),
+    "charging.curve.power": ("curve_kw", _ALLOWED_KW),
     "charging.ac_power_w": ("ac_kw", f"0..{MOST_AC_POWER_W / W_PER_KW:g} kW, above 0 without a curve"),
     "charging.ac_one_phase_w": ("ac_one_phase_kw", "from ac_kw / ac_phases to ac_kw"),
     "charging.cold_curve.temperature": ("cold_c", ""),
@@ -139,6 +141,8 @@ def _pair(figures: ChargingFigures, abscissa: str, ordinate: str) -> tuple[Seque
 
 
 def _power_curve(soc_percent: Sequence[float], power_kw: Sequence[float]) -> PowerCurve:
+    if any(power < LEAST_CURVE_KW for power in power_kw):
+        raise VehicleError("charging.curve.power", power_kw, _ALLOWED_KW)
     soc_frac = np.array(soc_percent, np.float64) / PERCENT
     power_w = np.array(power_kw, np.float64) * W_PER_KW
     soc_frac.flags.writeable = False

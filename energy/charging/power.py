@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.charging.charging import DC_CONNECTORS, Charging, Connector, PowerCurve
+from energy.charging.charging import DC_CONNECTORS, LEAST_POWER_W, Charging, Connector, PowerCurve
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -55,11 +55,10 @@ def accepted_power(
     if not (output_w > 0.0 and fits(charging, connector)):
         return None
     if is_direct(connector, output_w):
-        return None if charging.dc is None else limited(charging.dc, charging.dc_eff * output_w)
-    drawn_w = ac_drawn_w(charging, connector, output_w, phases)
-    if drawn_w <= 0.0:
-        return None
-    return _frozen(np.array([0.0, 1.0]), np.full(2, charging.ac_eff * drawn_w))
+        most_w = charging.dc_eff * output_w
+        return None if charging.dc is None or most_w < LEAST_POWER_W else limited(charging.dc, most_w)
+    power_w = charging.ac_eff * ac_drawn_w(charging, connector, output_w, phases)
+    return None if power_w < LEAST_POWER_W else _frozen(np.array([0.0, 1.0]), np.full(2, power_w))
 
 
 def ac_drawn_w(charging: Charging, connector: Connector, output_w: float, phases: int | None = None) -> float:
@@ -91,7 +90,7 @@ def drawn_j(charging: Charging, connector: Connector, output_w: float, charged_j
 
 
 def limited(curve: PowerCurve, most_w: float) -> PowerCurve:
-    """The curve where it is below a power > 0 [W], and that power elsewhere, with a point at each crossing."""
+    """The curve where it is below a power ≥ 1 mW [W], and that power elsewhere, with a point at each crossing."""
     soc: list[float] = []
     power: list[float] = []
     for k, (charge, given) in enumerate(zip(curve.soc_frac.tolist(), curve.power_w.tolist(), strict=True)):

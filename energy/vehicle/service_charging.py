@@ -12,7 +12,16 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.charging.charging import LEAST_EFF, MOST_AC_POWER_W, MOST_POWER_W, Connector
-from energy.charging.figures import AC_EFF, DC_EFF, FIGURE_OF_FIELD, PERCENT, W_PER_KW, ChargingFigures, charging_of
+from energy.charging.figures import (
+    AC_EFF,
+    DC_EFF,
+    FIGURE_OF_FIELD,
+    LEAST_CURVE_KW,
+    PERCENT,
+    W_PER_KW,
+    ChargingFigures,
+    charging_of,
+)
 from energy.charging.power import limited
 from energy.errors import VehicleError
 
@@ -236,8 +245,8 @@ def _tomtom_plugs(connector: TomTomConnector, field: str, vehicle_id: str) -> li
     most_kw = connector.max_power_kw
     if most_kw is None and not direct:
         raise VehicleError(f"{field}.maxPowerInkW", "missing", "a number, with AC1 and AC3", vehicle_id)
-    if most_kw is not None and not most_kw > 0.0:
-        raise VehicleError(f"{field}.maxPowerInkW", most_kw, "above 0", vehicle_id)
+    if most_kw is not None and not most_kw >= LEAST_CURVE_KW:
+        raise VehicleError(f"{field}.maxPowerInkW", most_kw, f"at least {LEAST_CURVE_KW:g}", vehicle_id)
     eff = connector.eff(DC_EFF if direct else AC_EFF)
     if not LEAST_EFF <= eff <= 1.0:
         allowed = f"efficiency - baseLoadInkW/maxPowerInkW within {LEAST_EFF:g}..1"
@@ -273,8 +282,8 @@ def _curve(
     if not bool(np.all(np.diff(share) >= _LEAST_STEP)):
         raise VehicleError(field, charges.tolist(), "rising charges, each once", vehicle_id)
     most_kw = MOST_POWER_W / W_PER_KW
-    if not all(0.0 < power <= most_kw for power in power_kw):
-        allowed = f"each power above 0 to {most_kw * per_kw:.0f} {power_unit}"
+    if not all(LEAST_CURVE_KW <= power <= most_kw for power in power_kw):
+        allowed = f"each power {LEAST_CURVE_KW * per_kw:g}..{most_kw * per_kw:.0f} {power_unit}"
         raise VehicleError(field, [power * per_kw for power in power_kw], allowed, vehicle_id)
     soc = np.minimum(share, 1.0).tolist()
     if soc[0] < _LEAST_STEP:

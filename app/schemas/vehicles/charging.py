@@ -7,18 +7,25 @@ from typing import Annotated, Final, Literal
 from pydantic import Field
 
 from app.schemas.base import Number, Sent
-from energy.charging.charging import BATTERY_CELSIUS, LEAST_EFF, MOST_AC_POWER_W, MOST_POWER_W, Connector
-from energy.charging.figures import MOST_CURVE_POINTS, W_PER_KW
+from energy.charging.charging import (
+    BATTERY_CELSIUS,
+    LEAST_COLD_FACTOR,
+    LEAST_EFF,
+    MOST_AC_POWER_W,
+    MOST_POWER_W,
+    Connector,
+)
+from energy.charging.figures import LEAST_CURVE_KW, MOST_CURVE_POINTS, W_PER_KW
 
 _MOST_KW: Final = MOST_POWER_W / W_PER_KW
 _MOST_AC_KW: Final = MOST_AC_POWER_W / W_PER_KW
 
 Percent = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0, le=100)]
-CurvePower = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=_MOST_KW)]
+CurvePower = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=LEAST_CURVE_KW, le=_MOST_KW)]
 BatteryTemperature = Annotated[
     float, Field(strict=True, allow_inf_nan=False, ge=BATTERY_CELSIUS[0], le=BATTERY_CELSIUS[1])
 ]
-Factor = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0, le=1)]
+Factor = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=LEAST_COLD_FACTOR, le=1)]
 
 
 class ChargingSent(Sent):

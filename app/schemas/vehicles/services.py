@@ -38,7 +38,7 @@ class TomTomBatteryPoint(Sent):
     """One point of TomTom's battery curve."""
 
     stateOfChargeInkWh: Number = Field(ge=0, le=10_000, description="charge, rising from point to point [kWh]")
-    maxPowerInkW: Number = Field(gt=0, le=4000, description="most power into the battery at it [kW]")
+    maxPowerInkW: Number = Field(ge=0.001, le=4000, description="most power into the battery at it [kW]")
 
 
 class TomTomVoltageRange(Sent):
@@ -55,7 +55,9 @@ class TomTomChargingConnector(Sent):
     plugTypes: list[Annotated[str, Field(max_length=100)]] = Field(
         min_length=1, max_length=50, description="plugs by TomTom's names, such as Combo_to_IEC_62196_Type_2_Base"
     )
-    maxPowerInkW: Number | None = Field(default=None, gt=0, le=4000, description="most power; required with AC [kW]")
+    maxPowerInkW: Number | None = Field(
+        default=None, ge=0.001, le=4000, description="most power; required with AC [kW]"
+    )
     efficiency: Number | None = Field(
         default=None, ge=0.01, le=1, description="battery over wall; without it, 0.9 of AC and 0.95 of DC"
     )

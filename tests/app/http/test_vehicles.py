@@ -300,7 +300,7 @@ def test_put_under_an_id_that_no_vehicle_file_could_have_is_refused(shop: TestCl
         (VEHICLE | {"charging": {}}, "charging.connectors", "required"),
         (VEHICLE | {"charging": CHARGING | {"connectors": []}}, "charging.connectors", "at least 1 item"),
         (VEHICLE | {"charging": CHARGING | {"connectors": ["ccs"]}}, "charging.connectors[0]", "'type1'"),
-        (VEHICLE | {"charging": CHARGING | {"curve_kw": [1, 2, 3, 0]}}, "charging.curve_kw[3]", "above 0"),
+        (VEHICLE | {"charging": CHARGING | {"curve_kw": [1, 2, 3, 0]}}, "charging.curve_kw[3]", "at least 0.001"),
         (TABLE | {"charging": CHARGING | {"ac_kw": 101}}, "charging.ac_kw", "at most 100"),
         (TABLE | {"charging": CHARGING | {"ac_phases": 4}}, "charging.ac_phases", "1, 2 or 3"),
         (TABLE | {"charging": CHARGING | {"plug": "ccs2"}}, "charging.plug", "no field of this name"),
