@@ -1,0 +1,95 @@
+"""Stations as a reader finds them one by one, and what it leaves out."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Final
+
+from routing.stations.formats.plugs import joined
+from routing.stations.notes import LeftOutError, StationFileError, shown
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from routing.stations.station import Socket, Station
+
+MOST_STATIONS: Final = 500_000
+MOST_EXAMPLES: Final = 3
+MOST_NAMES: Final = 200  # of unknown plugs that are told apart
+MOST_TEXT: Final = 160  # letters of names
+OTHERS: Final = "others"
+
+
+@dataclass(slots=True)
+class Gathering:
+    """What is read of a file so far.
+
+    left_out, examples: stations that were left out by reason, and the first few messages of each. unknown_plugs: names
+    of plugs that no vehicle's is known for. noted: remarks on what was read in which way, and how often.
+    """
+
+    path: str
+    unit: str  # what its stations are: row, entry
+    stations: dict[str, Station] = field(default_factory=dict)
+    left_out: Counter[str] = field(default_factory=Counter)
+    examples: dict[str, list[str]] = field(default_factory=dict)
+    unknown_plugs: Counter[str] = field(default_factory=Counter)
+    noted: Counter[str] = field(default_factory=Counter)
+    _numbers: dict[str, int] = field(default_factory=dict)
+
+    def add(self, station: Station) -> None:
+        """Take a station; raises LeftOutError where its id is there already, StationFileError beyond MOST_STATIONS."""
+        if station.id in self.stations:
+            raise LeftOutError("id that is there already", "id", shown(station.id), "one a station")
+        if len(self.stations) >= MOST_STATIONS:
+            found, allowed = f"more than {MOST_STATIONS} stations", f"at most {MOST_STATIONS}"
+            raise StationFileError(self.path, "", "the file", found, allowed)
+        self.stations[station.id] = station
+
+    def leave_out(self, number: int, error: LeftOutError) -> None:
+        """Count a row or entry that is left out, and keep its message where it is among the first of its reason."""
+        self.left_out[error.reason] += 1
+        if self.left_out[error.reason] <= MOST_EXAMPLES:
+            self.examples.setdefault(error.reason, []).append(f"{self.unit} {number}: {error}")
+
+    def note(self, text: str, times: int = 1) -> None:
+        """Remark on how something was read."""
+        self.noted[text] += times
+
+    def unknown_plug(self, name: object, times: int = 1) -> None:
+        """Count a plug of a name that is unknown."""
+        text = shown(name).strip() or "no name"
+        if text not in self.unknown_plugs and len(self.unknown_plugs) >= MOST_NAMES:
+            text = OTHERS
+        self.unknown_plugs[text] += times
+
+    def free_id(self, wanted: str) -> str:
+        """An id that no station has yet: the wanted one, or with the first number behind it that makes it so."""
+        if wanted not in self.stations:
+            return wanted
+        number = self._numbers.get(wanted, 1) + 1
+        while f"{wanted}#{number}" in self.stations:
+            number += 1
+        self._numbers[wanted] = number
+        return f"{wanted}#{number}"
+
+
+def with_sockets(sockets: Iterable[Socket], names: Mapping[str, int] | None = None) -> tuple[Socket, ...]:
+    """Sockets of a station by kind; raises LeftOutError where there are none. names: of plugs that are unknown."""
+    found = joined(sockets)
+    if found:
+        return found
+    unknown = shown(", ".join(names)) if names else "none"
+    reason = "no plug that is known" if names else "no plug given"
+    raise LeftOutError(reason, "plugs", unknown, "at least one that vehicles have")
+
+
+def clean(value: object, most: int = MOST_TEXT) -> str:
+    """A name as it is kept: printable, blanks as one, of limited length; "" for what is no text or number."""
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        return ""
+    text = value[: 4 * most] if isinstance(value, str) else str(value)
+    if not text.isprintable():
+        text = "".join(letter if letter.isprintable() else " " for letter in text)
+    return " ".join(text.split())[:most].rstrip()

@@ -1,0 +1,192 @@
+"""Tables of stations that people make themselves: CSV with documented headers."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING, Any, Final
+
+from routing.stations.formats.gathering import Gathering, clean, with_sockets
+from routing.stations.formats.hours import osm_hours
+from routing.stations.formats.numbers import count_of, place_of, power_w_of
+from routing.stations.formats.plugs import connector_of, socket_of
+from routing.stations.formats.prices import price_of
+from routing.stations.formats.tables import folded
+from routing.stations.notes import LeftOutError, shown
+from routing.stations.station import Access, Socket, Station, StationSource
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from routing.places import Point
+    from routing.stations.formats.tables import Table
+
+NAME: Final = "CSV with lat, lon, connectors and power_kw"
+KEY: Final = "file"
+LATITUDES: Final = ("lat", "latitude", "lat_deg", "y", "breitengrad")
+LONGITUDES: Final = ("lon", "lng", "long", "longitude", "lon_deg", "x", "längengrad")
+COLUMNS: Final = {  # names of each value, the first that is there is read
+    "lat": LATITUDES,
+    "lon": LONGITUDES,
+    "id": ("id", "station_id", "ref", "uid", "osm_id"),
+    "name": ("name", "station_name", "title", "station"),
+    "operator": ("operator", "operator_name", "betreiber", "owner", "brand"),
+    "network": ("network", "ev_network"),
+    "plugs": ("connectors", "connector", "plugs", "plug", "plug_types", "connector_types", "connector_type", "sockets"),
+    "kilowatts": ("power_kw", "max_power_kw", "power", "kw", "output", "output_kw", "max_power", "leistung_kw"),
+    "watts": ("power_w", "max_power_w", "output_w"),
+    "count": ("count", "quantity", "plug_count", "sockets_count"),
+    "capacity": ("capacity", "points", "charge_points", "stalls", "num_points", "evse_count"),
+    "access": ("access", "usage"),
+    "fee": ("fee",),
+    "price": ("price", "pricing", "charge", "cost", "tariff"),
+    "hours": ("opening_hours", "hours"),
+    "status": ("status", "operational", "state_of_operation"),
+    "country": ("country", "country_code"),
+}
+PLUGS_APART: Final = re.compile(r"\s*[;,|/+&\n]\s*")
+PLUG: Final = re.compile(
+    r"(?:(?P<before>\d{1,3})\s*[x×*]\s*)?(?P<name>[^()@]{1,60}?)(?:\s*[x×*]\s*(?P<after>\d{1,3}))?"
+    r"(?:\s*[@(]?\s*(?P<power>\d[\d.,]{0,8}\s*[kKmM]?[wWvV][aA]?)\s*\)?)?",
+)
+DECIMAL_COMMA: Final = re.compile(r"(?<=\d),(?=\d)")
+TRUTHS: Final = {"yes": True, "true": True, "1": True, "y": True, "ja": True, "no": False, "false": False, "0": False}
+ACCESS: Final = {
+    **dict.fromkeys(("public", "yes", "permissive", "öffentlich", "open", "true"), Access.PUBLIC),
+    **dict.fromkeys(("customers", "customer", "guests", "visitors", "kunden"), Access.CUSTOMERS),
+    **dict.fromkeys(("restricted", "permit", "members", "semi-public", "destination", "limited"), Access.RESTRICTED),
+    **dict.fromkeys(("private", "no", "privat", "employees", "residents"), Access.PRIVATE),
+}
+WORKING: Final = frozenset(
+    ("operational", "open", "available", "active", "yes", "true", "1", "e", "in betrieb", "in operation", "working")
+)
+BROKEN: Final = frozenset(
+    (
+        *("out of order", "broken", "closed", "inactive", "no", "false", "0", "unavailable", "offline", "outoforder"),
+        *("not operational", "temporarily unavailable", "außer betrieb", "inoperative"),
+    )
+)
+PLANNED: Final = frozenset(("planned", "construction", "under construction", "proposed", "in planung", "coming soon"))
+REMOVED: Final = frozenset(("removed", "decommissioned", "disused", "abandoned", "demolished"))
+_FOLDED: Final = {value: frozenset(map(folded, names)) for value, names in COLUMNS.items()}
+
+
+def recognises(names: frozenset[str]) -> bool:
+    """Whether a header has a latitude and a longitude."""
+    return bool(names & _FOLDED["lat"]) and bool(names & _FOLDED["lon"])
+
+
+def read(table: Table, gathering: Gathering, retrieved: str) -> StationSource:
+    """Gather the stations of the rows."""
+    columns = {value: table.column(*names) for value, names in COLUMNS.items()}
+    if columns["plugs"] is None:
+        gathering.note(f"no column of plugs ({', '.join(COLUMNS['plugs'][:3])}) in the header")
+    decimal_comma = _has_decimal_commas(table, columns)
+    for number, row in table.rows():
+
+        def cell(value: str, row: Any = row) -> str:
+            at = columns[value]
+            return "" if at is None else row[at].strip()
+
+        try:
+            if len(row) > len(table.names) and any(row[len(table.names) :]):
+                found, allowed = (
+                    f"{len(row)} cells long",
+                    f"{len(table.names)}, as the header; decimal points or quotes",
+                )
+                raise LeftOutError("more cells than the header", "row", found, allowed)
+            gathering.add(station_of(cell, gathering, KEY, decimal_comma=decimal_comma))
+        except LeftOutError as error:
+            gathering.leave_out(number, error)
+    return StationSource(KEY, "a file of its own", "as its author says", "", retrieved)
+
+
+def station_of(
+    cell: Callable[[str], Any], gathering: Gathering, key: str, *, at: Point | None = None, decimal_comma: bool = False
+) -> Station:
+    """The station of named values, each a text or "" (names: those of COLUMNS); raises LeftOutError.
+
+    at: its place where it is not among them.
+    """
+    at = at or place_of(cell("lat"), cell("lon"))
+    status = clean(cell("status")).lower()
+    for reason, words in (("planned", PLANNED), ("removed", REMOVED)):
+        if status in words:
+            raise LeftOutError(reason, "status", shown(status), "a station that is there")
+    sockets = _sockets(cell, at, gathering, decimal_comma=decimal_comma)
+    price, is_fee = price_of(clean(cell("price"), 300), clean(cell("country")).upper()[:2])
+    told_fee = TRUTHS.get(clean(cell("fee")).lower())
+    hours = clean(cell("hours"), 600)
+    opening_hours = osm_hours(hours)
+    if hours and opening_hours is None:
+        gathering.note("opening hours that are not in OpenStreetMap's syntax, not kept")
+    own_id = clean(cell("id"), 80)
+    place_id = f"{key}:{at.lat_deg:.6f},{at.lon_deg:.6f}"
+    return Station(
+        id=f"{key}:{own_id}" if own_id else gathering.free_id(place_id),
+        at=at,
+        sockets=sockets,
+        name=clean(cell("name")),
+        operator=clean(cell("operator")),
+        network=clean(cell("network")),
+        capacity=count_of(cell("capacity")),
+        access=ACCESS.get(clean(cell("access")).lower(), Access.UNKNOWN),
+        fee=is_fee if told_fee is None else told_fee,
+        price=price,
+        opening_hours=opening_hours,
+        operational=True if status in WORKING else False if status in BROKEN else None,
+        source=key,
+    )
+
+
+def _has_decimal_commas(table: Table, columns: dict[str, int | None]) -> bool:
+    """Whether the first places of a table are written with decimal commas, as then all its numbers are."""
+    places = [at for at in (columns["lat"], columns["lon"]) if at is not None]
+    for _, row in table.rows():
+        texts = [row[at] for at in places]
+        if any(DECIMAL_COMMA.search(text) for text in texts):
+            return True
+        if any("." in text for text in texts):
+            return False
+    return False
+
+
+def _sockets(cell: Callable[[str], Any], at: Point, gathering: Gathering, *, decimal_comma: bool) -> tuple[Socket, ...]:
+    plugs = cell("plugs")
+    plugs = "; ".join(str(plug) for plug in plugs[:50]) if isinstance(plugs, list) else clean(plugs, 400)
+    texts = [text for text in PLUGS_APART.split(_without_decimal_commas(plugs)) if text]
+    powers = _powers(cell, len(texts), gathering, decimal_comma=decimal_comma)
+    count = count_of(cell("count"))
+    sockets: list[Socket] = []
+    unknown: dict[str, int] = {}
+    for text, power_w in zip(texts, powers, strict=True):
+        match = PLUG.fullmatch(text)
+        connector = connector_of(match["name"], at) if match is not None else None
+        if match is None or connector is None:
+            gathering.unknown_plug(text)
+            unknown[text] = 1
+            continue
+        own_w = power_w_of(match["power"]) if match["power"] else None
+        own_count = count_of(match["before"] or match["after"])
+        sockets.append(socket_of(connector, own_w or power_w, own_count or (count if len(texts) == 1 else None) or 1))
+    return with_sockets(sockets, unknown)
+
+
+def _without_decimal_commas(plugs: str) -> str:
+    """With points for commas in powers such as "3,7 kW", as commas set off plugs."""
+    return re.sub(r"(?<=\d),(?=\d{1,2}\s*[kK][wWvV])", ".", plugs)
+
+
+def _powers(cell: Callable[[str], Any], plugs: int, gathering: Gathering, *, decimal_comma: bool) -> list[float | None]:
+    """The power of each plug [W]: all the same, or as many as there are plugs."""
+    unit = "" if cell("watts") not in ("", None) else "k"
+    given = cell("kilowatts" if unit else "watts")
+    if given in ("", None):
+        return [None] * plugs
+    texts = [part for part in re.split(r"[;|/]", given) if part.strip()] if isinstance(given, str) else [given]
+    found = [power_w_of(text, unit=unit, decimal_comma=decimal_comma) for text in texts[:50]]
+    if None in found:
+        gathering.note("powers that are no number or out of range")
+    if len(found) == plugs:
+        return found
+    known = [power_w for power_w in found if power_w is not None]
+    return [max(known, default=None)] * plugs
