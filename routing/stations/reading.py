@@ -7,7 +7,7 @@ from datetime import UTC, datetime
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
-from routing.stations.formats import open_charge_map, plain
+from routing.stations.formats import alternative_fuels, bundesnetzagentur, geojson, ocpi, open_charge_map, plain
 from routing.stations.formats.contents import text_of
 from routing.stations.formats.entries import Entries, is_json
 from routing.stations.formats.gathering import Gathering
@@ -70,8 +70,8 @@ class EntryFormat(Protocol):
 
 
 # A further format is one more module here; the first that recognises a file reads it.
-TABLES: Final[tuple[TableFormat, ...]] = (plain,)
-ENTRIES: Final[tuple[EntryFormat, ...]] = (open_charge_map,)
+TABLES: Final[tuple[TableFormat, ...]] = (bundesnetzagentur, alternative_fuels.CSV, plain)
+ENTRIES: Final[tuple[EntryFormat, ...]] = (open_charge_map, ocpi, geojson, alternative_fuels.JSON)
 
 
 def read_stations(path: Path) -> ReadStations:

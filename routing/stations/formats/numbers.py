@@ -20,6 +20,7 @@ SPACES: Final = re.compile(r"(?<=\d)[ '\u00a0\u2009\u202f\u2019](?=\d{3}(?:\D|$)
 POWER: Final = re.compile(r"([-+\d.,'\u00a0\u2009\u202f\u2019 ]*\d)\s*(k|m)?\s*(w|va|wp)?\.?", re.IGNORECASE)
 FACTORS: Final = {"": 1.0, "k": 1e3, "m": 1e6}
 MOST_NUMBER: Final = 40  # letters
+MOST_NACS_AC_W: Final = 20_000.0  # 80 A at 240 V
 SINGLE_PHASE_W: Final = 8_000.0  # more than 32 A at 240 V give
 MOST_AC_W: Final = {  # what a plug carries: 63 A of three phases, 16 A of a household's socket
     Connector.TYPE1: 19_200.0,
@@ -135,6 +136,8 @@ def phases_of(connector: Connector, output_w: float | None) -> int | None:
     """Phases of alternating current that a plug must have by its kind and power; None where it may be one or three."""
     if connector in (Connector.TYPE1, Connector.DOMESTIC):
         return 1
+    if connector is Connector.NACS:  # direct current beyond, which has no phases
+        return 1 if output_w is not None and output_w <= MOST_NACS_AC_W else None
     if connector in (Connector.TYPE2, Connector.TYPE3, Connector.CEE, Connector.GBT_AC) and output_w is not None:
         return 3 if output_w > SINGLE_PHASE_W else None
     return None

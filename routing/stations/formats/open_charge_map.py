@@ -180,7 +180,9 @@ def _connector(connection: Mapping[str, Any], at: Point, country: str) -> Connec
     code = _code(connection, "ConnectionType")
     if code in TESLA_PLUGS:
         american = country in NACS_COUNTRIES if country else in_north_america(at)
-        return Connector.NACS if american else Connector.TESLA_EU
+        if american:
+            return Connector.NACS
+        return Connector.TYPE2 if _code(connection, "CurrentType") in PHASES else Connector.TESLA_EU
     return None if code is None else PLUGS.get(code)
 
 

@@ -15,11 +15,12 @@ if TYPE_CHECKING:
     from routing.places import Point
 
 NO_LETTERS: Final = re.compile(r"[^a-z0-9]+")
-AMERICAN: Final = {"ccs": Connector.CCS1, "tesla": Connector.NACS}
-ELSEWHERE: Final = {"ccs": Connector.CCS2, "tesla": Connector.TESLA_EU}
+AMERICAN: Final = {"ccs": Connector.CCS1, "tesla": Connector.NACS, "destination": Connector.NACS}
+ELSEWHERE: Final = {"ccs": Connector.CCS2, "tesla": Connector.TESLA_EU, "destination": Connector.TYPE2}
 BY_PLACE: Final = {  # names that are one plug in North America and another elsewhere
     **dict.fromkeys(("ccs", "combo", "ccscombo", "comboccs", "dccombo", "ccsdc", "dcccs"), "ccs"),
-    **dict.fromkeys(("tesla", "teslasupercharger", "supercharger", "teslas", "tesladestination"), "tesla"),
+    **dict.fromkeys(("tesla", "teslasupercharger", "supercharger", "teslas", "teslastandard"), "tesla"),
+    "tesladestination": "destination",
 }
 NAMES: Final = {
     **dict.fromkeys(
@@ -70,7 +71,7 @@ NAMES: Final = {
     ),
     **dict.fromkeys(("chademo", "dcchademo"), Connector.CHADEMO),
     **dict.fromkeys(("nacs", "j3400", "saej3400", "teslanacs"), Connector.NACS),
-    **dict.fromkeys(("teslaeu", "tesladestinationeu"), Connector.TESLA_EU),
+    **dict.fromkeys(("teslaeu",), Connector.TESLA_EU),
     **dict.fromkeys(("mcs", "megawatt", "j3271", "saej3271"), Connector.MCS),
 }
 

@@ -13,7 +13,7 @@ MOST_PARSED: Final = 120  # letters that are read
 MOST_PRICE: Final = 1e5  # of any unit in any currency
 FREE: Final = re.compile(
     r"(?:free(?: of charge| charging| to use| charge)?|no (?:charge|cost|fee)|complimentary|gratis|kostenlos|kostenfrei"
-    r"|gratuit(?:e|o)?|maksuton|ilmainen|zdarma|bezpłatn[ey]|0(?:[.,]00?)?(?: ?(?:€|eur|usd|gbp|[$£]))?|[€$£] ?0"
+    r"|gratuit(?:e|o)?|maksuton|ilmainen|zdarma|bezpłatn[ey]|0(?:[.,]00?)? ?(?:€|eur|usd|gbp|[$£])|[€$£] ?0"
     r"(?:[.,]00?)?)[.!]?",
     re.IGNORECASE,
 )
@@ -56,7 +56,7 @@ SESSIONS: Final = frozenset(
         ),
     )
 )
-MONEY: Final = r"€|£|\$|¢|zł|₹|¥|₪|kr\.?|fr\.|[a-z]{1,5}"
+MONEY: Final = r"€|£|\$|¢|zł|₹|¥|₪|kr\.?|fr\.|(?!(?:per|pro|par|por|je|al|a)\b)[a-z]{1,5}"
 NUMBER: Final = r"\d{1,6}(?:[.,]\d{1,4})?|[.,]\d{1,4}"
 PART: Final = re.compile(
     rf"(?P<before>{MONEY})?\s*(?P<number>{NUMBER})\s*(?P<after>{MONEY})?\s*(?:(?:/|per|pro|je|a|par|por|al)\s*)?"
@@ -98,7 +98,7 @@ def _parsed(text: str, country: str) -> tuple[str, dict[str, float]] | None:
         number = number_of(match["number"].replace(",", "."))
         if unit is None or number is None or number > MOST_PRICE or unit[0] in rates:
             return None
-        rates[unit[0]] = number * money[1] / unit[1]
+        rates[unit[0]] = round(number * money[1] / unit[1], 8)
         currencies.add(money[0])
     return (currencies.pop(), rates) if len(currencies) == 1 else None
 

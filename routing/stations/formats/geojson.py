@@ -1,0 +1,157 @@
+"""GeoJSON of stations: points with documented names, OpenStreetMap's tags or the names of the American register."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Final
+
+from routing.stations.formats import alternative_fuels
+from routing.stations.formats.entries import member
+from routing.stations.formats.gathering import Gathering, clean
+from routing.stations.formats.numbers import degrees_of, place_of
+from routing.stations.formats.osm_tags import SOCKET, is_charging, osm_station
+from routing.stations.formats.plain import COLUMNS, station_of
+from routing.stations.formats.tables import folded
+from routing.stations.notes import LeftOutError, StationFileError, shown
+from routing.stations.station import Station, StationSource
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from routing.places import Point
+
+NAME: Final = "GeoJSON"
+KEY: Final = "file"
+OSM: Final = StationSource("osm", "OpenStreetMap contributors", "ODbL 1.0", "https://www.openstreetmap.org/copyright")
+MOST_CORNERS: Final = 10_000  # of an outline
+MOST_PROPERTIES: Final = 500
+KINDS: Final = ("node", "way", "relation")
+VALUES: Final = {folded(name): value for value, names in reversed(COLUMNS.items()) for name in reversed(names)}
+WGS_84: Final = ("CRS84", "4326")
+
+
+def recognises(entry: Mapping[str, Any]) -> bool:
+    """Whether an object is a feature of GeoJSON, or an element of OpenStreetMap as Overpass gives it in JSON."""
+    return (entry.get("type") == "Feature" and "geometry" in entry) or _is_element(entry)
+
+
+def read(
+    entries: Iterator[tuple[int, Any]], members: Mapping[str, Any], gathering: Gathering, retrieved: str
+) -> StationSource:
+    """Gather the stations of the features; where they are from."""
+    sources: dict[str, None] = {}
+    for number, entry in entries:
+        try:
+            station = _station(entry, gathering)
+            gathering.add(station)
+            sources[station.source] = None
+        except LeftOutError as error:
+            gathering.leave_out(number, error)
+    _check_reference(members, gathering.path)
+    if list(sources) == ["osm"]:
+        return StationSource(OSM.key, OSM.name, OSM.licence, OSM.url, retrieved)
+    if list(sources) == [alternative_fuels.KEY]:
+        source = alternative_fuels.SOURCE
+        return StationSource(source.key, source.name, source.licence, source.url, retrieved)
+    mixed = " (with stations of OpenStreetMap, ODbL 1.0)" if "osm" in sources else ""
+    return StationSource(KEY, "a file of its own", f"as its author says{mixed}", "", retrieved)
+
+
+def _check_reference(members: Mapping[str, Any], path: str) -> None:
+    """Raises StationFileError for coordinates that are not longitude and latitude, as its end may say."""
+    name = member(members.get("crs"), "properties", "name")
+    if isinstance(name, str) and not name.endswith(WGS_84):
+        raise StationFileError(path, "", "crs", shown(name), "longitude and latitude of WGS 84")
+
+
+def _is_element(entry: Mapping[str, Any]) -> bool:
+    return entry.get("type") in KINDS and "id" in entry and ("tags" in entry or "lat" in entry or "nodes" in entry)
+
+
+def _station(entry: Any, gathering: Gathering) -> Station:
+    if not isinstance(entry, dict):
+        raise LeftOutError("no object", "entry", shown(entry), "a feature")
+    if _is_element(entry):
+        return _element(entry, gathering)
+    properties = entry.get("properties")
+    if not isinstance(properties, dict):
+        properties = {}
+    if len(properties) > MOST_PROPERTIES:
+        found, allowed = f"{len(properties)} properties", f"at most {MOST_PROPERTIES}"
+        raise LeftOutError("too many properties", "properties", found, allowed)
+    at = _place(entry.get("geometry"))
+    nested = properties.get("tags")
+    tags = _texts(nested if isinstance(nested, dict) else properties)
+    if is_charging(tags) or any(SOCKET.fullmatch(key) for key in tags):
+        return osm_station(tags, at, _osm_id(entry, properties, at, gathering), gathering)
+    if "fuel_type_code" in properties:
+        return alternative_fuels.json_station(properties, gathering, at)
+    values: dict[str, Any] = {}
+    for name, value in properties.items():
+        known = VALUES.get(folded(name[:40]))
+        if known is not None and value is not None:
+            values.setdefault(known, value)
+    if isinstance(entry.get("id"), str | int):
+        values.setdefault("id", entry["id"])
+
+    def cell(value: str) -> Any:
+        return values.get(value, "")
+
+    return station_of(cell, gathering, KEY, at=at)
+
+
+def _element(entry: Mapping[str, Any], gathering: Gathering) -> Station:
+    """The station of an element of Overpass, which has a place or a centre."""
+    tags = _texts(entry["tags"]) if isinstance(entry.get("tags"), dict) else {}
+    if not is_charging(tags):
+        raise LeftOutError("no charging station", "amenity", shown(tags.get("amenity", "missing")), "charging_station")
+    place = entry if "lat" in entry else entry.get("center")
+    at = place_of(member(place, "lat"), member(place, "lon"))
+    return osm_station(tags, at, f"{entry['type'][0]}{clean(entry.get('id'), 20)}", gathering)
+
+
+def _texts(properties: Mapping[str, Any]) -> dict[str, str]:
+    return {key: str(value) for key, value in properties.items() if isinstance(value, str | int | float)}
+
+
+def _osm_id(entry: Mapping[str, Any], properties: Mapping[str, Any], at: Point, gathering: Gathering) -> str:
+    """The id of an object as n123, of "node/123" or of type and id; else its place."""
+    named = clean(entry.get("id") or properties.get("@id") or properties.get("osm_id"), 40)
+    kind, _, number = named.rpartition("/")
+    kind = kind.rpartition("/")[2] or clean(properties.get("type") or properties.get("osm_type"), 10)
+    number = number if number.isdigit() else clean(properties.get("id"), 20)
+    if kind in KINDS and number.isdigit():
+        return f"{kind[0]}{number}"
+    return gathering.free_id(f"osm:{at.lat_deg:.6f},{at.lon_deg:.6f}").removeprefix("osm:")
+
+
+def _place(geometry: object) -> Point:
+    """The place of a point, or the middle of what an outline spans."""
+    kind, coordinates = member(geometry, "type"), member(geometry, "coordinates")
+    if not isinstance(coordinates, list):
+        raise LeftOutError("no place", "geometry", shown(kind), "a Point or Polygon with coordinates")
+    if kind == "Point":
+        return _point(coordinates)
+    if kind == "MultiPoint" and len(coordinates) == 1:
+        return _point(coordinates[0])
+    depth = {"Polygon": 1, "MultiPolygon": 2, "LineString": 0}.get(kind if isinstance(kind, str) else "")
+    if depth is None:
+        raise LeftOutError("no place", "geometry", shown(kind), "Point, Polygon, MultiPolygon or LineString")
+    for _ in range(depth):
+        coordinates = coordinates[0] if isinstance(coordinates, list) and coordinates else None
+    corners = coordinates[:MOST_CORNERS] if isinstance(coordinates, list) else []
+    pairs = [
+        (degrees_of(corner[1]), degrees_of(corner[0]))
+        for corner in corners
+        if isinstance(corner, list) and len(corner) >= 2
+    ]
+    lats = [lat for lat, _ in pairs if lat is not None]
+    lons = [lon for _, lon in pairs if lon is not None]
+    if not lats or not lons:
+        raise LeftOutError("no place", "coordinates", "an outline without corners", "pairs of longitude and latitude")
+    return place_of((min(lats) + max(lats)) / 2.0, (min(lons) + max(lons)) / 2.0)
+
+
+def _point(coordinates: object) -> Point:
+    if not isinstance(coordinates, list) or len(coordinates) < 2:
+        raise LeftOutError("no place", "coordinates", shown(coordinates), "longitude and latitude")
+    return place_of(coordinates[1], coordinates[0])
