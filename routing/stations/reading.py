@@ -136,6 +136,7 @@ def _allowed() -> str:
 
 
 def _result(name: str, gathering: Gathering, source: StationSource) -> ReadStations:
+    gathering.leave_out_swapped()
     if not gathering.stations:
         raise _nothing(gathering)
     notes = [f"{text}: {times}" for text, times in gathering.noted.items()]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from energy.charging.charging import Connector
 from routing.stations.formats.entries import dicts, member
-from routing.stations.formats.gathering import Gathering, clean, with_sockets
+from routing.stations.formats.gathering import Gathering, clean, day_in, with_sockets
 from routing.stations.formats.hours import english_hours
 from routing.stations.formats.numbers import count_of, place_of, power_w_of
 from routing.stations.formats.plugs import joined, socket_of
@@ -98,7 +98,7 @@ class _Csv:
                     if count is not None
                 ]
                 _add(_station(cell, units, gathering), gathering, is_unit=bool(units))
-                newest = max(newest, clean(cell("updated"), 10))
+                newest = max(newest, day_in(cell("updated")))
             except LeftOutError as error:
                 gathering.leave_out(number, error)
         return replace(SOURCE, retrieved=newest or retrieved)
@@ -125,7 +125,7 @@ class _Json:
                     raise LeftOutError("no object", "entry", shown(entry), "a station")
                 station = json_station(entry, gathering)
                 _add(station, gathering, is_unit=False)
-                newest = max(newest, clean(entry.get("updated_at"), 10))
+                newest = max(newest, day_in(entry.get("updated_at")))
             except LeftOutError as error:
                 gathering.leave_out(number, error)
         return replace(SOURCE, retrieved=newest or retrieved)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections import Counter
 from dataclasses import dataclass, field
+from statistics import median
 from typing import TYPE_CHECKING, Final
 
+from routing.places import Point, place_text, swapped_question
 from routing.stations.formats.plugs import joined
 from routing.stations.notes import LeftOutError, StationFileError, shown
 
@@ -14,11 +17,15 @@ if TYPE_CHECKING:
 
     from routing.stations.station import Socket, Station
 
-MOST_STATIONS: Final = 500_000
+LEAST_NEIGHBOURS: Final = 3  # beside which a place can be told to be swapped; assumed
+FAR_DEG: Final = 12.0  # from the middle of all; a country's extent, assumed
+FAR_FRAC: Final = 0.34  # of stations that may be far for the file to be of one country
+MOST_STATIONS: Final = 300_000
 MOST_EXAMPLES: Final = 3
 MOST_NAMES: Final = 200  # of unknown plugs that are told apart
 MOST_TEXT: Final = 160  # letters of names
 OTHERS: Final = "others"
+DAY: Final = re.compile(r"[12]\d{3}-[01]\d-[0-3]\d", re.ASCII)
 
 
 @dataclass(slots=True)
@@ -64,6 +71,26 @@ class Gathering:
             text = OTHERS
         self.unknown_plugs[text] += times
 
+    def leave_out_swapped(self) -> None:
+        """Leave out stations that are far from nearly all others, where they would be with their degrees swapped."""
+        if len(self.stations) < LEAST_NEIGHBOURS:
+            return
+        middle = Point(
+            median(station.at.lat_deg for station in self.stations.values()),
+            median(station.at.lon_deg for station in self.stations.values()),
+        )
+        far = [station for station in self.stations.values() if _apart_deg(station.at, middle) > FAR_DEG]
+        if len(far) > FAR_FRAC * len(self.stations):
+            return
+        for number, station in enumerate(far, start=1):
+            at = station.at
+            if _apart_deg(Point(at.lon_deg, at.lat_deg), middle) <= FAR_DEG / 2.0:
+                del self.stations[station.id]
+                where, hint = place_text(at.lat_deg, at.lon_deg), swapped_question(at.lat_deg, at.lon_deg)
+                allowed = f"near the others around {place_text(round(middle.lat_deg, 1), round(middle.lon_deg, 1))}"
+                error = LeftOutError("latitude and longitude swapped", f"place of {station.id}", where, allowed, hint)
+                self.leave_out(number, error)
+
     def free_id(self, wanted: str) -> str:
         """An id that no station has yet: the wanted one, or with the first number behind it that makes it so."""
         if wanted not in self.stations:
@@ -75,6 +102,10 @@ class Gathering:
         return f"{wanted}#{number}"
 
 
+def _apart_deg(at: Point, other: Point) -> float:
+    return max(abs(at.lat_deg - other.lat_deg), abs(at.lon_deg - other.lon_deg))
+
+
 def with_sockets(sockets: Iterable[Socket], names: Mapping[str, int] | None = None) -> tuple[Socket, ...]:
     """Sockets of a station by kind; raises LeftOutError where there are none. names: of plugs that are unknown."""
     found = joined(sockets)
@@ -83,6 +114,12 @@ def with_sockets(sockets: Iterable[Socket], names: Mapping[str, int] | None = No
     unknown = shown(", ".join(names)) if names else "none"
     reason = "no plug that is known" if names else "no plug given"
     raise LeftOutError(reason, "plugs", unknown, "at least one that vehicles have")
+
+
+def day_in(value: object) -> str:
+    """The day that a time begins with, as YYYY-MM-DD; "" where it does not."""
+    text = value[:10] if isinstance(value, str) else ""
+    return text if DAY.fullmatch(text) else ""
 
 
 def clean(value: object, most: int = MOST_TEXT) -> str:

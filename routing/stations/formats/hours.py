@@ -22,7 +22,7 @@ _RULE: Final = (
     rf"(?:{_MONTH}(?: \d{{1,2}})?(?:-{_MONTH}(?: \d{{1,2}})?)?:? )?"
     rf"(?:{_DAY}(?:-{_DAY})?(?:,\s?{_DAY}(?:-{_DAY})?){{0,8}}:? ?)?(?:{_SPANS}|24/7|off|closed|open)"
 )
-OSM_SYNTAX: Final = re.compile(rf"{_RULE}(?:\s?[;,]\s?{_RULE}){{0,20}}\s?;?")
+OSM_SYNTAX: Final = re.compile(rf"{_RULE}(?:(?:\s?;\s?|,\s?(?=[A-Z])){_RULE}){{0,20}}\s?;?")
 WORDS_OF_DAYS: Final = {
     **{name: k for k, names in enumerate(
         (

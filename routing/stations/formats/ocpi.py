@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from energy.charging.charging import DC_CONNECTORS, Connector
 from routing.stations.formats.entries import dicts, member
-from routing.stations.formats.gathering import Gathering, clean, with_sockets
+from routing.stations.formats.gathering import Gathering, clean, day_in, with_sockets
 from routing.stations.formats.hours import ALWAYS, weekly_hours
 from routing.stations.formats.numbers import number_of, place_of, power_w_of
 from routing.stations.formats.plugs import in_north_america, socket_of
@@ -79,8 +79,7 @@ def read(
         except LeftOutError as error:
             gathering.leave_out(number, error)
     names = ", ".join(filter(None, list(parties)[:20]))
-    stamp = members.get("timestamp")
-    at = stamp[:10] if isinstance(stamp, str) and stamp[:10].isascii() and stamp[:10].isprintable() else retrieved
+    at = day_in(members.get("timestamp")) or retrieved
     return StationSource(KEY, f"OCPI Locations{f' of {names}' if names else ''}", "as the publisher says", "", at)
 
 

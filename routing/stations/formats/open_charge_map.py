@@ -42,6 +42,7 @@ NAME: Final = "Open Charge Map JSON"
 KEY: Final = "ocm"
 LINE_VOLTAGE: Final = 350.0  # from here on volts are between phases
 ROOT_3: Final = 3.0**0.5
+MOST_ID: Final = 1e12
 MOST_LICENCES: Final = 300  # letters
 
 
@@ -76,7 +77,7 @@ def _station(entry: Any, gathering: Gathering) -> Station:
     at = place_of(member(address, "Latitude"), member(address, "Longitude"))
     country = _country(address)
     number = number_of(entry.get("ID"))
-    if number is None or number != int(number) or number < 0:
+    if number is None or not 0 <= number <= MOST_ID or number != int(number):
         raise LeftOutError("no id", "ID", shown(entry.get("ID")), "a whole number")
     operator = _operator(entry)
     usage = _code(entry, "UsageType")

@@ -152,7 +152,7 @@ def _has_decimal_commas(table: Table, columns: dict[str, int | None]) -> bool:
 
 def _sockets(cell: Callable[[str], Any], at: Point, gathering: Gathering, *, decimal_comma: bool) -> tuple[Socket, ...]:
     plugs = cell("plugs")
-    plugs = "; ".join(str(plug) for plug in plugs[:50]) if isinstance(plugs, list) else clean(plugs, 400)
+    plugs = "; ".join(clean(plug, 60) for plug in plugs[:20]) if isinstance(plugs, list) else clean(plugs, 400)
     texts = [text for text in PLUGS_APART.split(_without_decimal_commas(plugs)) if text]
     powers = _powers(cell, len(texts), gathering, decimal_comma=decimal_comma)
     count = count_of(cell("count"))

@@ -18,7 +18,6 @@ BEFORE_HEADER: Final = 40  # lines; the German register has ten
 MOST_ROWS: Final = 1_000_000
 MOST_COLUMNS: Final = 400
 MOST_LINE: Final = 200_000  # letters
-MOST_CELL: Final = 50_000  # letters, also of a quoted one that is never closed
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,7 +58,7 @@ class Table:
                 yield reader.line_num + first, row
         except csv.Error as error:
             where = f"row {reader.line_num + first}"
-            allowed = "quotes that are closed, cells of at most 50000 letters"
+            allowed = f"quotes that are closed, cells of at most {csv.field_size_limit()} letters"
             raise StationFileError(self.path, where, "the row", str(error), allowed) from error
 
 

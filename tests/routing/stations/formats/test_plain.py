@@ -158,3 +158,16 @@ def test_a_file_that_is_none_of_stations_is_refused_in_words(tmp_path: Path, con
 def test_a_file_that_is_not_there_is_an_error_of_the_system(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError):
         read_stations(tmp_path / "none.csv")
+
+
+def test_a_place_that_is_swapped_beside_others_that_are_not_is_left_out_with_a_question(read_text: Reading) -> None:
+    rows = [f"{48 + k / 10},{11 + k / 10},CCS2" for k in range(5)]
+    read = read_text("\n".join(["lat,lon,connectors", *rows, "11.5,48.1,CCS2"]))
+    assert len(read.stations) == 5
+    assert read.left_out == {"latitude and longitude swapped": 1}
+    assert "did you mean lat 48.1, lon 11.5?" in read.examples["latitude and longitude swapped"][0]
+
+
+def test_places_all_over_the_world_are_kept(read_text: Reading) -> None:
+    rows = ["48,11,CCS2", "11,48,CCS2", "-33,151,CCS2", "35,139,CCS2", "40,-74,CCS1"]
+    assert len(read_text("\n".join(["lat,lon,connectors", *rows])).stations) == 5
