@@ -17,6 +17,7 @@ from rasterio.io import MemoryFile
 from routing.graph.networkx_graph import write_graphml
 from routing.importers.region import import_region
 from tests.diagnosis.recording_rows import I3_HEADER, i3_rows, plain_rows
+from tests.fuzz.station_samples import station_samples
 
 _SECONDS = 40
 _BEGIN_S = 1_700_000_000
@@ -221,4 +222,5 @@ def samples() -> dict[str, bytes]:
         "heights.tif": _tile(coloured=False),
         "colours.tif": _tile(coloured=True),
         **_recordings(),
+        **station_samples(),
     }
