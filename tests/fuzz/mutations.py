@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import json
 import random
 import re
 from collections.abc import Callable
+from typing import Any
 
 _BINARY = (".pbf", ".tif", ".parquet")
+_JSON = (".json",)
 _XML = (".osm", ".graphml", ".gpx")
 _BYTES = (
     b"\x00",
@@ -71,7 +74,7 @@ def mutant(content: bytes, name: str, seed: int) -> bytes:
     elif dice.random() < 0.1:
         steps = (*_OF_BYTES, _word, _cut_short)
     else:
-        steps = _OF_XML if name.endswith(_XML) else _OF_TABLES
+        steps = _OF_XML if name.endswith(_XML) else _OF_JSON if name.endswith(_JSON) else _OF_TABLES
     for _ in range(dice.choice((1, 1, 1, 2, 3, 4))):
         content = dice.choice(steps)(content, dice)
     return content
@@ -169,6 +172,32 @@ def _xml_value(content: bytes, dice: random.Random) -> bytes:
     return content[: match.start()] + put + content[match.end() :]
 
 
+def _json_value(content: bytes, dice: random.Random) -> bytes:
+    """With one value or name another one, odd or from elsewhere in the file, or left out; the file stays JSON."""
+    try:
+        whole: Any = [json.loads(content)]
+    except ValueError:
+        return content
+    found: list[tuple[Any, Any]] = []
+    containers: list[Any] = [whole]
+    while containers:
+        inside = containers.pop()
+        for key in list(inside) if isinstance(inside, dict) else range(len(inside)):
+            found.append((inside, key))
+            if isinstance(inside[key], dict | list):
+                containers.append(inside[key])
+    (inside, key), (other, elsewhere) = dice.choice(found), dice.choice(found)
+    put = json.loads(json.dumps(other[elsewhere])) if dice.random() < 0.3 else dice.choice(_ODD)
+    what = dice.random()
+    if what < 0.1 and inside is not whole:
+        del inside[key]
+    elif what < 0.2 and isinstance(inside, dict):
+        inside[str(put)[:50]] = inside.pop(key)
+    else:
+        inside[key] = put
+    return json.dumps(whole[0], indent=0).encode("utf-8", "surrogatepass")
+
+
 def _scaled(content: bytes, dice: random.Random) -> bytes:
     """With a number by a factor, as in another unit, with another sign, or out of all bounds."""
     found = list(_NUMBER.finditer(content))
@@ -228,4 +257,10 @@ _OF_BYTES: tuple[_Step, ...] = (
     *(_swapped_bytes, _swapped_bytes),
 )
 _OF_TABLES: tuple[_Step, ...] = (_number, _scaled, _cell, _lines, _column, _column, _renamed)
+_ODD: tuple[Any, ...] = (
+    *(None, True, False, 0, -1, 1.5, 1e308, -1e308, 10**30, float("nan"), float("inf"), "", " ", "x", "0", "-1"),
+    *("1,5", "1e999", "\ud800", "\x00\x1b[31m", "\u202e", "9" * 400, "a" * 5000, [], {}, [[]], [None], [{}], {"a": {}}),
+    *([1.0, 2.0], "Infinity", "24/7", "150 kW", "48.1", 48.1, 200),
+)
+_OF_JSON: tuple[_Step, ...] = (*(_json_value,) * 6, _number, _scaled, _cell, _lines)
 _OF_XML: tuple[_Step, ...] = (_xml_value, _xml_value, _xml_value, _scaled, _number, _lines)
