@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from energy.charging.charging import Connector
 from routing.stations.formats.gathering import Gathering, clean, with_sockets
-from routing.stations.formats.hours import ALWAYS, SPAN, day_of, weekly_hours
+from routing.stations.formats.hours import ALWAYS, REPEATED, SPAN, day_of, weekly_hours
 from routing.stations.formats.numbers import count_of, place_of, power_w_of
 from routing.stations.formats.plugs import NO_LETTERS, socket_of
 from routing.stations.notes import LeftOutError, shown
@@ -103,7 +104,9 @@ def read(table: Table, gathering: Gathering, retrieved: str) -> StationSource:
             return "" if at is None else row[at].strip()
 
         try:
-            pairs = [(row[plugs], "" if power is None else row[power]) for plugs, power in points]
+            pairs = [
+                (clean(row[plugs], 400), "" if power is None else clean(row[power], 100)) for plugs, power in points
+            ]
             gathering.add(_station(cell, pairs, "" if own_id is None else clean(row[own_id], 40), gathering))
         except LeftOutError as error:
             gathering.leave_out(number, error)
@@ -145,7 +148,7 @@ def _station(
         network=clean(cell("network")) or operator,
         capacity=count_of(cell("points")),
         access=Access.PUBLIC,  # which the register is of
-        opening_hours=_hours(cell("hours"), cell("days"), cell("times"), gathering),
+        opening_hours=_hours(clean(cell("hours")), clean(cell("days"), 300), clean(cell("times"), 300), gathering),
         operational=False if status in BROKEN else True if status == "in betrieb" else None,
         source=KEY,
     )
@@ -155,9 +158,9 @@ def _sockets(pairs: Sequence[tuple[str, str]], whole: str, gathering: Gathering)
     """Sockets of the charging points, each with the plugs of one and their power; whole: of the device."""
     sockets: list[Socket] = []
     unknown: dict[str, int] = {}
-    given = [(plugs, power) for plugs, power in pairs if plugs.strip()]
+    given = [(plugs, power) for plugs, power in pairs if plugs]
     for plugs, power in given:
-        names = [name for name in APART.split(plugs.strip()) if name]
+        names = [name for name in APART.split(plugs) if name]
         for name, power_w in zip(
             names, _powers(power, whole if len(given) == 1 else "", len(names), gathering), strict=True
         ):
@@ -175,7 +178,7 @@ def _sockets(pairs: Sequence[tuple[str, str]], whole: str, gathering: Gathering)
 
 def _powers(power: str, whole: str, plugs: int, gathering: Gathering) -> list[float | None]:
     """The power of each plug of a charging point [W]: one for each, or the same for all."""
-    texts = [text for text in POWERS_APART.split(power.strip()) if text]
+    texts = [text for text in POWERS_APART.split(power) if text]
     if not texts and whole:
         texts = [whole]
         gathering.note("powers of the only charging point from that of the device")
@@ -193,6 +196,14 @@ def _hours(kind: str, days: str, times: str, gathering: Gathering) -> str | None
         return ALWAYS
     if not days or not times:
         return None
+    hours = _hours_of_days(days, times)
+    if hours is None:
+        gathering.note("opening hours that are not understood")
+    return hours
+
+
+@lru_cache(maxsize=REPEATED)
+def _hours_of_days(days: str, times: str) -> str | None:
     named = [day_of(day) for day in APART.split(days) if day]
     spans = [SPAN.fullmatch(span) for span in APART.split(times) if span]
     if len(spans) == 1:
@@ -204,7 +215,4 @@ def _hours(kind: str, days: str, times: str, gathering: Gathering) -> str | None
                 by_day.clear()
                 break
             by_day.setdefault(day, []).append((span[1], span[2]))
-    hours = weekly_hours(by_day)
-    if hours is None:
-        gathering.note("opening hours that are not understood")
-    return hours
+    return weekly_hours(by_day)

@@ -54,7 +54,15 @@ def text_of(path: Path) -> str:
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
-        return content.decode("cp1252", "replace")
+        return _damaged_text(content)
+
+
+def _damaged_text(content: bytes) -> str:
+    """The text of bytes that are no UTF-8: Windows-1252, or UTF-8 in which fewer letters are broken than whole."""
+    text = content.decode("utf-8-sig", "replace")
+    broken = text.count("\ufffd")
+    whole = len(text) - len(text.encode("ascii", "ignore")) - broken
+    return text if whole > broken else content.decode("cp1252", "replace")
 
 
 def _content(path: Path) -> bytes:

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+REPEATED: Final = 2000  # texts of a file, most of which come again
 ALWAYS: Final = "24/7"
 DAYS: Final = ("Mo", "Tu", "We", "Th", "Fr", "Sa", "Su")
 MOST_TEXT: Final = 250  # letters, OpenStreetMap's own limit of a value is 255
@@ -47,6 +49,7 @@ _OF_HOURS: Final = re.compile(
 )
 
 
+@lru_cache(maxsize=REPEATED)
 def osm_hours(text: str) -> str | None:
     """A text that is in OpenStreetMap's syntax already, in its common forms; None where it is in another."""
     kept = " ".join(text.split())
@@ -89,6 +92,7 @@ def weekly_hours(spans: Mapping[int, Sequence[tuple[str, str]]]) -> str | None:
     return text if len(text) <= MOST_TEXT else None
 
 
+@lru_cache(maxsize=REPEATED)
 def english_hours(text: str) -> str | None:
     """Hours of American registers, such as "24 hours daily" or "Mon-Fri 8am-5pm; Sat 9am-1pm"; None where unclear.
 

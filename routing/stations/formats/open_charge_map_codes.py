@@ -1,4 +1,4 @@
-"""Codes of Open Charge Map: its reference data of 2021 (openchargemap.org, CC BY-SA 4.0), as far as they are read."""
+"""Codes and names of Open Charge Map: its reference data of 2021 (openchargemap.org, CC BY 4.0), as far as read."""
 
 from __future__ import annotations
 

@@ -7,12 +7,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 from routing.stations.formats.gathering import Gathering, clean, with_sockets
 from routing.stations.formats.hours import osm_hours
-from routing.stations.formats.numbers import count_of, place_of, power_w_of
+from routing.stations.formats.numbers import count_of, number_of, place_of, power_w_of
 from routing.stations.formats.plugs import connector_of, socket_of
-from routing.stations.formats.prices import price_of
+from routing.stations.formats.prices import CODES, MOST_PRICE, price_of
 from routing.stations.formats.tables import folded
 from routing.stations.notes import LeftOutError, shown
-from routing.stations.station import Access, Socket, Station, StationSource
+from routing.stations.station import Access, Price, Socket, Station, StationSource
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -39,10 +39,19 @@ COLUMNS: Final = {  # names of each value, the first that is there is read
     "access": ("access", "usage"),
     "fee": ("fee",),
     "price": ("price", "pricing", "charge", "cost", "tariff"),
+    "currency": ("currency",),
+    "per_kwh": ("price_per_kwh", "price_kwh"),
+    "per_min": ("price_per_min", "price_min"),
+    "per_session": ("price_per_session", "price_session"),
     "hours": ("opening_hours", "hours"),
     "status": ("status", "operational", "state_of_operation"),
     "country": ("country", "country_code"),
 }
+OF_OBJECTS: Final = (  # names of kind, power [kW] and count in objects of GeoJSON
+    ("type", "connector", "plug", "standard", "name"),
+    ("power_kw", "powerKW", "powerKw", "power", "max_power_kw"),
+    ("count", "quantity"),
+)
 PLUGS_APART: Final = re.compile(r"\s*[;,|/+&\n]\s*")
 PLUG: Final = re.compile(
     r"(?:(?P<before>\d{1,3})\s*[x×*]\s*)?(?P<name>[^()@]{1,60}?)(?:\s*[x×*]\s*(?P<after>\d{1,3}))?"
@@ -114,6 +123,9 @@ def station_of(
             raise LeftOutError(reason, "status", shown(status), "a station that is there")
     sockets = _sockets(cell, at, gathering, decimal_comma=decimal_comma)
     price, is_fee = price_of(clean(cell("price"), 300), clean(cell("country")).upper()[:2])
+    own_price = _own_price(cell, decimal_comma=decimal_comma)
+    if own_price is not None:
+        price, is_fee = own_price, any((own_price.per_kwh, own_price.per_min, own_price.per_session))
     told_fee = TRUTHS.get(clean(cell("fee")).lower())
     hours = clean(cell("hours"), 600)
     opening_hours = osm_hours(hours)
@@ -152,7 +164,7 @@ def _has_decimal_commas(table: Table, columns: dict[str, int | None]) -> bool:
 
 def _sockets(cell: Callable[[str], Any], at: Point, gathering: Gathering, *, decimal_comma: bool) -> tuple[Socket, ...]:
     plugs = cell("plugs")
-    plugs = "; ".join(clean(plug, 60) for plug in plugs[:20]) if isinstance(plugs, list) else clean(plugs, 400)
+    plugs = "; ".join(_plug_text(plug) for plug in plugs[:20]) if isinstance(plugs, list) else clean(plugs, 400)
     texts = [text for text in PLUGS_APART.split(_without_decimal_commas(plugs)) if text]
     powers = _powers(cell, len(texts), gathering, decimal_comma=decimal_comma)
     count = count_of(cell("count"))
@@ -169,6 +181,29 @@ def _sockets(cell: Callable[[str], Any], at: Point, gathering: Gathering, *, dec
         own_count = count_of(match["before"] or match["after"])
         sockets.append(socket_of(connector, own_w or power_w, own_count or (count if len(texts) == 1 else None) or 1))
     return with_sockets(sockets, unknown)
+
+
+def _plug_text(plug: object) -> str:
+    """A plug of a list as plain CSV writes it; an object has its kind, power [kW] and count."""
+    if not isinstance(plug, dict):
+        return clean(plug, 60)
+    kind, kilowatts, count = (
+        next((clean(plug[name], 30) for name in names if plug.get(name) is not None), "") for names in OF_OBJECTS
+    )
+    return f"{f'{count}x ' if count else ''}{kind}{f' {kilowatts} kW' if number_of(kilowatts) is not None else ''}"
+
+
+def _own_price(cell: Callable[[str], Any], *, decimal_comma: bool) -> Price | None:
+    """The price of columns of numbers in a currency; None where there is none."""
+    currency = clean(cell("currency")).upper()
+    rates = [number_of(cell(name), decimal_comma=decimal_comma) for name in ("per_kwh", "per_min", "per_session")]
+    known = [rate is not None and 0.0 <= rate <= MOST_PRICE for rate in rates]
+    if currency not in CODES or not any(known):
+        return None
+    per_kwh, per_min, per_session = (rate if is_known else None for rate, is_known in zip(rates, known, strict=True))
+    units = zip((per_kwh, per_min, per_session), ("kWh", "min", "session"), strict=True)
+    words = " + ".join(f"{rate:g} {currency}/{unit}" for rate, unit in units if rate is not None)
+    return Price(words, currency, per_kwh, per_min, per_session)
 
 
 def _without_decimal_commas(plugs: str) -> str:

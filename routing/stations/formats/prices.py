@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from functools import lru_cache
 from typing import Final
 
 from routing.stations.formats.numbers import number_of
 from routing.stations.station import Price
 
+REPEATED: Final = 2000  # texts of a file, most of which come again
 MOST_TEXT: Final = 300  # letters that are kept
 MOST_PARSED: Final = 120  # letters that are read
 MOST_PRICE: Final = 1e5  # of any unit in any currency
@@ -65,6 +67,7 @@ PART: Final = re.compile(
 )
 
 
+@lru_cache(maxsize=REPEATED)
 def price_of(text: str, country: str = "") -> tuple[Price | None, bool | None]:
     """What charging costs, and whether it costs anything; None where the words don't say.
 

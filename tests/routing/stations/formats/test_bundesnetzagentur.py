@@ -111,3 +111,11 @@ def test_a_single_point_without_a_power_has_that_of_the_device(read_text: Readin
     read = read_text(PREAMBLE + NEW + new_row(plugs="AC Typ 2 Steckdose;;;;;;;"))
     assert read.stations[0].sockets == (Socket(Connector.TYPE2, 22_000.0, 1, 3),)
     assert any("that of the device" in note for note in read.notes)
+
+
+def test_cells_of_blanks_are_read_at_once(read_text: Reading) -> None:
+    blank = " " * 40_000
+    row = new_row(hours=f"x;Montag{blank}x;x", plugs=f"x{blank}x;22{blank}x;;;AC Typ 2 Steckdose;22;;")
+    read = read_text(PREAMBLE + NEW + row)
+    assert read.stations[0].sockets == (Socket(Connector.TYPE2, 22_000.0, 1, 3),)
+    assert read.unknown_plugs == {"x": 1}  # what is beyond the longest cell is cut

@@ -37,6 +37,12 @@ def test_points_with_documented_names_are_read(read_text: Reading) -> None:
     assert read.source.key == "file"
 
 
+def test_plugs_may_be_objects(read_text: Reading) -> None:
+    plugs = [{"type": "CCS2", "power_kw": 150, "count": 2}, {"type": "Type 2", "powerKW": "11"}, {"what": 1}]
+    read = read_text(collection(feature({"connectors": plugs})))
+    assert read.stations[0].sockets == (Socket(Connector.CCS2, 150_000.0, 2), Socket(Connector.TYPE2, 11_000.0, 1, 3))
+
+
 @pytest.mark.parametrize(
     "entry",
     [

@@ -171,3 +171,18 @@ def test_a_place_that_is_swapped_beside_others_that_are_not_is_left_out_with_a_q
 def test_places_all_over_the_world_are_kept(read_text: Reading) -> None:
     rows = ["48,11,CCS2", "11,48,CCS2", "-33,151,CCS2", "35,139,CCS2", "40,-74,CCS1"]
     assert len(read_text("\n".join(["lat,lon,connectors", *rows])).stations) == 5
+
+
+def test_prices_in_numbers_have_their_currency(read_text: Reading) -> None:
+    read = read_text(
+        "lat;lon;connectors;price_kwh;price_session;currency\n48,1;11,5;CCS2;0,59;1;EUR\n48,2;11,5;CCS2;1;;?\n"
+    )
+    first, second = read.stations
+    assert first.price == Price("0.59 EUR/kWh + 1 EUR/session", "EUR", 0.59, None, 1.0)
+    assert (first.fee, second.price) == (True, None)
+
+
+def test_text_in_utf_8_with_a_few_broken_letters_stays_utf_8(tmp_path: Path) -> None:
+    path = tmp_path / "stations.csv"
+    path.write_bytes("Breitengrad;Längengrad;Connectors;Name\n48,1;11,5;Typ 2;Köln".encode() + b" S\xfcd\n")
+    assert read_stations(path).stations[0].name == "Köln S\ufffdd"
