@@ -58,6 +58,7 @@ def _check_stations(read: ReadStations) -> None:
     for station in read.stations:
         assert abs(station.at.lat_deg) <= 90.0
         assert abs(station.at.lon_deg) <= 180.0
+        assert station.source == read.source.key
         assert station.sockets
         for socket in station.sockets:
             assert socket.count >= 1

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from pathlib import PurePath
 from statistics import median
 from typing import TYPE_CHECKING, Final
 
@@ -24,6 +25,8 @@ MOST_STATIONS: Final = 300_000
 MOST_EXAMPLES: Final = 3
 MOST_NAMES: Final = 200  # of unknown plugs that are told apart
 MOST_TEXT: Final = 160  # letters of names
+MOST_KEY: Final = 40  # letters of a file's name in ids
+NO_WORD: Final = re.compile(r"[^a-z0-9]+")
 OTHERS: Final = "others"
 DAY: Final = re.compile(r"[12]\d{3}-[01]\d-[0-3]\d", re.ASCII)
 
@@ -44,6 +47,16 @@ class Gathering:
     unknown_plugs: Counter[str] = field(default_factory=Counter)
     noted: Counter[str] = field(default_factory=Counter)
     _numbers: dict[str, int] = field(default_factory=dict)
+
+    @property
+    def own_key(self) -> str:
+        """The key of a file that is a source of its own: by its name, so that another file is another source."""
+        name = NO_WORD.sub("-", PurePath(self.path).name.lower().split(".")[0]).strip("-")[:MOST_KEY].rstrip("-")
+        return f"file-{name}" if name else "file"
+
+    def rekey(self, key: str) -> None:
+        """Name another source of all stations."""
+        self.stations = {own_id: replace(station, source=key) for own_id, station in self.stations.items()}
 
     def add(self, station: Station) -> None:
         """Take a station; raises LeftOutError where its id is there already, StationFileError beyond MOST_STATIONS."""

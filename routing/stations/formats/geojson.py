@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     from routing.places import Point
 
 NAME: Final = "GeoJSON"
-KEY: Final = "file"
 OSM: Final = StationSource("osm", "OpenStreetMap contributors", "ODbL 1.0", "https://www.openstreetmap.org/copyright")
 MOST_CORNERS: Final = 10_000  # of an outline
 MOST_PROPERTIES: Final = 500
@@ -52,8 +51,9 @@ def read(
     if list(sources) == [alternative_fuels.KEY]:
         source = alternative_fuels.SOURCE
         return StationSource(source.key, source.name, source.licence, source.url, retrieved)
+    gathering.rekey(gathering.own_key)
     mixed = " (with stations of OpenStreetMap, ODbL 1.0)" if "osm" in sources else ""
-    return StationSource(KEY, "a file of its own", f"as its author says{mixed}", "", retrieved)
+    return StationSource(gathering.own_key, "a file of its own", f"as its author says{mixed}", "", retrieved)
 
 
 def _check_reference(members: Mapping[str, Any], path: str) -> None:
@@ -96,7 +96,7 @@ def _station(entry: Any, gathering: Gathering) -> Station:
     def cell(value: str) -> Any:
         return values.get(value, "")
 
-    return station_of(cell, gathering, KEY, at=at)
+    return station_of(cell, gathering, gathering.own_key, at=at)
 
 
 def _element(entry: Mapping[str, Any], gathering: Gathering) -> Station:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from energy.charging.charging import DC_CONNECTORS, Connector
 from routing.stations.formats.entries import dicts, member
-from routing.stations.formats.gathering import Gathering, clean, day_in, with_sockets
+from routing.stations.formats.gathering import NO_WORD, Gathering, clean, day_in, with_sockets
 from routing.stations.formats.hours import ALWAYS, weekly_hours
 from routing.stations.formats.numbers import number_of, place_of, power_w_of
 from routing.stations.formats.plugs import in_north_america, socket_of
@@ -78,9 +78,12 @@ def read(
             parties[_party(entry)] = None
         except LeftOutError as error:
             gathering.leave_out(number, error)
-    names = ", ".join(filter(None, list(parties)[:20]))
+    named = [party for party in list(parties)[:20] if party]
+    names = ", ".join(named)
+    key = f"{KEY}-{NO_WORD.sub('-', named[0].lower())}" if len(parties) == len(named) == 1 else KEY
+    gathering.rekey(key)
     at = day_in(members.get("timestamp")) or retrieved
-    return StationSource(KEY, f"OCPI Locations{f' of {names}' if names else ''}", "as the publisher says", "", at)
+    return StationSource(key, f"OCPI Locations{f' of {names}' if names else ''}", "as the publisher says", "", at)
 
 
 def _party(entry: Mapping[str, Any]) -> str:

@@ -21,7 +21,6 @@ if TYPE_CHECKING:
     from routing.stations.formats.tables import Table
 
 NAME: Final = "CSV with lat, lon, connectors and power_kw"
-KEY: Final = "file"
 LATITUDES: Final = ("lat", "latitude", "lat_deg", "y", "breitengrad")
 LONGITUDES: Final = ("lon", "lng", "long", "longitude", "lon_deg", "x", "längengrad")
 COLUMNS: Final = {  # names of each value, the first that is there is read
@@ -86,6 +85,7 @@ def recognises(names: frozenset[str]) -> bool:
 
 def read(table: Table, gathering: Gathering, retrieved: str) -> StationSource:
     """Gather the stations of the rows."""
+    key = gathering.own_key
     columns = {value: table.column(*names) for value, names in COLUMNS.items()}
     if columns["plugs"] is None:
         gathering.note(f"no column of plugs ({', '.join(COLUMNS['plugs'][:3])}) in the header")
@@ -103,10 +103,10 @@ def read(table: Table, gathering: Gathering, retrieved: str) -> StationSource:
                     f"{len(table.names)}, as the header; decimal points or quotes",
                 )
                 raise LeftOutError("more cells than the header", "row", found, allowed)
-            gathering.add(station_of(cell, gathering, KEY, decimal_comma=decimal_comma))
+            gathering.add(station_of(cell, gathering, key, decimal_comma=decimal_comma))
         except LeftOutError as error:
             gathering.leave_out(number, error)
-    return StationSource(KEY, "a file of its own", "as its author says", "", retrieved)
+    return StationSource(key, "a file of its own", "as its author says", "", retrieved)
 
 
 def station_of(

@@ -31,10 +31,10 @@ def test_points_with_documented_names_are_read(read_text: Reading) -> None:
     properties = {"name": "Inn", "connectors": ["CCS2", "Type 2"], "power_kw": 50, "id": 5, "operator": "X", "more": {}}
     read = read_text(collection(feature(properties)))
     (station,) = read.stations
-    assert station.id == "file:5"
+    assert station.id == "file-stations:5"
     assert (station.at.lat_deg, station.at.lon_deg) == (48.1, 11.5)
     assert [socket.connector for socket in station.sockets] == [Connector.CCS2, Connector.TYPE2]
-    assert read.source.key == "file"
+    assert read.source.key == station.source == "file-stations"
 
 
 def test_plugs_may_be_objects(read_text: Reading) -> None:
@@ -110,3 +110,9 @@ def test_coordinates_of_another_system_are_refused(read_text: Reading) -> None:
 def test_an_object_a_line_is_read(read_text: Reading) -> None:
     lines = "\n".join(json.dumps(feature(TAGS, id=f"node/{k}")) for k in (1, 2, 3))
     assert [station.id for station in read_text(lines).stations] == ["osm:n1", "osm:n2", "osm:n3"]
+
+
+def test_stations_of_several_kinds_are_of_the_file(read_text: Reading) -> None:
+    read = read_text(collection(feature(TAGS, id="node/1"), feature({"connectors": "CCS2"}, at=(11.6, 48.2))))
+    assert {station.source for station in read.stations} == {read.source.key} == {"file-stations"}
+    assert "ODbL" in read.source.licence

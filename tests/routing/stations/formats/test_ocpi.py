@@ -45,7 +45,9 @@ def location(**changes: Any) -> dict[str, Any]:
     ],
 )
 def test_a_location_is_read_alone_in_a_list_and_in_an_answer(read_text: Reading, wrapped: Any) -> None:
-    (station,) = read_text(wrapped(location())).stations
+    read = read_text(wrapped(location()))
+    (station,) = read.stations
+    assert station.source == read.source.key == "ocpi-de-abc"
     assert station.id == "ocpi:DE*ABC*LOC1"
     assert (station.at.lat_deg, station.at.lon_deg) == (48.1, 11.5)
     assert station.sockets == (Socket(Connector.CCS2, 350_000.0, 2),)
@@ -136,3 +138,9 @@ def test_access_is_that_of_all_points(read_text: Reading) -> None:
     assert read_text([location(evses=points)]).stations[0].access is Access.CUSTOMERS
     del points[0]["parking_restrictions"]
     assert read_text([location(evses=points)]).stations[0].access is Access.PUBLIC
+
+
+def test_locations_of_several_parties_are_one_source(read_text: Reading) -> None:
+    read = read_text([location(), location(id="LOC2", party_id="XYZ")])
+    assert {station.source for station in read.stations} == {read.source.key} == {"ocpi"}
+    assert "DE*ABC, DE*XYZ" in read.source.name

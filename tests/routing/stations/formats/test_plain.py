@@ -18,7 +18,7 @@ def test_a_plain_table_is_read(read_text: Reading) -> None:
     rows = 'a1,Inn,48.1,11.5,"CCS2; Type 2",150;22,EnBW,customers,0.59 EUR/kWh,Mo-Fr 08:00-18:00,open\n'
     read = read_text(HEADER + rows)
     (station,) = read.stations
-    assert station.id == "file:a1"
+    assert station.id == "file-stations:a1"
     assert station.sockets == (Socket(Connector.CCS2, 150_000.0), Socket(Connector.TYPE2, 22_000.0, phases=3))
     assert (station.name, station.operator, station.access) == ("Inn", "EnBW", Access.CUSTOMERS)
     assert station.price == Price("0.59 EUR/kWh", "EUR", 0.59)
@@ -105,7 +105,7 @@ def test_powers_out_of_bounds_are_unknown_and_noted(read_text: Reading) -> None:
 
 def test_stations_without_an_id_have_one_of_their_place(read_text: Reading) -> None:
     read = read_text("lat,lon,connectors\n48.1,11.5,CCS2\n48.1,11.5,Type 2\n48.1,11.5,CCS2\n")
-    begin = "file:48.100000,11.500000"
+    begin = "file-stations:48.100000,11.500000"
     assert [station.id for station in read.stations] == [begin, f"{begin}#2", f"{begin}#3"]
 
 
