@@ -70,7 +70,7 @@ def weekly_hours(spans: Mapping[int, Sequence[tuple[str, str]]]) -> str | None:
         texts = []
         for begin, end in spans[day]:
             opened, closed = _clock(begin), _clock(end)
-            if opened is None or closed is None or not 0 <= day <= 6:
+            if opened in (None, "24:00") or closed is None or not 0 <= day <= 6:
                 return None
             texts.append(f"{opened}-{'24:00' if closed in ('00:00', '23:59') else closed}")
         if texts:
