@@ -13,6 +13,7 @@ from routing.stations.formats.open_charge_map_codes import (
     ACCESS,
     COUNTRIES,
     DIRECT_CURRENT,
+    FAST,
     GONE,
     LEAST_DELISTED,
     LEVEL_W,
@@ -42,13 +43,15 @@ NAME: Final = "Open Charge Map JSON"
 KEY: Final = "ocm"
 LINE_VOLTAGE: Final = 350.0  # from here on volts are between phases
 ROOT_3: Final = 3.0**0.5
+MOST_DEPTH: Final = 6
 MOST_ID: Final = 1e12
 MOST_LICENCES: Final = 300  # letters
 
 
 def recognises(entry: Mapping[str, Any]) -> bool:
     """Whether an object is a point of Open Charge Map."""
-    return isinstance(entry.get("AddressInfo"), dict) and ("Connections" in entry or "UUID" in entry or "ID" in entry)
+    point = _capital(entry) if "addressInfo" in entry else entry
+    return isinstance(point.get("AddressInfo"), dict) and any(name in point for name in ("Connections", "UUID", "ID"))
 
 
 def read(
@@ -59,14 +62,29 @@ def read(
     providers: Counter[str] = Counter()
     for number, entry in entries:
         try:
-            gathering.add(_station(entry, gathering))
-            providers[_provider(entry)] += 1
+            point = _capital(entry) if isinstance(entry, dict) and "addressInfo" in entry else entry
+            gathering.add(_station(point, gathering))
+            providers[_provider(point)] += 1
         except LeftOutError as error:
             gathering.leave_out(number, error)
     licences = "; ".join(dict.fromkeys(name for name, _ in providers.most_common()))
     return StationSource(
         KEY, "Open Charge Map", licences[:MOST_LICENCES] or "CC BY-SA 4.0", "https://openchargemap.org", retrieved
     )
+
+
+def _capital(value: Any, depth: int = 0) -> Any:
+    """A point that was asked for with `camelcase`, with the names that it has else; not deeper than points are."""
+    if depth > MOST_DEPTH:
+        return None
+    if isinstance(value, list):
+        return [_capital(item, depth + 1) for item in value]
+    if not isinstance(value, dict):
+        return value
+    return {
+        name.upper() if name in ("id", "uuid") else name[:1].upper() + name[1:]: _capital(item, depth + 1)
+        for name, item in value.items()
+    }
 
 
 def _station(entry: Any, gathering: Gathering) -> Station:
@@ -224,6 +242,8 @@ def _power_w(
             gathering.note("powers from amperes and volts")
             return power_w
     level_w = LEVEL_W.get(_code(connection, "Level") or 0)
+    if connector in DC_CONNECTORS and level_w is not None and level_w < LEVEL_W[FAST]:
+        return None  # the level is a mistake
     if level_w is not None:
         gathering.note("powers from the level alone (1: 1.8 kW, 2: 3.7 kW, 3: 40 kW)")
     return level_w

@@ -65,6 +65,7 @@ LEVEL_W: Final = MappingProxyType(  # of what is known by its level alone
         3: 40_000.0,  # "40 kW and higher"
     }
 )
+FAST: Final = 3
 ACCESS: Final = MappingProxyType(  # by the type of usage
     {
         1: Access.PUBLIC,

@@ -21,8 +21,22 @@ if TYPE_CHECKING:
     from routing.stations.formats.tables import Table
 
 NAME: Final = "CSV with lat, lon, connectors and power_kw"
-LATITUDES: Final = ("lat", "latitude", "lat_deg", "y", "breitengrad")
-LONGITUDES: Final = ("lon", "lng", "long", "longitude", "lon_deg", "x", "längengrad")
+LATITUDES: Final = ("lat", "latitude", "lat_deg", "latitude_deg", "gps_lat", "geo_lat", "y", "breitengrad")
+LONGITUDES: Final = (
+    *(
+        "lon",
+        "lng",
+        "long",
+        "longitude",
+        "lon_deg",
+        "longitude_deg",
+        "gps_lon",
+        "gps_lng",
+        "geo_lon",
+        "x",
+        "längengrad",
+    ),
+)
 COLUMNS: Final = {  # names of each value, the first that is there is read
     "lat": LATITUDES,
     "lon": LONGITUDES,

@@ -67,6 +67,23 @@ def test_a_verbose_point_says_the_same_as_a_compact_one(read_text: Reading) -> N
     assert read_text([verbose]).stations == read_text([point()]).stations
 
 
+def test_a_point_in_camel_case_says_the_same(read_text: Reading) -> None:
+    def small(value: Any) -> Any:
+        if isinstance(value, list):
+            return [small(item) for item in value]
+        if not isinstance(value, dict):
+            return value
+        return {name.lower() if name in ("ID", "UUID") else name[0].lower() + name[1:]: small(item)
+                for name, item in value.items()}  # fmt: skip
+
+    assert read_text([small(point())]).stations == read_text([point()]).stations
+
+
+def test_a_level_that_no_fast_charger_has_says_nothing(read_text: Reading) -> None:
+    (socket,) = plugs(read_text, {"ConnectionTypeID": 33, "LevelID": 2})
+    assert socket.output_w is None
+
+
 @pytest.mark.parametrize(
     ("plug", "expected_w"),
     [
