@@ -67,11 +67,15 @@ class Gathering:
             raise StationFileError(self.path, "", "the file", found, allowed)
         self.stations[station.id] = station
 
-    def leave_out(self, number: int, error: LeftOutError) -> None:
-        """Count a row or entry that is left out, and keep its message where it is among the first of its reason."""
+    def leave_out(self, number: int | str, error: LeftOutError) -> None:
+        """Count what is left out, and keep its message where it is among the first of its reason.
+
+        number: of its row or entry; a text is the station's id.
+        """
         self.left_out[error.reason] += 1
         if self.left_out[error.reason] <= MOST_EXAMPLES:
-            self.examples.setdefault(error.reason, []).append(f"{self.unit} {number}: {error}")
+            unit = "station" if isinstance(number, str) else self.unit
+            self.examples.setdefault(error.reason, []).append(f"{unit} {number}: {error}")
 
     def note(self, text: str, times: int = 1) -> None:
         """Remark on how something was read."""
@@ -95,14 +99,14 @@ class Gathering:
         far = [station for station in self.stations.values() if _apart_deg(station.at, middle) > FAR_DEG]
         if len(far) > FAR_FRAC * len(self.stations):
             return
-        for number, station in enumerate(far, start=1):
+        for station in far:
             at = station.at
             if _apart_deg(Point(at.lon_deg, at.lat_deg), middle) <= FAR_DEG / 2.0:
                 del self.stations[station.id]
                 where, hint = place_text(at.lat_deg, at.lon_deg), swapped_question(at.lat_deg, at.lon_deg)
                 allowed = f"near the others around {place_text(round(middle.lat_deg, 1), round(middle.lon_deg, 1))}"
-                error = LeftOutError("latitude and longitude swapped", f"place of {station.id}", where, allowed, hint)
-                self.leave_out(number, error)
+                error = LeftOutError("latitude and longitude swapped", "place", where, allowed, hint)
+                self.leave_out(station.id, error)
 
     def free_id(self, wanted: str) -> str:
         """An id that no station has yet: the wanted one, or with the first number behind it that makes it so."""

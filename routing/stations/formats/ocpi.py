@@ -139,11 +139,11 @@ def _status(evse: Mapping[str, Any]) -> str:
 
 def _access(entry: Mapping[str, Any], evses: Sequence[Mapping[str, Any]]) -> Access:
     """Who may park at every point, where all say the same; public where it is published and none is restricted."""
-    told = set()
+    said = set()
     for evse in evses:
         named = [RESTRICTIONS[text] for text in _texts(evse.get("parking_restrictions")) if text in RESTRICTIONS]
-        told.add(named[0] if named else None)
-    only = next(iter(told)) if len(told) == 1 else None
+        said.add(named[0] if named else None)
+    only = next(iter(said)) if len(said) == 1 else None
     return only or (Access.PUBLIC if entry.get("publish") is True else Access.UNKNOWN)
 
 

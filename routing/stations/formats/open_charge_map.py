@@ -142,8 +142,8 @@ def _operational(entry: Mapping[str, Any]) -> bool | None:
     status = _code(entry, "StatusType")
     if status is not None and status in OPERATIONAL:
         return OPERATIONAL[status]
-    told = member(entry, "StatusType", "IsOperational")
-    return told if isinstance(told, bool) else None
+    said = member(entry, "StatusType", "IsOperational")
+    return said if isinstance(said, bool) else None
 
 
 def _country(address: Any) -> str:

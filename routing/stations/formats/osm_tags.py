@@ -47,7 +47,7 @@ def osm_station(tags: Mapping[str, str], at: Point, osm_id: str, gathering: Gath
     if tags.get("disused") == "yes" or tags.get("abandoned") == "yes" or tags.get("demolished") == "yes":
         raise LeftOutError("removed", "disused", "yes", "a station that is there")
     price, is_fee = price_of(clean(tags.get("charge", ""), 300), tags.get("addr:country", ""))
-    told_fee = TRUTHS.get(tags.get("fee", ""))
+    said_fee = TRUTHS.get(tags.get("fee", ""))
     return Station(
         id=f"osm:{osm_id}",
         at=at,
@@ -57,7 +57,7 @@ def osm_station(tags: Mapping[str, str], at: Point, osm_id: str, gathering: Gath
         network=clean(tags.get("network", "") or tags.get("brand", "")),
         capacity=count_of(tags.get("capacity")),
         access=ACCESS.get(tags.get("access", ""), Access.UNKNOWN),
-        fee=is_fee if told_fee is None else told_fee,
+        fee=is_fee if said_fee is None else said_fee,
         price=price,
         opening_hours=clean(tags.get("opening_hours", ""), MOST_HOURS) or None,
         operational=False if tags.get("operational_status") in ("closed", "broken", "out_of_order") else None,

@@ -140,7 +140,7 @@ def station_of(
     own_price = _own_price(cell, decimal_comma=decimal_comma)
     if own_price is not None:
         price, is_fee = own_price, any((own_price.per_kwh, own_price.per_min, own_price.per_session))
-    told_fee = TRUTHS.get(clean(cell("fee")).lower())
+    said_fee = TRUTHS.get(clean(cell("fee")).lower())
     hours = clean(cell("hours"), 600)
     opening_hours = osm_hours(hours)
     if hours and opening_hours is None:
@@ -156,7 +156,7 @@ def station_of(
         network=clean(cell("network")),
         capacity=count_of(cell("capacity")),
         access=ACCESS.get(clean(cell("access")).lower(), Access.UNKNOWN),
-        fee=is_fee if told_fee is None else told_fee,
+        fee=is_fee if said_fee is None else said_fee,
         price=price,
         opening_hours=opening_hours,
         operational=True if status in WORKING else False if status in BROKEN else None,

@@ -168,3 +168,19 @@ def test_a_file_of_points_that_are_all_swapped_is_refused_with_a_question(read_t
 
 def test_a_point_that_is_there_twice_counts_once(read_text: Reading) -> None:
     assert read_text([point(), point()]).left_out == {"id that is there already": 1}
+
+
+@pytest.mark.parametrize(
+    ("status", "expected"),
+    [
+        ({"StatusTypeID": 30}, False),
+        ({"StatusTypeID": 100}, False),
+        ({"StatusTypeID": 0}, None),
+        ({"StatusTypeID": 999, "StatusType": {"ID": 999, "IsOperational": False}}, False),
+        ({"StatusTypeID": None}, None),
+    ],
+)
+def test_whether_a_station_works_is_that_of_its_status(
+    read_text: Reading, status: dict[str, Any], expected: bool | None
+) -> None:
+    assert read_text([point() | status]).stations[0].operational is expected
