@@ -11,7 +11,7 @@ from routing.stations.formats.numbers import count_of, number_of, place_of, powe
 from routing.stations.formats.plugs import connector_of, socket_of
 from routing.stations.formats.prices import CODES, MOST_PRICE, price_of
 from routing.stations.formats.tables import folded
-from routing.stations.notes import LeftOutError, shown
+from routing.stations.notes import LeftOutError, StationFileError, shown
 from routing.stations.station import Access, Price, Socket, Station, StationSource
 
 if TYPE_CHECKING:
@@ -98,11 +98,12 @@ def recognises(names: frozenset[str]) -> bool:
 
 
 def read(table: Table, gathering: Gathering, retrieved: str) -> StationSource:
-    """Gather the stations of the rows."""
+    """Gather the stations of the rows; raises StationFileError for a header without plugs."""
     key = gathering.own_key
     columns = {value: table.column(*names) for value, names in COLUMNS.items()}
     if columns["plugs"] is None:
-        gathering.note(f"no column of plugs ({', '.join(COLUMNS['plugs'][:3])}) in the header")
+        where, names = f"line {len(table.before) + 1}", ", ".join(COLUMNS["plugs"])
+        raise StationFileError(table.path, where, "the header", "without a column of plugs", f"one of {names}")
     decimal_comma = _has_decimal_commas(table, columns)
     for number, row in table.rows():
 

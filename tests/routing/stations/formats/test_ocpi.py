@@ -144,3 +144,25 @@ def test_locations_of_several_parties_are_one_source(read_text: Reading) -> None
     read = read_text([location(), location(id="LOC2", party_id="XYZ")])
     assert {station.source for station in read.stations} == {read.source.key} == {"ocpi"}
     assert "DE*ABC, DE*XYZ" in read.source.name
+
+
+@pytest.mark.parametrize(
+    ("lon", "power_type", "connector"),
+    [("-74.0", "DC", Connector.NACS), ("11.5", "DC", Connector.TESLA_EU), ("11.5", "AC_3_PHASE", Connector.TYPE2)],
+)
+def test_the_plug_of_tesla_is_that_of_its_region(
+    read_text: Reading, lon: str, power_type: str, connector: Connector
+) -> None:
+    plug = CCS | {"standard": "TESLA_S", "power_type": power_type}
+    place = location(coordinates={"latitude": "41.0", "longitude": lon}, evses=[{"uid": "1", "connectors": [plug]}])
+    assert read_text([place]).stations[0].sockets[0].connector is connector
+
+
+def test_hours_of_an_answer_of_2_1_1_may_be_one_object_and_exceptions_are_noted(read_text: Reading) -> None:
+    hours = {"weekday": 1, "period_begin": "08:00", "period_end": "20:00"}
+    times = {"regular_hours": hours, "twentyfourseven": False, "exceptional_closings": [{"period_begin": "x"}]}
+    read = read_text([location(opening_times=times)])
+    assert read.stations[0].opening_hours == "Mo 08:00-20:00"
+    assert any("days of exception" in note for note in read.notes)
+    wrong = hours | {"weekday": 8}
+    assert read_text([location(opening_times={"regular_hours": [wrong]})]).stations[0].opening_hours is None

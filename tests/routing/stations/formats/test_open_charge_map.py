@@ -184,3 +184,26 @@ def test_whether_a_station_works_is_that_of_its_status(
     read_text: Reading, status: dict[str, Any], expected: bool | None
 ) -> None:
     assert read_text([point() | status]).stations[0].operational is expected
+
+
+def test_operators_that_are_none_have_no_name(read_text: Reading) -> None:
+    assert read_text([point(OperatorID=1)]).stations[0].operator == ""
+    named = point(OperatorID=99999, OperatorInfo={"ID": 99999, "Title": "New one"})
+    assert read_text([named]).stations[0].operator == "New one"
+
+
+def test_a_provider_that_is_not_known_yet_has_the_licence_of_its_own_words(read_text: Reading) -> None:
+    provider = {"ID": 77, "Title": "Town", "License": "CC0"}
+    assert read_text([point(DataProviderID=77, DataProvider=provider)]).source.licence == "CC0 (Town)"
+
+
+def test_dollars_are_those_of_the_country_that_a_point_names(read_text: Reading) -> None:
+    address = {"Latitude": 48.1, "Longitude": 11.5, "Country": {"ISOCode": "US"}}
+    read = read_text([point(UsageCost="$0.50/kWh", AddressInfo=address)])
+    assert read.stations[0].price == Price("$0.50/kWh", "USD", 0.5)
+
+
+def test_a_count_out_of_range_is_noted(read_text: Reading) -> None:
+    read = read_text([point(Connections=[{"ConnectionTypeID": 33, "Quantity": -4}])])
+    assert read.stations[0].sockets[0].count == 1
+    assert any("out of range, taken as 1" in note for note in read.notes)

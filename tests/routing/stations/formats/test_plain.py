@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from energy.charging.charging import Connector
+from routing.stations.formats.numbers import number_of
 from routing.stations.notes import StationFileError
 from routing.stations.reading import read_stations
 from routing.stations.station import Access, Price, Socket
@@ -138,6 +139,16 @@ def test_what_unpacks_to_more_than_may_be_read_is_refused(tmp_path: Path) -> Non
         (b"lat,lon\0\n1,2\n", "binary"),
         (b"\xff\xfea", "broken UTF-16"),
         (b"lat,lon,connectors\n", "without stations"),
+        (
+            b"lat,lon,power\n48.1,11.5,50\n",
+            "line 1: the header is without a column of plugs, allowed: one of connectors",
+        ),
+        (b'{"a" 1}', "broken JSON"),
+        (b'{"a": 1 "b": 2}', "broken JSON"),
+        (b"{" + b",".join(b'"%d": 1' % k for k in range(1100)) + b"}", "more than 1000 members"),
+        (b'{"ID": "' + b"x" * 5_000_000 + b'"}', "more than 4194304 letters"),
+        (b'[{"ID": 1, "AddressInfo": {}}] x', "broken JSON"),
+        (b"[" + b"1," * 60 + b"1]", "first entry has no members"),
         (b'lat,lon,connectors\n48.1,11.5,"CCS2\n' + b"48.1,11.5,CCS2\n" * 9000, "row .*quotes that are closed"),
         (b"lat,lon,connectors\n" + b"x" * 300_000, "a line is more than 200000 letters long"),
         (b"[]", "the file is empty"),
@@ -186,3 +197,11 @@ def test_text_in_utf_8_with_a_few_broken_letters_stays_utf_8(tmp_path: Path) -> 
     path = tmp_path / "stations.csv"
     path.write_bytes("Breitengrad;Längengrad;Connectors;Name\n48,1;11,5;Typ 2;Köln".encode() + b" S\xfcd\n")
     assert read_stations(path).stations[0].name == "Köln S\ufffdd"
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [("1.234,5", 1234.5), ("1,234.5", 1234.5), ("1 234,5", 1234.5), ("1'234.5", 1234.5), ("1,2.3", None), ("1e3", 1e3)],
+)
+def test_signs_that_are_sure_are_read_whatever_the_file_writes_else(text: str, number: float | None) -> None:
+    assert [number_of(text, decimal_comma=decimal_comma) for decimal_comma in (False, True)] == [number, number]

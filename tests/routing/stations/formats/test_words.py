@@ -91,7 +91,7 @@ def test_hours_of_any_text_are_none_or_in_the_syntax_of_openstreetmap(text: str)
 @given(
     st.dictionaries(
         st.integers(0, 6),
-        st.lists(st.tuples(*[st.integers(0, 24 * 60).map(lambda t: f"{t // 60}:{t % 60:02d}")] * 2), max_size=3),
+        st.lists(st.tuples(*[st.integers(0, 24 * 60).map(lambda t: f"{t // 60}:{t % 60:02d}")] * 2), max_size=2),
     )
 )
 def test_hours_of_a_week_are_in_the_syntax_of_openstreetmap(spans: dict[int, list[tuple[str, str]]]) -> None:
