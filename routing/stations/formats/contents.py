@@ -62,7 +62,10 @@ def _damaged_text(content: bytes) -> str:
     text = content.decode("utf-8-sig", "replace")
     broken = text.count("\ufffd")
     whole = len(text) - len(text.encode("ascii", "ignore")) - broken
-    return text if whole > broken else content.decode("cp1252", "replace")
+    if whole > broken:
+        return text
+    del text  # it may take as much as all else together
+    return content.decode("cp1252", "replace")
 
 
 def _content(path: Path) -> bytes:

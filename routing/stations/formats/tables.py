@@ -17,6 +17,7 @@ DELIMITERS: Final = (",", ";", "\t", "|")
 BEFORE_HEADER: Final = 40  # lines; the German register has ten
 MOST_ROWS: Final = 1_000_000
 MOST_COLUMNS: Final = 400
+MOST_SIGNS: Final = 4 * MOST_COLUMNS  # that set off cells of a header, with those in quotes
 MOST_LINE: Final = 200_000  # letters
 
 
@@ -90,6 +91,8 @@ def first_line(text: str) -> str:
 
 
 def _names(line: str, delimiter: str) -> tuple[str, ...]:
+    if line.count(delimiter) > MOST_SIGNS:
+        return ()
     try:
         return tuple(folded(name) for name in next(csv.reader([line.strip("\r\n")], delimiter=delimiter), []))
     except csv.Error:
