@@ -28,20 +28,32 @@ HOUSEHOLD_W: Final = 3_700.0  # most of a Schuko socket
 PLUGS: Final = MappingProxyType(  # letters and digits of names, old and present
     {
         **dict.fromkeys(
-            ("acsteckdosetyp2", "ackupplungtyp2", "actyp2steckdose", "actyp2fahrzeugkupplung", "actyp2kupplung"),
+            (
+                "acsteckdosetyp2",
+                "ackupplungtyp2",
+                "actyp2steckdose",
+                "actyp2fahrzeugkupplung",
+                "actyp2kupplung",
+                "typ2",
+            ),
             Connector.TYPE2,
         ),
         **dict.fromkeys(
-            ("acsteckdosetyp1", "ackupplungtyp1", "actyp1steckdose", "actyp1fahrzeugkupplung"), Connector.TYPE1
+            (
+                *("acsteckdosetyp1", "ackupplungtyp1", "actyp1steckdose", "actyp1fahrzeugkupplung", "steckdosetyp1"),
+                "adaptertyp1autoauftyp2fahrzeugkupplung",
+            ),
+            Connector.TYPE1,
         ),
         **dict.fromkeys(
-            ("dckupplungcombo", "dcfahrzeugkupplungtypcombo2ccs", "dcfahrzeugkupplungtypcombo2", "dccombo2ccs"),
+            ("dckupplungcombo", "dcfahrzeugkupplungtypcombo2ccs", "dcfahrzeugkupplungtypcombo2", "dckupplungcomboccs"),
             Connector.CCS2,
         ),
         **dict.fromkeys(("dcchademo", "chademo", "dckupplungchademo"), Connector.CHADEMO),
         **dict.fromkeys(("acschuko", "schuko"), Connector.DOMESTIC),
         **dict.fromkeys(
-            ("accee3polig", "accee5polig", "accee", "cee", "accee3pol", "accee5pol", "acceesteckdose"), Connector.CEE
+            ("accee3polig", "accee5polig", "accee", "cee", "ceestecker", "accee3pol", "accee5pol", "acceesteckdose"),
+            Connector.CEE,
         ),
         **dict.fromkeys(("actyp3", "typ3", "actyp3steckdose"), Connector.TYPE3),
         **dict.fromkeys(
@@ -67,7 +79,7 @@ GONE: Final = MappingProxyType(
 
 def recognises(names: frozenset[str]) -> bool:
     """Whether a header is that of the register."""
-    return {"betreiber", "breitengrad", "längengrad", "steckertypen1"} <= names
+    return {"betreiber", "breitengrad", "steckertypen1"} <= names and bool({"längengrad", "laengengrad"} & names)
 
 
 def read(table: Table, gathering: Gathering, retrieved: str) -> StationSource:
@@ -80,11 +92,11 @@ def read(table: Table, gathering: Gathering, retrieved: str) -> StationSource:
             "network": ("Anzeigename (Karte)",),
             "status": ("Status",),
             "name": ("Standortbezeichnung",),
-            "street": ("Straße",),
+            "street": ("Straße", "strasse"),
             "number": ("Hausnummer",),
             "town": ("Ort",),
             "lat": ("Breitengrad",),
-            "lon": ("Längengrad",),
+            "lon": ("Längengrad", "laengengrad"),
             "points": ("Anzahl Ladepunkte",),
             "power": ("Nennleistung Ladeeinrichtung [kW]", "Anschlussleistung", "Anschlussleistung [kW]"),
             "hours": ("Öffnungszeiten",),

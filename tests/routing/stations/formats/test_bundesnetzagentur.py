@@ -119,3 +119,18 @@ def test_cells_of_blanks_are_read_at_once(read_text: Reading) -> None:
     read = read_text(PREAMBLE + NEW + row)
     assert read.stations[0].sockets == (Socket(Connector.TYPE2, 22_000.0, 1, 3),)
     assert read.unknown_plugs == {"x": 1}  # what is beyond the longest cell is cut
+
+
+def test_a_portal_that_publishes_it_with_plain_names_and_decimal_points_is_read(read_text: Reading) -> None:
+    read = read_text(
+        "betreiber,art_der_ladeeinrichung,anzahl_ladepunkte,nennleistung_ladeeinrichtung_kw,steckertypen1,"
+        "steckertypen2,p1_kw,p2_kw,ort,strasse,hausnummer,breitengrad,laengengrad\n"
+        'OpA,Normalladeeinrichtung,2,33.5,"AC Steckdose Typ 2, AC / CEE",Typ 2 / Tesla,22.0,11.5,Burg,W,1,50.25,9.12\n'
+    )
+    (station,) = read.stations
+    assert (station.at.lat_deg, station.at.lon_deg, station.name) == (50.25, 9.12, "W 1, Burg")
+    assert [(socket.connector, socket.output_w) for socket in station.sockets] == [
+        (Connector.TYPE2, 22_000.0),
+        (Connector.CEE, 22_000.0),
+        (Connector.TESLA_EU, 11_500.0),
+    ]
