@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import StrEnum
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from energy.charging.charging import Connector
     from routing.places import LinkPosition, Point
 
@@ -43,6 +45,7 @@ class Station:
     numbers where it does: currency, per kWh, per minute, per session.
     position: on the roads, one for each direction that may be driven; snap_m: how far the road is from the place [m].
     operational: False where the source says that it is out of order; None where it says nothing.
+    merged: ids of what was told of the same station elsewhere, and is united with it.
     """
 
     id: str
@@ -60,6 +63,7 @@ class Station:
     source: str = ""  # key of StationSource
     position: tuple[LinkPosition, ...] = ()
     snap_m: float = 0.0
+    merged: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +90,11 @@ class StationSource:
 
 @dataclass(frozen=True, slots=True)
 class Stations:
-    """All stations of one graph, snapped to its links, and their sources by key."""
+    """All stations of one graph, snapped to its links, and their sources by key.
+
+    left_out: how many were not taken, by reason.
+    """
 
     stations: tuple[Station, ...]
     sources: tuple[StationSource, ...]
+    left_out: Mapping[str, int] = field(default_factory=dict)
