@@ -1,0 +1,97 @@
+"""The import of stations: told by one source or several, united, placed on a graph's roads, and what became of them."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from routing.stations.duplicates import united
+from routing.stations.opening import is_understood
+from routing.stations.osm.reading import read_osm_stations
+from routing.stations.placing import place_stations
+from routing.stations.station import Stations
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+    from pathlib import Path
+    from typing import Protocol
+
+    from routing.graph.road_graph import RoadGraph
+    from routing.stations.placing import FarStation
+    from routing.stations.station import Station, StationSource
+
+    class ReadSource(Protocol):
+        """What was read of one source: its stations, not placed yet, and how many it left out, by reason."""
+
+        @property
+        def stations(self) -> tuple[Station, ...]:
+            """The stations."""
+
+        @property
+        def source(self) -> StationSource:
+            """Where they are from."""
+
+        @property
+        def left_out(self) -> Mapping[str, int]:
+            """How many were left out, by reason."""
+
+
+@dataclass(frozen=True, slots=True)
+class StationsReport:
+    """What became of stations that were told.
+
+    told: how many, by source. kept: on the graph. united: with another one. left_out: by reason. far: those too far
+    from a road, the nearest first. without_sockets: kept ones of which no socket is known; hours_unread: of which the
+    opening hours are not understood.
+    """
+
+    told: Mapping[str, int]
+    kept: int
+    united: int
+    left_out: Mapping[str, int]
+    far: tuple[FarStation, ...]
+    without_sockets: int
+    hours_unread: int
+
+
+def bring_in(
+    graph: RoadGraph, read: Sequence[ReadSource], before: Stations | None = None
+) -> tuple[Stations, StationsReport]:
+    """The stations of all sources on a graph, duplicates united, with those that it had before.
+
+    before: kept but for stations of the sources that are read now, which replace them; None: none. O(n log R).
+    """
+    sources: dict[str, StationSource] = {}
+    told: list[Station] = []
+    left_out: Counter[str] = Counter()
+    fresh = {told_source.source.key for told_source in read}
+    if before is not None:
+        sources |= {source.key: source for source in before.sources if source.key not in fresh}
+        told += [station for station in before.stations if station.source not in fresh]
+    for told_source in read:
+        sources[told_source.source.key] = told_source.source
+        told += told_source.stations
+        left_out.update(told_source.left_out)
+    single, count = united(told)
+    placed = place_stations(graph, single)
+    left_out.update(placed.left_out)
+    kept = placed.stations
+    named = {reason: left_out[reason] for reason in sorted(left_out) if left_out[reason]}
+    stations = Stations(kept, tuple(sources[key] for key in sorted(sources)), named)
+    return stations, StationsReport(
+        told=dict(sorted(Counter(station.source for station in told).items())),
+        kept=len(kept),
+        united=count,
+        left_out=named,
+        far=placed.far,
+        without_sockets=sum(not station.sockets for station in kept),
+        hours_unread=sum(
+            station.opening_hours is not None and not is_understood(station.opening_hours) for station in kept
+        ),
+    )
+
+
+def stations_of_map(path: Path, graph: RoadGraph) -> tuple[Stations, StationsReport]:
+    """The stations of an OpenStreetMap file on the graph of its roads; raises ImportFailedError."""
+    return bring_in(graph, [read_osm_stations(path)])
