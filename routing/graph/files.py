@@ -84,11 +84,11 @@ _UNREADABLE: Final = (
 )
 
 
-def save_graph(graph: RoadGraph, folder: Path) -> None:
+def save_graph(graph: RoadGraph, folder: Path, beside: Mapping[str, bytes] | None = None) -> None:
     """Write a graph to a folder, whole or not at all: it is written beside its place and moved there.
 
-    An existing graph in that place is replaced, and stays when that fails. Raises FileExistsError when the folder holds
-    something else.
+    beside: further files of the folder, by name, of which meta.json has no hash. An existing graph in that place is
+    replaced, and stays when that fails. Raises FileExistsError when the folder holds something else.
     """
     place = folder.resolve()  # a link to a folder stays a link
     if place.exists() and not _holds_graph(place) and any(place.iterdir()):
@@ -99,7 +99,7 @@ def save_graph(graph: RoadGraph, folder: Path) -> None:
     try:
         new.mkdir()
         files = _files(graph)
-        for file, content in files.items():
+        for file, content in (files | dict(beside or {})).items():
             (new / file).write_bytes(content)
         (new / META_FILE).write_text(_meta_json(graph, seal_of(files)), encoding="utf-8")
         new.chmod(0o755)

@@ -6,7 +6,10 @@ from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from routing.errors import GraphFormatError
+from routing.importers.osm_files import is_graphml
 from routing.stations.duplicates import united
+from routing.stations.files import NO_STATIONS, STATIONS_FILE, load_stations, stations_bytes
 from routing.stations.opening import is_understood
 from routing.stations.osm.reading import read_osm_stations
 from routing.stations.placing import place_stations
@@ -70,7 +73,8 @@ def bring_in(
         sources |= {source.key: source for source in before.sources if source.key not in fresh}
         told += [station for station in before.stations if station.source not in fresh]
     for told_source in read:
-        sources[told_source.source.key] = told_source.source
+        if told_source.stations:
+            sources[told_source.source.key] = told_source.source
         told += told_source.stations
         left_out.update(told_source.left_out)
     single, count = united(told)
@@ -92,6 +96,30 @@ def bring_in(
     )
 
 
-def stations_of_map(path: Path, graph: RoadGraph) -> tuple[Stations, StationsReport]:
-    """The stations of an OpenStreetMap file on the graph of its roads; raises ImportFailedError."""
-    return bring_in(graph, [read_osm_stations(path)])
+@dataclass(frozen=True, slots=True)
+class StationsBeside:
+    """The stations that are written beside a graph that is imported, in files by name, and what became of them.
+
+    problem: why those that the graph had before can't be read, "" where they can.
+    """
+
+    stations: Stations
+    report: StationsReport
+    files: Mapping[str, bytes]
+    problem: str
+
+
+def stations_beside(map_path: Path, graph: RoadGraph, place: Path) -> StationsBeside:
+    """The stations of a map, with those of other sources that a graph in that place has, on the map's graph.
+
+    No files where there are none. A map that is no OpenStreetMap file has none of its own. Raises ImportFailedError.
+    """
+    before, problem = NO_STATIONS, ""
+    try:
+        before = load_stations(place, graph)
+    except GraphFormatError as error:
+        problem = str(error)
+    is_osm = not (map_path.suffix.lower() == ".graphml" or is_graphml(map_path))
+    stations, report = bring_in(graph, [read_osm_stations(map_path)] if is_osm else [], before)
+    files = {STATIONS_FILE: stations_bytes(graph, stations)} if stations.stations or report.left_out else {}
+    return StationsBeside(stations, report, files, problem)
