@@ -11,6 +11,8 @@ from energy.stops import FunctionalClass
 from routing.graph.earth import great_circle_m
 from routing.graph.files import load_graph
 from routing.graph.road_graph import RoadGraph, Terrain
+from routing.stations.files import NO_STATIONS, STATIONS_FILE, load_stations, stations_bytes
+from routing.synth.stations import synthetic_stations
 
 GRAPHS = Path(__file__).parents[3] / "data/graphs"
 MOST_BYTES = 12_000_000
@@ -104,3 +106,13 @@ def test_coquimbo_is_flat_and_in_chile(coquimbo: RoadGraph) -> None:
     assert -30.2 < south < north < -29.7
     assert coquimbo.link_count > 30_000
     assert 0.7 < coquimbo.urban.mean() < 1.0
+
+
+def test_highlands_carries_the_stations_that_synth_makes_and_coquimbo_none(
+    highlands: RoadGraph, coquimbo: RoadGraph
+) -> None:
+    stored = (GRAPHS / "highlands" / STATIONS_FILE).read_bytes()
+    stations = synthetic_stations(highlands, 18)
+    assert stations_bytes(highlands, stations) == stored
+    assert load_stations(GRAPHS / "highlands", highlands) == stations
+    assert load_stations(GRAPHS / "coquimbo", coquimbo) == NO_STATIONS
