@@ -12,20 +12,25 @@ from routing.cache_budget import DEFAULT_BYTES, CacheBudget
 from routing.errors import GraphNotFoundError
 from routing.graph.files import load_meta
 from routing.planner import Planner
+from routing.stations.selection import StationIndex
 
 if TYPE_CHECKING:
     from pathlib import Path
 
     from app.sharing.sources import GraphSource, Reloaded
     from energy.vehicle.files import AnyVehicle
+    from routing.errors import GraphFormatError
+    from routing.graph.road_graph import RoadGraph
 
 
 @dataclass(frozen=True, slots=True)
 class _Loaded:
-    """A planner, and the version of the graph that it answers on."""
+    """A planner, the version of the graph that it answers on, and its stations, or why they can't be read."""
 
     planner: Planner
     version: str
+    stations: StationIndex
+    problem: GraphFormatError | None
 
 
 class Atlas:
@@ -88,14 +93,32 @@ class Atlas:
 
     def planner(self, name: str) -> Planner:
         """The planner of one graph; raises GraphNotFoundError, or GraphFormatError while loading it."""
+        return self._of(name).planner
+
+    def planner_with_stations(self, name: str) -> tuple[Planner, StationIndex, str]:
+        """The planner of one graph, the stations on that very graph, and the version of both.
+
+        Raises as planner does, and GraphFormatError where the stations can't be read.
+        """
+        loaded = self._of(name)
+        if loaded.problem is not None:
+            raise loaded.problem.with_traceback(None)  # which would grow with each time it is raised
+        return loaded.planner, loaded.stations, loaded.version
+
+    def drawn(self, name: str) -> tuple[RoadGraph, StationIndex]:
+        """What maps show of one graph: its roads, and its stations, none where they can't be read; as planner does."""
+        loaded = self._of(name)
+        return loaded.planner.graph, loaded.stations
+
+    def _of(self, name: str) -> _Loaded:
         folder = self.folder(name)
         loaded = self._loaded.get(name)
         if loaded is not None:
-            return loaded.planner
+            return loaded
         with self._lock:
             if name not in self._loaded:
                 self._loaded[name] = self._load(folder)
-            return self._loaded[name].planner
+            return self._loaded[name]
 
     def version(self, name: str) -> str:
         """The version of a graph that is loaded, "" before it is; raises GraphNotFoundError."""
@@ -120,7 +143,7 @@ class Atlas:
             known = {name: (folder, self.version(name)) for name, folder in before.items()}
 
             def read(folder: Path) -> _Loaded:
-                loaded = self._load(folder)
+                loaded = self._load(folder, whole=folder in before.values())
                 loaded.planner.warm_up(vehicle)
                 return loaded
 
@@ -137,7 +160,12 @@ class Atlas:
                 planner.forget()
             return look.changes(before)
 
-    def _load(self, folder: Path) -> _Loaded:
-        graph, version = self._source.load(folder)
-        planner = Planner(graph, snap_limit_m=self._snap_limit_m, label_limit=self._label_limit, budget=self.budget)
-        return _Loaded(planner, version)
+    def _load(self, folder: Path, *, whole: bool = False) -> _Loaded:
+        """A graph, and its stations; whole: these must be readable, too."""
+        stored = self._source.load(folder)
+        if whole:
+            stored.whole()
+        planner = Planner(
+            stored.graph, snap_limit_m=self._snap_limit_m, label_limit=self._label_limit, budget=self.budget
+        )
+        return _Loaded(planner, stored.version, StationIndex(stored.stations), stored.problem)

@@ -8,6 +8,8 @@ from urllib.parse import quote
 from app.schemas.tiles import GraphTileJSON, HeightTilesNote, VectorLayer
 from app.tiles.heights import TILE_SIZE
 from app.tiles.roads import CLASS_NAMES, DETAILS_FROM_ZOOM, LAYER, MAX_ZOOM, MIN_ZOOM, NAMES_FROM_ZOOM
+from app.tiles.stations import LAYER as STATIONS
+from app.tiles.stations import NAMES_FROM_ZOOM as DETAILS_OF_STATIONS_FROM_ZOOM
 
 if TYPE_CHECKING:
     from app.tiles.shelf import GraphTiles
@@ -23,6 +25,22 @@ ROAD_LAYER: Final = VectorLayer(
         "speed_kmh": f"speed limit, rounded; from zoom {DETAILS_FROM_ZOOM}",
         "oneway": f"whether it is driven in the direction of the line only; from zoom {DETAILS_FROM_ZOOM}",
         "structure": f"whether it is on a bridge or in a tunnel; from zoom {DETAILS_FROM_ZOOM}",
+    },
+)
+STATION_LAYER: Final = VectorLayer(
+    id=STATIONS,
+    description="one point a charging station; below the closest level the strongest of those close together",
+    minzoom=MIN_ZOOM,
+    maxzoom=MAX_ZOOM,
+    fields={
+        "id": "of the station, as in the list of stations",
+        "power_kw": "greatest output of a socket, rounded; 0 where none is known",
+        "count": "how many stations the point stands for",
+        "name": f"name of the station, where it has one; from zoom {DETAILS_OF_STATIONS_FROM_ZOOM}",
+        "operator": f"its operator, or else its network; from zoom {DETAILS_OF_STATIONS_FROM_ZOOM}",
+        "connectors": f"its plugs, separated by commas; from zoom {DETAILS_OF_STATIONS_FROM_ZOOM}",
+        "sockets": f"how many sockets it has; from zoom {DETAILS_OF_STATIONS_FROM_ZOOM}",
+        "operational": f"whether it works, where that is known; from zoom {DETAILS_OF_STATIONS_FROM_ZOOM}",
     },
 )
 
@@ -44,12 +62,19 @@ def tile_json(tiles: GraphTiles, path_prefix: str) -> GraphTileJSON:
     return GraphTileJSON(
         tilejson="3.0.0",
         name=meta.name,
-        attribution=meta.attribution,
+        attribution=_attribution(tiles),
         scheme="xyz",
         tiles=[f"{root}/tiles/{{z}}/{{x}}/{{y}}.mvt?v={tiles.digest}"],
         minzoom=MIN_ZOOM,
         maxzoom=MAX_ZOOM,
         bounds=meta.bbox,
-        vector_layers=[ROAD_LAYER],
+        vector_layers=[ROAD_LAYER, STATION_LAYER] if len(tiles.stations) else [ROAD_LAYER],
         heights=heights,
     )
+
+
+def _attribution(tiles: GraphTiles) -> str:
+    """Whose data the tiles show: that of the graph, and that of its stations where it is somebody else's."""
+    of_graph = tiles.graph.meta.attribution
+    others = [source.name for source in tiles.stations.stations.sources if source.name not in of_graph]
+    return "; charging stations: ".join((of_graph, ", ".join(others))) if others and len(tiles.stations) else of_graph

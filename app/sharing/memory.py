@@ -10,6 +10,8 @@ import sys
 from typing import TYPE_CHECKING, Final
 
 from routing.graph.road_graph import RoadGraph
+from routing.stations.files import NO_STATIONS
+from routing.stations.station import Stations
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -24,8 +26,8 @@ def can_share() -> bool:
     return sys.platform == "linux" and hasattr(os, "memfd_create")
 
 
-def share_graph(graph: RoadGraph, label: str) -> int:
-    """A descriptor of memory that holds a graph, which nobody can change, cut or grow any more.
+def share_graph(graph: RoadGraph, label: str, stations: Stations = NO_STATIONS) -> int:
+    """A descriptor of memory that holds a graph with its stations, which nobody can change, cut or grow any more.
 
     No file backs it, so that nothing that happens to a disk ends those who read it; it goes with the last descriptor
     and the last graph on it. label: by which the system lists it, as in /proc/PID/maps. The arrays follow each other,
@@ -33,7 +35,7 @@ def share_graph(graph: RoadGraph, label: str) -> int:
     where can_share is false.
     """
     buffers: list[pickle.PickleBuffer] = []
-    described = pickle.dumps(graph, protocol=5, buffer_callback=buffers.append)
+    described = pickle.dumps((graph, stations), protocol=5, buffer_callback=buffers.append)
     raw = [buffer.raw() for buffer in buffers]
     places: list[tuple[int, int]] = []
     end = _HEAD.size
@@ -59,8 +61,8 @@ def share_graph(graph: RoadGraph, label: str) -> int:
     return descriptor
 
 
-def shared_graph(descriptor: int) -> RoadGraph:
-    """The graph that share_graph has put into memory, its arrays there, not copied, and read-only.
+def shared_graph(descriptor: int) -> tuple[RoadGraph, Stations]:
+    """The graph that share_graph has put into memory, its arrays there, not copied, and read-only; and its stations.
 
     The descriptor may be closed afterwards. It must come from this program: it is unpickled.
     """
@@ -68,10 +70,10 @@ def shared_graph(descriptor: int) -> RoadGraph:
     begin, length = _HEAD.unpack_from(memory)
     places: Sequence[tuple[int, int]]
     places, described = pickle.loads(memory[begin : begin + length])
-    graph = pickle.loads(described, buffers=[memory[at : at + size] for at, size in places])
-    if not isinstance(graph, RoadGraph):
+    graph, stations = pickle.loads(described, buffers=[memory[at : at + size] for at, size in places])
+    if not isinstance(graph, RoadGraph) or not isinstance(stations, Stations):
         raise TypeError(f"the shared memory holds a {type(graph).__name__}, no graph")
-    return graph
+    return graph, stations
 
 
 def _aligned(offset: int) -> int:

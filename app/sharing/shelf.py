@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from threading import Lock
 from typing import TYPE_CHECKING
 
 from app.sharing.memory import can_share, share_graph, shared_graph
-from app.sharing.sources import look_again
+from app.sharing.sources import Stored, look_again
 from routing.errors import GraphFormatError
 
 if TYPE_CHECKING:
@@ -16,7 +16,6 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from app.sharing.sources import GraphSource, Reloaded
-    from routing.graph.road_graph import RoadGraph
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,12 +23,14 @@ class Offer:
     """One graph that a process offers to others; descriptor_idx: position of its memory among descriptors sent along.
 
     None where its memory was sent before, or where the system shares none: each process then reads the graph itself.
+    problem: why its stations can't be read, None where they can.
     """
 
     name: str
     folder: Path
     version: str
     descriptor_idx: int | None = None
+    problem: GraphFormatError | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +40,7 @@ class _Held:
     folder: Path
     version: str
     descriptor: int | None
+    problem: GraphFormatError | None
 
 
 class GraphShelf:
@@ -61,7 +63,11 @@ class GraphShelf:
         """
         before = {name: held.folder for name, held in self._held.items()}
         known = {name: (held.folder, held.version) for name, held in self._held.items()}
-        look = look_again(self._source, known, self._read, needed)
+
+        def read(folder: Path) -> _Held:
+            return self._read(folder, whole=folder in before.values())
+
+        look = look_again(self._source, known, read, needed)
         held = {name: self._held[name] for name in look.folders if name not in look.fresh} | look.fresh
         self._replaced += [
             old.descriptor
@@ -77,7 +83,7 @@ class GraphShelf:
         descriptors: list[int] = []
         for name, held in self._held.items():
             sent = held.descriptor is not None and (only is None or name in only)
-            offers.append(Offer(name, held.folder, held.version, len(descriptors) if sent else None))
+            offers.append(Offer(name, held.folder, held.version, len(descriptors) if sent else None, held.problem))
             if sent and held.descriptor is not None:
                 descriptors.append(held.descriptor)
         return tuple(offers), descriptors
@@ -88,12 +94,15 @@ class GraphShelf:
             os.close(descriptor)
         self._replaced.clear()
 
-    def _read(self, folder: Path) -> _Held:
-        graph, version = self._source.load(folder)
+    def _read(self, folder: Path, *, whole: bool) -> _Held:
+        stored = self._source.load(folder)
+        if whole:
+            stored.whole()
         if not can_share():
-            return _Held(folder, version, None)
+            return _Held(folder, stored.version, None, stored.problem)
         try:
-            return _Held(folder, version, share_graph(graph, f"joulepath-{graph.meta.name}"))
+            memory = share_graph(stored.graph, f"joulepath-{stored.graph.meta.name}", stored.stations)
+            return _Held(folder, stored.version, memory, stored.problem)
         except OSError as error:
             raise GraphFormatError(str(folder), "size", f"too large ({error})", "what memory there is") from error
 
@@ -126,14 +135,15 @@ class OfferedGraphs:
         """The version that is offered."""
         return self._offers[folder].version
 
-    def load(self, folder: Path) -> tuple[RoadGraph, str]:
+    def load(self, folder: Path) -> Stored:
         """A graph in the memory that was offered, or read from disk where none was."""
         with self._lock:
             memory, offer = self._memory.get(folder), self._offers[folder]
             if memory is None:
-                return self._fallback.load(folder)[0], offer.version
+                return replace(self._fallback.load(folder), version=offer.version)
             try:
-                return shared_graph(memory), offer.version
+                graph, stations = shared_graph(memory)
+                return Stored(graph, offer.version, stations, offer.problem)
             finally:
                 self._close(folder)
 

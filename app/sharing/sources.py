@@ -2,21 +2,43 @@
 
 from __future__ import annotations
 
+import hashlib
 import logging
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Generic, Protocol, TypeVar
 
 from routing.errors import GraphFormatError, GraphNotFoundError
 from routing.graph.files import load_version, version_of
+from routing.stations.files import NO_STATIONS, load_stations_version, stations_version
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
 
     from routing.graph.road_graph import RoadGraph
+    from routing.stations.station import Stations
 
 LOG = logging.getLogger(__name__)
 Read = TypeVar("Read")
+
+
+@dataclass(frozen=True, slots=True)
+class Stored:
+    """A graph with the stations beside it, and the version of both.
+
+    problem: why its stations can't be read, None where they can or there are none.
+    """
+
+    graph: RoadGraph
+    version: str
+    stations: Stations = NO_STATIONS
+    problem: GraphFormatError | None = None
+
+    def whole(self) -> Stored:
+        """Itself; raises GraphFormatError where its stations can't be read."""
+        if self.problem is not None:
+            raise self.problem
+        return self
 
 
 class GraphSource(Protocol):
@@ -26,10 +48,10 @@ class GraphSource(Protocol):
         """The folder of each graph by its name, as they are now; raises GraphFormatError."""
 
     def version(self, folder: Path) -> str:
-        """The version of a graph as it is now; raises GraphFormatError."""
+        """The version of a graph and its stations as they are now; raises GraphFormatError."""
 
-    def load(self, folder: Path) -> tuple[RoadGraph, str]:
-        """A graph, and its version; raises GraphFormatError."""
+    def load(self, folder: Path) -> Stored:
+        """A graph with its stations; raises GraphFormatError where the graph can't be read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,12 +65,24 @@ class GraphsOnDisk:
         return self.find()
 
     def version(self, folder: Path) -> str:
-        """The version in meta.json."""
-        return version_of(folder)
+        """The version in meta.json, with that of the stations where there are any."""
+        return _version(version_of(folder), stations_version(folder))
 
-    def load(self, folder: Path) -> tuple[RoadGraph, str]:
-        """A graph, read into the memory of this process."""
-        return load_version(folder)
+    def load(self, folder: Path) -> Stored:
+        """A graph, read into the memory of this process; without its stations where these can't be read."""
+        graph, version = load_version(folder)
+        try:
+            stations, of_stations = load_stations_version(folder, graph)
+        except GraphFormatError as error:
+            LOG.warning("graph %s is answered on without its stations: %s", folder.name, error)
+            return Stored(graph, _version(version, str(error)), problem=error)
+        return Stored(graph, _version(version, of_stations), stations)
+
+
+def _version(of_graph: str, of_stations: str) -> str:
+    if not of_stations:
+        return of_graph
+    return hashlib.sha256(f"{of_graph} {of_stations}".encode()).hexdigest()[: len(of_graph)]
 
 
 def folders_on_disk(folders: Mapping[str, Path]) -> GraphsOnDisk:

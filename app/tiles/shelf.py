@@ -13,7 +13,10 @@ from app.tiles.cache import TileCache
 from app.tiles.errors import HeightsAbsentError
 from app.tiles.heights import HeightTiles
 from app.tiles.roads import RoadTiles
+from app.tiles.stations import StationTiles
 from routing.graph.road_graph import Terrain, meta_fields
+from routing.stations.files import NO_STATIONS
+from routing.stations.selection import StationIndex
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -36,22 +39,26 @@ SHOWN_ARRAYS: Final = (
 class GraphTiles:
     """Tiles of one graph, each made once while it is kept.
 
-    digest: names the contents of all of them, in hexadecimal; it changes with what they show of the graph and with the
-    version of the program. heights: none where the graph has no terrain.
+    digest: names the contents of all of them, in hexadecimal; it changes with what they show of the graph and its
+    stations and with the version of the program. heights: none where the graph has no terrain.
     """
 
-    def __init__(self, graph: RoadGraph, cache: TileCache) -> None:
+    def __init__(self, graph: RoadGraph, cache: TileCache, stations: StationIndex | None = None) -> None:
         self.graph = graph
-        self.digest = tiles_digest(graph)
+        self.stations = stations if stations is not None else StationIndex(NO_STATIONS)
+        self._stations = StationTiles(self.stations)
+        self.digest = tiles_digest(graph, self._stations)
         self._cache = cache
         self._roads = RoadTiles(graph)
         self.heights = None if graph.meta.terrain is Terrain.ABSENT else HeightTiles(graph)
 
     def roads_gzip(self, address: TileAddress) -> bytes:
-        """Roads of one tile as a vector tile, compressed by gzip; without roads, that of no bytes."""
-        return self._cache.get(
-            (self.digest, "roads", address), lambda: gzip.compress(self._roads.tile(address), compresslevel=6, mtime=0)
-        )
+        """Roads and stations of one tile as a vector tile, compressed by gzip; without any, that of no bytes."""
+
+        def packed() -> bytes:
+            return gzip.compress(self._roads.tile(address) + self._stations.tile(address), compresslevel=6, mtime=0)
+
+        return self._cache.get((self.digest, "roads", address), packed)
 
     def heights_png(self, address: TileAddress) -> bytes:
         """Heights of one tile as a terrarium picture.
@@ -79,11 +86,11 @@ class TileShelf:
 
     def graph_tiles(self, name: str) -> GraphTiles:
         """The tiles of one graph; raises GraphNotFoundError, or GraphFormatError while loading the graph."""
-        graph = self._atlas.planner(name).graph
+        graph, stations = self._atlas.drawn(name)
         with self._lock:
             known = self._by_name.get(name)
-            if known is None or known.graph is not graph:
-                known = self._by_name[name] = GraphTiles(graph, self._cache)
+            if known is None or known.graph is not graph or known.stations is not stations:
+                known = self._by_name[name] = GraphTiles(graph, self._cache, stations)
             return known
 
     def forget(self, names: Iterable[str]) -> None:
@@ -99,7 +106,7 @@ class TileShelf:
             tiles.heights.surface()
 
 
-def tiles_digest(graph: RoadGraph) -> str:
+def tiles_digest(graph: RoadGraph, stations: StationTiles | None = None) -> str:
     """A name for the contents of a graph's tiles.
 
     It reads all that tiles show: 0.1 s a million links from memory, once a process. Sizes and times of files would be
@@ -113,4 +120,6 @@ def tiles_digest(graph: RoadGraph) -> str:
         digest.update(graph.copies.of.data)
     if graph.ferries is not None:  # neither
         digest.update(graph.ferries.link.data)
+    if stations is not None:
+        stations.digest_into(digest)
     return digest.hexdigest()

@@ -1,4 +1,4 @@
-"""Lines with attributes in the wire format of Mapbox Vector Tile 2.1.
+"""Lines and points with attributes in the wire format of Mapbox Vector Tile 2.1.
 
 Source: Mapbox Vector Tile specification 2.1, sections 4.1 to 4.4, and the encoding of Protocol Buffers: a message is a
 row of fields, each a key (number << 3 | wire type) with a varint or with a length and bytes.
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 
 EXTENT: Final = 4096  # units along a tile's side
 VERSION: Final = 2
+POINT: Final = 1  # section 4.3.4.2
 LINESTRING: Final = 2  # section 4.3.4.3
 MOVE_TO_ONE: Final = 1 << 3 | 1  # command 1, once (section 4.3.1)
 LINE_TO: Final = 2
@@ -46,15 +47,35 @@ def encode_tile(layer_name: str, lines: TileLines) -> bytes:
     """A tile of one layer, or no bytes where it has no lines."""
     if not lines.attributes:
         return b""
+    return _layer(layer_name, LINESTRING, lines.attributes, _geometries(lines))
+
+
+def encode_points(
+    layer_name: str, points: NDArray[np.int64], attributes: Sequence[Mapping[str, AttributeValue]]
+) -> bytes:
+    """A tile of one layer of points, int64 (n, 2) in its units, or no bytes where there are none.
+
+    Tiles of several layers are their bytes on end.
+    """
+    if not attributes:
+        return b""
+    zigzag = ((points << 1) ^ (points >> 63)).tolist()
+    geometries = [_varint(MOVE_TO_ONE) + _varint(x) + _varint(y) for x, y in zigzag]
+    return _layer(layer_name, POINT, attributes, geometries)
+
+
+def _layer(
+    layer_name: str, kind: int, every: Sequence[Mapping[str, AttributeValue]], geometries: Sequence[bytes]
+) -> bytes:
     keys: dict[str, int] = {}
     values: dict[tuple[type, AttributeValue], int] = {}
     layer = [_bytes_field(1, layer_name.encode())]
-    for attributes, geometry in zip(lines.attributes, _geometries(lines), strict=True):
+    for attributes, geometry in zip(every, geometries, strict=True):
         tags = bytearray()
         for key, value in attributes.items():
             tags += _varint(keys.setdefault(key, len(keys)))
             tags += _varint(values.setdefault((type(value), value), len(values)))
-        feature = _bytes_field(2, tags) + _varint_field(3, LINESTRING) + _bytes_field(4, geometry)
+        feature = _bytes_field(2, tags) + _varint_field(3, kind) + _bytes_field(4, geometry)
         layer.append(_bytes_field(2, feature))
     layer += [_bytes_field(3, key.encode()) for key in keys]
     layer += [_bytes_field(4, _value(value)) for _, value in values]

@@ -28,7 +28,7 @@ ROOT = Path(__file__).resolve().parents[3]
 def shared(graph: RoadGraph) -> RoadGraph:
     descriptor = share_graph(graph, "test")
     try:
-        return shared_graph(descriptor)
+        return shared_graph(descriptor)[0]
     finally:
         os.close(descriptor)
 

@@ -13,10 +13,19 @@ Point = tuple[int, int]
 
 @dataclass(frozen=True)
 class Feature:
-    """A line feature: its geometry as numbers and as parts, and its attributes."""
+    """A line or a point: its geometry as numbers and as parts, and its attributes."""
 
     commands: list[int]
     attributes: dict[str, object]
+    kind: int = 2  # LINESTRING
+
+    @property
+    def point(self) -> Point:
+        """The place of a point."""
+        assert self.kind == 1
+        move, x, y = self.commands
+        assert move == 9  # MoveTo, once
+        return unzigzag(x), unzigzag(y)
 
     @property
     def parts(self) -> list[list[Point]]:
@@ -68,10 +77,12 @@ def read_layer(content: bytes) -> Layer:
     for number, value in entries:
         if number == 2 and isinstance(value, bytes):
             parts = dict(fields(value))
-            assert parts[3] == 2  # LINESTRING
+            kind = parts[3]
+            assert kind in (1, 2)  # POINT, LINESTRING
+            assert isinstance(kind, int)
             tags = list(varints(parts.get(2, b"")))
             attributes = {keys[k]: values[v] for k, v in zip(tags[::2], tags[1::2], strict=True)}
-            features.append(Feature(list(varints(parts[4])), attributes))
+            features.append(Feature(list(varints(parts[4])), attributes, kind))
     return Layer(name.decode(), version, extent, features)
 
 
