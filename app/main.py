@@ -30,7 +30,19 @@ from app.http.gate import Gate, SecurityHeaders
 from app.http.metrics import Metrics
 from app.http.observed import Observed
 from app.http.readiness import DatabaseProbe
-from app.http.routes import diagnoses, graphs, health, matrix, metrics, range, route, simulate, tiles, vehicles
+from app.http.routes import (
+    diagnoses,
+    graphs,
+    health,
+    matrix,
+    metrics,
+    range,
+    route,
+    simulate,
+    stations,
+    tiles,
+    vehicles,
+)
 from app.http.routes.access import COMPRESSED_BYTES, COMPRESSION
 from app.http.web import install_web
 from app.schemas.diagnosis import DiagnosisRequest
@@ -59,6 +71,7 @@ ROUTERS: Final = (
     vehicles.router,
     diagnoses.router,
     graphs.router,
+    stations.router,
     tiles.router,
     health.router,
     metrics.router,

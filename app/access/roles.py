@@ -54,7 +54,8 @@ def need_of(method: str, path: str) -> Need:
     if method in READING:
         if path in PUBLIC or path.startswith(PUBLIC_BELOW):
             return _ANYBODY
-        return _TILE if path.startswith("/graphs/") and path.count("/") > 2 else _READ
+        is_tile = path.startswith("/graphs/") and path.count("/") > 2 and not path.endswith("/stations")
+        return _TILE if is_tile else _READ
     if method == "POST" and path == "/matrix":
         return _LARGE_SEARCH
     if method == "POST" and path == "/diagnoses":

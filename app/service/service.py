@@ -41,6 +41,7 @@ from app.service.graph_choice import graph_for
 from app.service.learned import LearnedEffectsShelf, warnings_of, warnings_of_way
 from app.service.matrices import MatrixWork, check_places
 from app.sharing.sources import GraphsOnDisk, folders_on_disk
+from app.stations.features import GraphStations
 from app.store.database import Database
 from app.store.diagnoses import LearnedEffectsStore
 from app.store.errors import DatabaseUnavailableError
@@ -304,6 +305,11 @@ class Service:
     def show_graph(self, name: str) -> GraphDetail:
         """One graph with its extent."""
         return graph_detail(self.atlas.planner(name).graph, self.settings.default_graph)
+
+    def stations(self, name: str) -> GraphStations:
+        """The stations of one graph; raises GraphNotFoundError, and GraphFormatError where they can't be read."""
+        _, index, version = self.atlas.planner_with_stations(name)
+        return GraphStations(name, version, index)
 
     def _understood(self, sent: Asked) -> tuple[Planner, ChosenVehicle, Asked]:
         """Planner and vehicle of a request, and the request with its defaults filled in."""

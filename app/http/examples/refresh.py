@@ -20,9 +20,11 @@ from app.schemas.simulation import SimulateRequest
 from app.schemas.vehicles.vehicle import InlineTableVehicle
 from app.service.service import Service
 from app.settings import Settings
+from app.stations.parameters import StationParameters
 
 SHOWN = {"links": 2, "vehicles": 3}
 SHOWN_POINTS = 4
+SHOWN_STATIONS = 2
 SHOWN_OF_DIAGNOSES = 2
 
 
@@ -57,6 +59,9 @@ def _answers(service: Service) -> dict[str, Any]:
         "vehicle_stored": service.put_vehicle("my-van", table)[0],
         "graphs": service.list_graphs(),
         "graph": service.show_graph(service.settings.default_graph),
+        "stations": service.stations(service.settings.default_graph).collection(
+            StationParameters(limit=SHOWN_STATIONS)
+        ),
     }
     shown = {name: answer.model_dump(mode="json") for name, answer in answers.items()}
     return shown | {"route_geojson": json.loads(service.route_geojson(eco))}

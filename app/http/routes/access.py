@@ -93,3 +93,9 @@ def _quality(parameters: list[str]) -> float:
             except ValueError:
                 return 0.0
     return 1.0
+
+
+def has_tag(if_none_match: str | None, tag: str) -> bool:
+    """Whether an If-None-Match header names a tag (RFC 9110 section 13.1.2, weak comparison)."""
+    known = [part.strip().removeprefix("W/") for part in (if_none_match or "").split(",")]
+    return tag in known or known == ["*"]

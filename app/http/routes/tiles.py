@@ -9,7 +9,7 @@ from fastapi import APIRouter, Header, Path, Query, Request, Response
 
 from app.conversions.tiles import ROAD_LAYER, tile_json
 from app.http.examples.problems import problems
-from app.http.routes.access import RunningService, answer
+from app.http.routes.access import RunningService, answer, has_tag
 from app.schemas.problem import ErrorCode
 from app.schemas.tiles import GraphTileJSON
 from app.tiles.address import TileAddress
@@ -101,7 +101,7 @@ def show_roads(
     takes_gzip = "gzip" in request.headers.get("Accept-Encoding", "")
     tag = f'"{tiles.digest}-roads-{z}-{x}-{y}{"-gzip" if takes_gzip else ""}"'
     headers = {**_freshness(tag, v == tiles.digest), "Vary": "Accept-Encoding"}
-    if _has_tag(if_none_match, tag):
+    if has_tag(if_none_match, tag):
         return Response(status_code=304, headers=headers)
     body = tiles.roads_gzip(address)
     if takes_gzip:
@@ -133,7 +133,7 @@ def show_heights(
     tag = f'"{tiles.digest}-heights-{z}-{x}-{y}"'
     headers = _freshness(tag, v == tiles.digest)
     body = tiles.heights_png(address)
-    if _has_tag(if_none_match, tag):
+    if has_tag(if_none_match, tag):
         return Response(status_code=304, headers=headers)
     return Response(body, media_type=PNG, headers=headers)
 
@@ -141,9 +141,3 @@ def show_heights(
 def _freshness(tag: str, is_current: bool) -> dict[str, str]:
     """Headers that say how long an answer may be kept: for good under the address of this very content."""
     return {"ETag": tag, "Cache-Control": FOREVER if is_current else "no-cache"}
-
-
-def _has_tag(if_none_match: str | None, tag: str) -> bool:
-    """Whether an If-None-Match header names a tag (RFC 9110 section 13.1.2, weak comparison)."""
-    known = [part.strip().removeprefix("W/") for part in (if_none_match or "").split(",")]
-    return tag in known or known == ["*"]

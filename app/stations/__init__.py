@@ -1,0 +1,1 @@
+"""The charging stations of a graph as they are asked for over HTTP and on the command line."""
