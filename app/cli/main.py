@@ -22,6 +22,7 @@ from app.cli.commands.keys import keys
 from app.cli.commands.output import GraphOption, service_for, settings_for
 from app.cli.commands.prove import proving
 from app.cli.commands.queries import queries
+from app.cli.commands.stations import stations
 from app.cli.commands.vehicles import vehicles
 from app.errors.raised import CommandError
 from app.settings import MOST_WORKERS, Settings
@@ -70,6 +71,7 @@ cli.add_typer(making)
 cli.add_typer(proving)
 cli.add_typer(vehicles, name="vehicles")
 cli.add_typer(graphs, name="graphs")
+cli.add_typer(stations, name="stations")
 cli.add_typer(keys, name="keys")
 
 

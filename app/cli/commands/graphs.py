@@ -12,6 +12,7 @@ from rich.console import Console
 from app.cli import tables
 from app.cli.commands.output import JsonOption, service_for, show
 from app.cli.commands.progress import reporter, stage_bars
+from app.cli.station_tables import report_lines
 from app.errors.raised import CommandError
 from app.schemas.graph import GraphFolder, StoredGraphs
 from app.settings import Settings
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from routing.graph.road_graph import CutOffPart, RoadGraph
+    from routing.stations.importing import StationsBeside
 
 graphs = typer.Typer(no_args_is_help=True, help="The road networks that requests can name.")
 making = typer.Typer()
@@ -55,6 +57,7 @@ def import_map(
     """Import a region: map and elevation files in, a graph folder out. Nothing is written when it fails."""
     from routing.graph.files import save_graph
     from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
+    from routing.stations.importing import stations_beside
 
     tiles = [*(dem or []), *(more_dem or [])]
     length_m = DEFAULT_SMOOTHING_M if smoothing_m is None else smoothing_m
@@ -68,8 +71,10 @@ def import_map(
             ferries=ferries,
             progress=reporter(progress),
         )
-    save_graph(graph, place)
+    stations = stations_beside(map_path, graph, place)
+    save_graph(graph, place, stations.files)
     _say_written(place, graph.node_count, graph.road_link_count, graph.meta.dropped)
+    _say_stations(stations)
     _say_cut_off(graph.meta.cut_off)
     _say_cut_roads(None if graph.cut_node is None else graph.cut_node.size)
     _say_ferries(graph)
@@ -89,7 +94,9 @@ def synth(
 ) -> None:
     """Make a synthetic region with towns, motorways and passes."""
     from routing.graph.files import save_graph
+    from routing.stations.files import STATIONS_FILE, stations_bytes
     from routing.synth import synthesize
+    from routing.synth.stations import synthetic_stations
 
     place = out or _own_folder(f"synthetic-{seed}" if name is None else name)
     with stage_bars() as progress:
@@ -104,8 +111,10 @@ def synth(
             )
         except ValueError as error:
             raise CommandError(str(error)) from error
-    save_graph(graph, place)
+    stations = synthetic_stations(graph, seed)
+    save_graph(graph, place, {STATIONS_FILE: stations_bytes(graph, stations)})
     _say_written(place, graph.node_count, graph.link_count, graph.meta.dropped)
+    Console(stderr=True).print(f"  charging stations: {len(stations.stations)}", style="dim", highlight=False)
 
 
 @graphs.command("list")
@@ -140,6 +149,7 @@ def check_graphs(
     from routing.errors import GraphFormatError
     from routing.graph.files import load_version
     from routing.graph.folders import graph_folders
+    from routing.stations.files import load_stations
 
     known = {} if names else graph_folders(Settings().graph_dirs)
     for name in names or ():
@@ -150,12 +160,14 @@ def check_graphs(
     for name, folder in known.items():
         try:
             graph, version = load_version(folder)
+            stations = len(load_stations(folder, graph).stations)
         except GraphFormatError as error:
             wrong += 1
             Console(stderr=True, soft_wrap=True).print(f"{name}: {error}", style="red", markup=False, highlight=False)
             continue
         sealed = "as it was written" if GraphFiles(folder).sealed else "fits together; it has no hashes, import it anew"
         said = f"{name}: {sealed}, version {version}, {graph.link_count} directed links"
+        said += f", {stations} charging stations" if stations else ""
         Console(soft_wrap=True).print(said, markup=False, highlight=False)
     if wrong:
         raise typer.Exit(1)
@@ -188,6 +200,18 @@ def _say_written(out: Path, nodes: int, links: int, dropped: Mapping[str, int]) 
     console.print(f"{out}: {nodes} nodes, {links} directed links", highlight=False)
     for reason, count in dropped.items():
         console.print(f"  left out, {reason}: {count}", style="dim", highlight=False)
+
+
+def _say_stations(beside: StationsBeside) -> None:
+    console = Console(stderr=True, soft_wrap=True)
+    if beside.problem:
+        said = f"the stations that the graph had can't be read, and are not kept: {beside.problem}"
+        console.print(said, style="yellow", markup=False, highlight=False)
+    if not beside.files:
+        return
+    console.print(f"  charging stations: {beside.report.kept}", style="dim", highlight=False)
+    for line in report_lines(beside.stations, beside.report):
+        console.print(f"    {line}", style="dim", markup=False, highlight=False)
 
 
 def _say_cut_roads(places: int | None) -> None:
