@@ -7,7 +7,7 @@ from typing import Annotated, Any, Final
 
 from fastapi import APIRouter, Header, Path, Query, Request, Response
 
-from app.conversions.tiles import ROAD_LAYER, tile_json
+from app.conversions.tiles import ROAD_LAYER, STATION_LAYER, tile_json
 from app.http.examples.problems import problems
 from app.http.routes.access import RunningService, answer, has_tag
 from app.schemas.problem import ErrorCode
@@ -40,7 +40,7 @@ TILE_JSON: Final[dict[str, Any]] = {
     "minzoom": MIN_ZOOM,
     "maxzoom": MAX_ZOOM,
     "bounds": [-37.0035639, 43.5077356, -35.0105183, 44.4953214],
-    "vector_layers": [ROAD_LAYER.model_dump()],
+    "vector_layers": [ROAD_LAYER.model_dump(), STATION_LAYER.model_dump()],
     "heights": {
         "tiles": ["/graphs/highlands/heights/{z}/{x}/{y}.png?v=e89f09dfee4c88fd"],
         "encoding": "terrarium",
