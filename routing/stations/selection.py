@@ -61,6 +61,8 @@ class StationIndex:
             east_of, west_of = self.lon_deg >= west, self.lon_deg <= east
             is_in &= (east_of & west_of) if west <= east else (east_of | west_of)
         found = np.flatnonzero(is_in)
+        if not (asked.connectors or asked.network or asked.access or asked.open_at):
+            return found
         name = asked.network.casefold()
         kept = [k for k in found.tolist() if _matches(every[k], asked, name)]
         return np.array(kept, np.int64)

@@ -26,6 +26,7 @@ READ: Final = {
     "GET /diagnoses/{id}/trips/{trip}",
     "GET /graphs",
     "GET /graphs/{name}",
+    "GET /graphs/{name}/stations",
     "GET /graphs/{name}/tiles.json",
     "GET /graphs/{name}/tiles/{z}/{x}/{y}.mvt",
     "GET /graphs/{name}/heights/{z}/{x}/{y}.png",

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 
 from energy.charging.charging import Connector
 from routing.errors import GraphFormatError
@@ -216,3 +218,33 @@ def test_outputs_come_back_as_they_were(town: RoadGraph, tmp_path: Path, output_
     drawn = station("a", 500, 0, sockets=(Socket(Connector.TYPE2, output_w),), position=(LinkPosition(0, 1.0),))
     save_stations(tmp_path, town, Stations((drawn,), (SOURCE,)))
     assert load_stations(tmp_path, town).stations == (drawn,)
+
+
+VALUES = st.recursive(
+    st.one_of(st.none(), st.booleans(), st.integers(-(2**60), 2**60), st.floats(allow_nan=False), st.text(max_size=8)),
+    lambda inner: st.one_of(st.lists(inner, max_size=3), st.dictionaries(st.text(max_size=5), inner, max_size=3)),
+    max_leaves=5,
+)
+
+
+@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(data=st.data())
+def test_any_value_anywhere_is_refused_or_read_as_it_is_written_again(
+    town: RoadGraph, stations: Stations, tmp_path: Path, data: st.DataObject
+) -> None:
+    raw = json.loads(stations_bytes(town, stations))
+    holder: Any = {"": raw}
+    key: Any = ""
+    while isinstance(holder[key], dict | list) and holder[key] and data.draw(st.booleans() | st.just(True)):
+        holder = holder[key]
+        key = data.draw(st.sampled_from(sorted(holder) if isinstance(holder, dict) else range(len(holder))))
+    holder[key] = data.draw(VALUES)
+    (tmp_path / STATIONS_FILE).write_text(
+        json.dumps(raw if holder is not raw or key else holder[key]), encoding="utf-8"
+    )
+    try:
+        loaded = load_stations(tmp_path, town)
+    except GraphFormatError:
+        return
+    save_stations(tmp_path, town, loaded)
+    assert load_stations(tmp_path, town) == loaded
