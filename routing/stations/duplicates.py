@@ -7,6 +7,7 @@ import re
 import unicodedata
 from collections import defaultdict
 from dataclasses import replace
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from routing.graph.earth import METRE_PER_DEGREE
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
 
 ALIKE_M: Final = 40.0  # between stations of one operator that are one; assumed: a row of posts at a car park
 UNSAID_M: Final = 15.0  # where only one of both names its operator; assumed
+MOST_LOOKED_AT: Final = 50  # of the stations of one name in one place, which is more than any place has
 _LEGAL_FORMS: Final = frozenset(
     (
         *("ab", "ag", "as", "bv", "co", "gmbh", "inc", "kg", "limited", "llc", "ltd", "mbh", "nv", "oy", "plc", "sa"),
@@ -39,8 +41,9 @@ _WORD: Final = re.compile(r"[^\W_]+")
 def united(stations: Iterable[Station]) -> tuple[tuple[Station, ...], int]:
     """Stations without those that are told twice, ordered by id, and how many were united with another.
 
-    Of one id the later one holds. Stations at most ALIKE_M apart are one where an operator or network of both is alike
-    or none of both names any, and at most UNSAID_M apart where one of both names none. Of one source sockets and
+    Of one id the later one holds. Stations at most ALIKE_M apart are one where their operators are alike, or, where not
+    both name one, what else they name, or where none of both names any; and at most UNSAID_M apart where one of both
+    names none. Of one source sockets and
     capacity of what is united add up, for a source tells each post once; of several sources, each plug is as the source
     says that knows most of it. Which stations are united depends on neither their order nor anything but them. O(n).
     """
@@ -48,7 +51,7 @@ def united(stations: Iterable[Station]) -> tuple[tuple[Station, ...], int]:
     groups: list[list[Station]] = []
     named: dict[tuple[str, int, int], list[int]] = defaultdict(list)
     anywhere: dict[tuple[int, int], int] = {}
-    keys = {station.id: _names(station) for station in by_id.values()}
+    keys = {station.id: _names(station.operator, station.network) for station in by_id.values()}
     for station in sorted(by_id.values(), key=lambda station: (not keys[station.id], *_order(station))):
         names = keys[station.id]
         found = _joined(station, names, groups, named, anywhere)
@@ -70,18 +73,21 @@ def _order(station: Station) -> tuple[object, ...]:
     return -told, -len(station.sockets), station.opening_hours is None, station.id
 
 
-def _names(station: Station) -> frozenset[str]:
+def _names(*texts: str) -> frozenset[str]:
     """What the names of an operator and a network have in common with others of the same, empty where none is said."""
-    found = set()
-    for text in (station.operator, station.network):
-        letters = unicodedata.normalize("NFKD", text.casefold())
-        plain = "".join(letter for letter in letters if not unicodedata.combining(letter))
-        words = [word for word in _WORD.findall(plain.replace("+", "")) if word not in _LEGAL_FORMS]
-        if words:
-            found.add(" ".join(words))
-            if len(words[0]) >= 3 and words[0] not in _GENERIC:
-                found.add(words[0])
-    return frozenset(found)
+    return frozenset().union(*map(_names_in, texts))
+
+
+@lru_cache(maxsize=2**16)
+def _names_in(text: str) -> frozenset[str]:
+    """A name without accents and legal forms, and its first word where that tells it from others."""
+    letters = unicodedata.normalize("NFKD", text.casefold())
+    plain = "".join(letter for letter in letters if not unicodedata.combining(letter))
+    words = [word for word in _WORD.findall(plain.replace("+", "")) if word not in _LEGAL_FORMS]
+    if not words:
+        return frozenset()
+    tells = len(words[0]) >= 3 and words[0] not in _GENERIC
+    return frozenset((" ".join(words), words[0]) if tells else (" ".join(words),))
 
 
 def _joined(
@@ -97,8 +103,8 @@ def _joined(
         (away_m, group)
         for name in names or {_UNNAMED}
         for cell in _cells_around(lat, lon, ALIKE_M)
-        for group in named.get((name, *cell), ())
-        if (away_m := _away_m(station, groups[group][0])) <= ALIKE_M
+        for group in named.get((name, *cell), ())[:MOST_LOOKED_AT]
+        if (away_m := _away_m(station, groups[group][0])) <= ALIKE_M and _may_be_one(station, groups[group][0])
     ]
     if not names:
         near += [
@@ -107,6 +113,14 @@ def _joined(
             if (group := anywhere.get(cell, -1)) >= 0 and (away_m := _away_m(station, groups[group][0])) <= UNSAID_M
         ]
     return min(near)[1] if near else None
+
+
+def _may_be_one(a: Station, b: Station) -> bool:
+    """Whether their operators do not say otherwise: a network may be one of many operators."""
+    if a.operator == b.operator:
+        return True
+    of_a, of_b = _names(a.operator), _names(b.operator)
+    return not of_a or not of_b or not of_a.isdisjoint(of_b)
 
 
 def _cell(lat_deg: float, lon_deg: float, side_m: float) -> tuple[int, int]:

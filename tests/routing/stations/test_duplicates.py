@@ -75,6 +75,16 @@ def test_a_network_tells_a_station_as_an_operator_does() -> None:
     assert len(found) == 1
 
 
+def test_stations_of_one_network_and_different_operators_are_apart() -> None:
+    found, _ = united(
+        [
+            station("a", 0, 0, operator="Stadtwerke Ulm", network="ladenetz.de"),
+            station("b", 9, 0, operator="Bäckerei Huber", network="ladenetz.de"),
+        ]
+    )
+    assert len(found) == 2
+
+
 def test_of_one_id_the_later_one_holds() -> None:
     (found,), count = united([station("a", 0, 0, name="old"), station("a", 5000, 0, name="new")])
     assert (found.name, count) == ("new", 0)
