@@ -10,8 +10,8 @@ from routing.errors import GraphFormatError
 from routing.importers.osm_files import is_graphml
 from routing.stations.duplicates import united
 from routing.stations.files import NO_STATIONS, STATIONS_FILE, load_stations, stations_bytes
+from routing.stations.formats.osm.reading import read_osm_stations
 from routing.stations.opening import is_understood
-from routing.stations.osm.reading import read_osm_stations
 from routing.stations.placing import place_stations
 from routing.stations.station import Stations
 

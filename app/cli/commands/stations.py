@@ -95,7 +95,7 @@ def list_stations(
 
 def _read(path: Path) -> ReadSource:
     """The stations of a file: of OpenStreetMap by its ending, else of the format that its content has."""
-    from routing.stations.osm.reading import read_osm_stations
+    from routing.stations.formats.osm.reading import read_osm_stations
     from routing.stations.reading import read_stations
 
     return read_osm_stations(path) if path.name.lower().endswith(OSM_ENDINGS) else read_stations(path)

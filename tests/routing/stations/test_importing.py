@@ -13,8 +13,8 @@ from routing.graph.files import load_graph, save_graph
 from routing.graph.networkx_graph import write_graphml
 from routing.importers.region import import_region
 from routing.stations.files import STATIONS_FILE, load_stations, save_stations
+from routing.stations.formats.osm.reading import read_osm_stations
 from routing.stations.importing import bring_in, stations_beside
-from routing.stations.osm.reading import read_osm_stations
 from routing.stations.station import Socket, Station, Stations, StationSource
 from tests.routing.stations.drawn import SOURCE, TYPE2, station
 

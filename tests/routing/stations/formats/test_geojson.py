@@ -83,7 +83,8 @@ def test_sockets_without_an_own_output_take_that_of_the_station_where_there_is_o
     [
         (feature(TAGS | {"motorcar": "no"}), "not for cars"),
         (feature({"amenity": "charging_station"}), "no plug given"),
-        (feature({"amenity": "charging_station", "socket:usb-a": "1", "socket:bosch": "2"}), "no plug that is known"),
+        (feature({"amenity": "charging_station", "socket:usb-a": "1", "socket:bosch": "2"}), "not for cars"),
+        (feature({"amenity": "charging_station", "socket:unheard_of": "1"}), "no plug that is known"),
         (feature(TAGS, at=(48.1, 116.5)), "latitude and longitude swapped"),
         (feature(TAGS, at=()), "no place"),
         (feature(TAGS, geometry=None), "no place"),

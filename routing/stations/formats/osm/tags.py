@@ -11,7 +11,8 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Final
 
 from energy.charging.charging import DC_CONNECTORS, Connector
-from routing.stations.osm.numbers import alternating_w, count_of, greatest, outputs_w, price_of
+from routing.stations.formats.osm.numbers import alternating_w, count_of, greatest, outputs_w
+from routing.stations.formats.prices import price_of
 from routing.stations.station import Access, Price, Socket
 
 if TYPE_CHECKING:
@@ -175,7 +176,7 @@ def reason_to_leave_out(tags: Mapping[str, str]) -> LeftOut | None:
     if cars:
         return None if any(value not in _DENIED for value in cars) else LeftOut.NOT_FOR_CARS
     for_others = any(_first(tags, key) in _TRUE for key in _OTHERS)
-    plugs = {kind.connector for key in tags if (kind := _kind_of(key)) is not None} - {Connector.DOMESTIC}
+    plugs = {kind.connector for key in tags if (kind := socket_kind(key)) is not None} - {Connector.DOMESTIC}
     others_plugs = any(key.startswith(("socket:bosch", "socket:usb", "socket:bicycle")) for key in tags)
     return LeftOut.NOT_FOR_CARS if (for_others or others_plugs) and not plugs else None
 
@@ -184,7 +185,7 @@ def _first(tags: Mapping[str, str], key: str) -> str:
     return tags.get(key, "").split(";")[0].strip().casefold()
 
 
-def _kind_of(key: str, tesla: Connector = Connector.TESLA_EU) -> SocketKind | None:
+def socket_kind(key: str, tesla: Connector = Connector.TESLA_EU) -> SocketKind | None:
     """The kind of socket that a key `socket:…` counts, None for other keys and kinds that no car has."""
     prefix, _, name = key.partition(":")
     if prefix != "socket" or not name or ":" in name:
@@ -218,7 +219,7 @@ def sockets_of(tags: Mapping[str, str], at: Point) -> tuple[Socket, ...]:
     of_station = max(outputs_w(tags.get("charging_station:output", tags.get("output", ""))), default=None)
     found: dict[tuple[Connector, float | None, int | None], int] = {}
     for key in tags:
-        kind = _kind_of(key, tesla)
+        kind = socket_kind(key, tesla)
         if kind is None:
             continue
         told = outputs_w(tags.get(f"{key}:output", ""))
@@ -311,18 +312,18 @@ def fee_of(tags: Mapping[str, str]) -> bool | None:
     value = tags.get("fee", "").strip().casefold()
     if value in ("no", "none", "free", "0", "donation"):
         return "fee:conditional" in tags
-    return True if value and value not in ("unknown", "fixme", "?") else (True if _priced(tags) else None)
-
-
-def _priced(tags: Mapping[str, str]) -> bool:
-    price = charge_of(tags)
-    return price is not None and any((price.per_kwh, price.per_min, price.per_session))
+    if value and value not in ("unknown", "fixme", "?"):
+        return True
+    return _charge(tags)[1]
 
 
 def charge_of(tags: Mapping[str, str]) -> Price | None:
     """What charging costs, None where nothing is said."""
-    text = tags.get("charge", "") or tags.get("charge:conditional", "")
-    return price_of(text) if text.strip() else None
+    return _charge(tags)[0]
+
+
+def _charge(tags: Mapping[str, str]) -> tuple[Price | None, bool | None]:
+    return price_of(tags.get("charge", "") or tags.get("charge:conditional", ""), tags.get("addr:country", ""))
 
 
 def operational_of(tags: Mapping[str, str]) -> bool | None:

@@ -9,8 +9,8 @@ import pytest
 
 from energy.charging.charging import Connector
 from routing.errors import ImportFailedError
-from routing.stations.osm.reading import read_osm_stations
-from routing.stations.osm.tags import LeftOut
+from routing.stations.formats.osm.reading import read_osm_stations
+from routing.stations.formats.osm.tags import LeftOut
 from routing.stations.station import Access, Socket
 from tests.routing.stations.drawn import place
 

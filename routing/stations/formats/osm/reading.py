@@ -15,7 +15,7 @@ from routing.errors import ImportFailedError
 from routing.graph.earth import E7
 from routing.importers.osm_files import check_strings, deleted_objects, open_osm
 from routing.places import Point
-from routing.stations.osm.tags import (
+from routing.stations.formats.osm.tags import (
     LIFE_CYCLE,
     POINT_TAG,
     STATION_TAG,

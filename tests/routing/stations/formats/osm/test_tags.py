@@ -6,17 +6,18 @@ import pytest
 
 from energy.charging.charging import Connector
 from routing.places import Point
-from routing.stations.osm.tags import (
+from routing.stations.formats.osm.tags import (
     SOCKET_KINDS,
     LeftOut,
     access_of,
     capacity_of,
+    charge_of,
     fee_of,
     operational_of,
     reason_to_leave_out,
     sockets_of,
 )
-from routing.stations.station import Access, Socket
+from routing.stations.station import Access, Price, Socket
 
 pytestmark = pytest.mark.nojit
 
@@ -135,6 +136,9 @@ def test_fee_capacity_and_status_are_read_and_unknown_where_nothing_is_said() ->
     assert [fee_of({"fee": value}) for value in ("yes", "no", "Mo-Fr", "unknown")] == [True, False, True, None]
     assert fee_of({}) is None
     assert fee_of({"charge": "0.49 EUR/kWh"}) is True
+    assert charge_of({"charge": "0.49 EUR/kWh"}) == Price("0.49 EUR/kWh", "EUR", 0.49)
+    assert charge_of({"charge": "$2 per hour", "addr:country": "CA"}) == Price("$2 per hour", "CAD", None, 0.03333333)
+    assert charge_of({}) is None
     assert fee_of({"fee": "no", "fee:conditional": "yes @ (stay > 4 hours)"}) is True
     assert [capacity_of({"capacity": value}) for value in ("4", "0", "many")] == [4, None, None]
     assert capacity_of({"capacity": "10", "capacity:motorcar": "2"}) == 2

@@ -1,4 +1,4 @@
-"""Numbers as people write them in tags: outputs, voltages, currents, prices."""
+"""Numbers as people write them in tags: outputs, counts, voltages, currents."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ import re
 from typing import Final
 
 from energy.charging.charging import MOST_POWER_W
-from routing.stations.station import Price
 
 MOST_PARTS: Final = 20  # of a list
 # what a number without a unit is: no car charges at less than a kilowatt, no station has an output of a megawatt
@@ -18,14 +17,6 @@ _OUTPUT: Final = re.compile(
 _UNITS_W: Final = {"kw": 1e3, "kva": 1e3, "mw": 1e6, "mva": 1e6, "w": 1.0, "va": 1.0}
 _NUMBER: Final = re.compile(r"\d{1,6}(?:[.,]\d{1,3})?")
 _COUNT: Final = re.compile(r"\d{1,4}")
-_CURRENCIES: Final = {"€": "EUR", "euro": "EUR", "£": "GBP", "$": "USD", "us$": "USD", "zł": "PLN", "kč": "CZK"}
-_MONEY: Final = r"(?:[a-z]{3,4}|us\$|[€£$]|zł|kč|ct|cent)"
-_PRICE: Final = re.compile(
-    rf"(?P<before>{_MONEY})?\s*(?P<number>\d{{1,5}}(?:[.,]\d{{1,4}})?)\s*(?P<after>{_MONEY})?"
-    r"\s*(?:/|per|pro|por|par)\s*(?P<unit>kwh|minute|minuto|min|hour|hora|heure|stunde|h|session|charge|use)\b",
-)
-_PER_MIN: Final = frozenset(("minute", "minuto", "min"))
-_PER_HOUR: Final = frozenset(("hour", "hora", "heure", "stunde", "h"))
 
 
 def outputs_w(text: str) -> list[float]:
@@ -62,42 +53,6 @@ def greatest(text: str) -> float | None:
     """The greatest number in a text, None where there is none."""
     found = [float(number.replace(",", ".")) for number in _NUMBER.findall(text)[:MOST_PARTS]]
     return max(found, default=None)
-
-
-def price_of(text: str) -> Price:
-    """A price in words, with its numbers where they are understood: `0.49 EUR/kWh; 0.10 EUR/min`, `€0.39 per kWh`.
-
-    Of several prices of one kind, as for plugs, the greatest; of several currencies none is understood.
-    """
-    per_kwh: list[float] = []
-    per_min: list[float] = []
-    per_session: list[float] = []
-    currencies: set[str] = set()
-    for match in _PRICE.finditer(text.casefold()):
-        money = match["before"] or match["after"] or ""
-        amount = float(match["number"].replace(",", "."))
-        if money in ("ct", "cent"):
-            amount, money = amount / 100.0, ""
-        if money:
-            currencies.add(_CURRENCIES.get(money, money.upper()))
-        unit = match["unit"]
-        if unit == "kwh":
-            per_kwh.append(amount)
-        elif unit in _PER_MIN:
-            per_min.append(amount)
-        elif unit in _PER_HOUR:
-            per_min.append(amount / 60.0)
-        else:
-            per_session.append(amount)
-    if len(currencies) != 1:
-        return Price(text.strip())
-    return Price(
-        text=text.strip(),
-        currency=currencies.pop(),
-        per_kwh=max(per_kwh, default=None),
-        per_min=max(per_min, default=None),
-        per_session=max(per_session, default=None),
-    )
 
 
 def alternating_w(volt: float, ampere: float, phases: int) -> float:

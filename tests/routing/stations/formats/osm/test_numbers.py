@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from routing.stations.osm.numbers import count_of, outputs_w, price_of
-from routing.stations.station import Price
+from routing.stations.formats.osm.numbers import count_of, outputs_w
 
 pytestmark = pytest.mark.nojit
 
@@ -48,22 +47,3 @@ def test_outputs_are_read_in_any_form(text: str, kilowatts: list[float]) -> None
 )
 def test_counts_are_numbers_or_yes_and_no(text: str, count: int | None) -> None:
     assert count_of(text) == count
-
-
-@pytest.mark.parametrize(
-    ("text", "expected"),
-    [
-        ("0.49 EUR/kWh", Price("0.49 EUR/kWh", "EUR", 0.49)),
-        ("0,39 €/kWh", Price("0,39 €/kWh", "EUR", 0.39)),
-        ("€0.39 per kWh", Price("€0.39 per kWh", "EUR", 0.39)),
-        ("$0.25/kWh; $1/session", Price("$0.25/kWh; $1/session", "USD", 0.25, None, 1.0)),
-        ("0.49 EUR/kWh;0.10 EUR/min", Price("0.49 EUR/kWh;0.10 EUR/min", "EUR", 0.49, 0.10)),
-        ("6 GBP/hour", Price("6 GBP/hour", "GBP", None, 0.1)),
-        ("0.49 EUR/kWh AC; 0.69 EUR/kWh DC", Price("0.49 EUR/kWh AC; 0.69 EUR/kWh DC", "EUR", 0.69)),
-        ("0.49 EUR/kWh; 5 CHF/h", Price("0.49 EUR/kWh; 5 CHF/h")),
-        ("0.49/kWh", Price("0.49/kWh")),
-        ("ask at the desk", Price("ask at the desk")),
-    ],
-)
-def test_prices_are_understood_where_they_name_one_currency(text: str, expected: Price) -> None:
-    assert price_of(text) == expected
