@@ -18,8 +18,6 @@ if TYPE_CHECKING:
 
 stations = typer.Typer(no_args_is_help=True, help="The charging stations of graphs.")
 
-OSM_ENDINGS = (".pbf", ".osm", ".osm.gz", ".osm.bz2")
-
 
 @stations.command("import")
 def import_stations(
@@ -94,8 +92,8 @@ def list_stations(
 
 
 def _read(path: Path) -> ReadSource:
-    """The stations of a file: of OpenStreetMap by its ending, else of the format that its content has."""
-    from routing.stations.formats.osm.reading import read_osm_stations
+    """The stations of a file of any format."""
+    from routing.stations.formats.osm.reading import is_osm, read_osm_stations
     from routing.stations.reading import read_stations
 
-    return read_osm_stations(path) if path.name.lower().endswith(OSM_ENDINGS) else read_stations(path)
+    return read_osm_stations(path) if is_osm(path) else read_stations(path)

@@ -46,6 +46,10 @@ _TAGS: Final = (
 )
 
 
+_ENDINGS: Final = (".pbf", ".osm", ".osm.gz", ".osm.bz2")
+_PEEKED_BYTES: Final = 4096
+
+
 @dataclass(frozen=True, slots=True)
 class MapStations:
     """The stations of a map, not placed on roads yet, and how many were left out, by reason."""
@@ -100,6 +104,18 @@ def read_osm_stations(path: Path) -> MapStations:
         else:
             shapes.append((thing, shape))
     return MapStations(_stations(shapes), source, {str(reason): count for reason, count in sorted(left_out.items())})
+
+
+def is_osm(path: Path) -> bool:
+    """Whether a file is one of OpenStreetMap, by its name or what it begins with; False where it can't be read."""
+    if path.name.lower().endswith(_ENDINGS):
+        return True
+    try:
+        with path.open("rb") as file:
+            begin = file.read(_PEEKED_BYTES)
+    except OSError:
+        return False
+    return b"OSMHeader" in begin[:64] or b"<osm" in begin.replace(b"\0", b"")
 
 
 def _drawn(file: Any, deleted: frozenset[tuple[str, int]]) -> tuple[list[_Drawn], str]:

@@ -9,7 +9,7 @@ import pytest
 
 from energy.charging.charging import Connector
 from routing.errors import ImportFailedError
-from routing.stations.formats.osm.reading import read_osm_stations
+from routing.stations.formats.osm.reading import is_osm, read_osm_stations
 from routing.stations.formats.osm.tags import LeftOut
 from routing.stations.station import Access, Socket
 from tests.routing.stations.drawn import place
@@ -136,3 +136,18 @@ def test_a_file_that_is_missing_or_damaged_is_named(tmp_path: Path) -> None:
     (tmp_path / "bad.osm.pbf").write_bytes(b"\x00\x00\x00\x0dnonsense and more of it")
     with pytest.raises(ImportFailedError, match=r"bad\.osm\.pbf"):
         read_osm_stations(tmp_path / "bad.osm.pbf")
+
+
+@pytest.mark.parametrize("name", ["drawn.osm.pbf", "drawn", "drawn.csv"])
+def test_a_file_of_a_map_is_told_by_its_name_or_content(draw_map: Any, tmp_path: Path, name: str) -> None:
+    path = draw_map(CORNERS, {}, {5: STATION | TYPE2}).rename(tmp_path / name)
+    assert is_osm(path)
+    (tmp_path / "text.xml").write_text('<?xml version="1.0"?><osm version="0.6"></osm>', encoding="utf-16")
+    assert is_osm(tmp_path / "text.xml")
+
+
+def test_other_files_are_none_of_a_map(tmp_path: Path) -> None:
+    (tmp_path / "stations.csv").write_text("lat,lon,connectors\n48,11,CCS2\n", encoding="utf-8")
+    assert not is_osm(tmp_path / "stations.csv")
+    assert not is_osm(tmp_path / "gone.csv")
+    assert not is_osm(tmp_path)
