@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Final
 
 from pydantic import BaseModel, ConfigDict, Field, NaiveDatetime, field_validator
@@ -15,7 +16,7 @@ MOST_STATIONS: Final = 5000  # of one answer
 STATIONS_A_PAGE: Final = 500
 LONGEST_LIST: Final = 400  # characters
 LONGEST_ID: Final = 400
-_NUMBER: Final = r"-?\d{1,3}(?:\.\d{1,15})?"
+_NUMBER: Final = r"-?[0-9]{1,3}(?:\.[0-9]{1,15})?"
 BBOX_PATTERN: Final = rf"^{_NUMBER}(?:,{_NUMBER}){{3}}$"
 
 
@@ -105,10 +106,9 @@ class StationParameters(BaseModel):
 def bbox_from_text(text: str) -> tuple[float, float, float, float]:
     """Bounds out of a query parameter."""
     allowed = "west,south,east,north in degrees: lon -180..180, lat -90..90, south at most north"
-    try:
-        west, south, east, north = (float(part) for part in text.split(","))
-    except ValueError:
-        raise PydanticCustomError("bbox", "{allowed}", {"allowed": allowed}) from None
+    if re.fullmatch(BBOX_PATTERN.strip("^$"), text) is None:
+        raise PydanticCustomError("bbox", "{allowed}", {"allowed": allowed})
+    west, south, east, north = (float(part) for part in text.split(","))
     if not (-180.0 <= west <= 180.0 and -180.0 <= east <= 180.0 and -90.0 <= south <= north <= 90.0):
         raise PydanticCustomError("bbox", "{allowed}", {"allowed": allowed})
     return west, south, east, north

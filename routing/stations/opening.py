@@ -60,7 +60,8 @@ def next_opening(hours: str | None, time: datetime) -> datetime | None:
         return None
     if parsed.is_open(time):
         return time
-    for begin, _, state, _ in parsed.intervals(time, time + _LOOKED_AHEAD):
+    last = datetime.max.replace(tzinfo=time.tzinfo)
+    for begin, _, state, _ in parsed.intervals(time, last if last - time < _LOOKED_AHEAD else time + _LOOKED_AHEAD):
         if state == State.OPEN:
             return begin.replace(tzinfo=time.tzinfo)
     return None

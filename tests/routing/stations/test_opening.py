@@ -82,3 +82,11 @@ def test_minutes_of_a_week_begin_on_monday_and_go_round() -> None:
 def test_texts_of_hours_are_told_from_others() -> None:
     assert is_understood("Mo-Fr 08:00-18:00; PH off")
     assert not is_understood("8 to 6")
+
+
+@pytest.mark.parametrize("hours", [OFFICE, "24/7", "off", "sunrise-sunset", "Mo[1] 10:00-12:00", "easter 10:00-12:00"])
+@pytest.mark.parametrize("time", [datetime(1, 1, 1), datetime(1900, 2, 28), datetime(9999, 12, 31, 23, 59, 59)])
+def test_the_first_and_last_times_that_there_are_can_be_asked_for(hours: str, time: datetime) -> None:
+    assert opening_at(hours, time) in Opening
+    found = next_opening(hours, time)
+    assert found is None or found >= time
