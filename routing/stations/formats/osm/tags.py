@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Final
 
 from energy.charging.charging import DC_CONNECTORS, Connector
 from routing.stations.formats.osm.numbers import alternating_w, count_of, greatest, outputs_w
+from routing.stations.formats.plugs import in_north_america
 from routing.stations.formats.prices import price_of
 from routing.stations.station import Access, Price, Socket
 
@@ -121,7 +122,6 @@ _AC_MOST_W: Final[Mapping[Connector, float]] = {
 }
 _THREE_PHASE_V: Final = 300.0  # above which a voltage is one between lines
 _ONE_PHASE_W: Final = 8_000.0  # 32 A at 230 V with some spare: what gives more has three phases, in Europe
-_AMERICAS_DEG: Final = (-170.0, -30.0)  # of longitude
 _JAPAN_KOREA: Final = (24.0, 46.0, 124.0, 146.0)  # south, north, west, east
 
 _DENIED: Final = frozenset(("no", "private", "military"))
@@ -201,11 +201,10 @@ def socket_kind(key: str, tesla: Connector = Connector.TESLA_EU) -> SocketKind |
 
 
 def tesla_plug(at: Point) -> Connector:
-    """The plug of Tesla's chargers at a place: NACS in America, Japan and Korea, elsewhere type 2 that carries DC."""
+    """The plug of Tesla's chargers at a place: NACS in North America, Japan and Korea, elsewhere type 2 that carries DC."""
     south, north, west, east = _JAPAN_KOREA
     in_asia = south <= at.lat_deg <= north and west <= at.lon_deg <= east
-    in_america = _AMERICAS_DEG[0] <= at.lon_deg <= _AMERICAS_DEG[1]
-    return Connector.NACS if in_asia or in_america else Connector.TESLA_EU
+    return Connector.NACS if in_asia or in_north_america(at) else Connector.TESLA_EU
 
 
 def sockets_of(tags: Mapping[str, str], at: Point) -> tuple[Socket, ...]:

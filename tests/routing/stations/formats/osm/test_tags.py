@@ -21,7 +21,7 @@ from routing.stations.station import Access, Price, Socket
 
 pytestmark = pytest.mark.nojit
 
-MUNICH, OHIO, TOKYO = Point(48.1, 11.6), Point(40.0, -83.0), Point(35.7, 139.7)
+MUNICH, OHIO, TOKYO, SANTIAGO = Point(48.1, 11.6), Point(40.0, -83.0), Point(35.7, 139.7), Point(-33.4, -70.7)
 STATION = {"amenity": "charging_station"}
 
 
@@ -73,6 +73,7 @@ def test_sockets_have_the_plug_count_and_output_of_their_tags(tags: dict[str, st
         ("tesla_supercharger", MUNICH, Connector.TESLA_EU),
         ("tesla_supercharger", OHIO, Connector.NACS),
         ("tesla_supercharger", TOKYO, Connector.NACS),
+        ("tesla_supercharger", SANTIAGO, Connector.TESLA_EU),
         ("tesla_supercharger_ccs", MUNICH, Connector.CCS2),
         ("tesla_supercharger_ccs", OHIO, Connector.CCS1),
         ("tesla_destination", MUNICH, Connector.TYPE2),
