@@ -195,7 +195,7 @@ def checks_table(answer: VehicleChecks) -> Table:
             table.add_row(
                 vehicle.id,
                 figure.figure.removesuffix("_kwh_per_100km").replace("_", " "),
-                battery[figure.cycle],
+                battery.get(figure.cycle, f"{figure.model_kwh_per_100km:.1f}"),
                 f"{figure.model_kwh_per_100km:.1f}",
                 f"{figure.published_kwh_per_100km:.1f}",
                 f"{figure.ratio:.2f}",
@@ -205,7 +205,7 @@ def checks_table(answer: VehicleChecks) -> Table:
             table.add_row(vehicle.id, cycle, battery[cycle], "–", "–", "–")
     bands = {figure.allowed_ratio for vehicle in answer.vehicles for figure in vehicle.figures}
     agree = "".join(f"; a ratio of {low:g}..{high:g} agrees" for low, high in sorted(bands))
-    table.caption = f"kWh/100 km; model and published from the wall (petrol: fuel){agree}"
+    table.caption = f"kWh/100 km; model and published from the wall (petrol: fuel, listed: battery){agree}"
     return table
 
 

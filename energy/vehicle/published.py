@@ -20,7 +20,8 @@ class Published:
     epa_udds_kwh_per_100km, epa_hwfet_kwh_per_100km: EPA's dynamometer tests, unadjusted [kWh/100 km].
     epa_city_kwh_per_100km, epa_highway_kwh_per_100km: EPA's label, adjusted to driving on the road [kWh/100 km].
     wltp_kwh_per_100km: type approval in Europe, combined [kWh/100 km]. epa_range_km, wltp_range_km: rated range [km].
-    All energies of an electric car are taken from the wall, those of a petrol car are fuel.
+    Energies of tests of an electric car are taken from the wall, those of a petrol car are fuel.
+    listed_kwh_per_100km: what a database says of mixed driving on the road, from the battery [kWh/100 km].
     source: where the figures are from.
 
     Raises VehicleError when a figure is not positive or absurdly large.
@@ -34,6 +35,7 @@ class Published:
     wltp_kwh_per_100km: float | None = None
     epa_range_km: float | None = None
     wltp_range_km: float | None = None
+    listed_kwh_per_100km: float | None = None
 
     def __post_init__(self) -> None:
         for name in PUBLISHED_FIGURES:

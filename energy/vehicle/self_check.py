@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 from dataclasses import dataclass
 from functools import cache
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Final, Literal, get_args
 
 import numpy as np
 
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from energy.vehicle.published import Published
 
 CycleName = Literal["udds", "hwfet"]
+Driven = CycleName | Literal["mixed"]  # mixed: the mean of both
 
 CYCLE_FOLDER: Final = bundled_folder("data", "cycles")
 # assumed: between fastsim's chg_eff of 0.86 for every electric car and emobpy's battery_charging_eff of 0.9
@@ -31,6 +32,8 @@ WALL_EFF: Final = 0.88
 LABEL_FACTOR: Final = 0.7
 # two standard deviations: charger 5 %, drive efficiency 3 %, road load 4 %, recuperation and auxiliaries 3 % of a cycle
 BAND: Final = (0.85, 1.15)
+# two standard deviations: 11 % of databases' figures of cars that EPA has tested, 10 % of an estimated road load
+LISTED_BAND: Final = (0.70, 1.30)
 
 
 class CycleError(Refusal, EnergyError):
@@ -61,13 +64,14 @@ class DrivingCycle:
 class CycleCheck:
     """One published figure beside the model's.
 
-    figure: its name in `Published`. cycle: the cycle driven. model_kwh_per_100km: at the wall for an electric car, fuel
-    otherwise. published_kwh_per_100km: as measured on the dynamometer, so without a label's adjustment.
+    figure: its name in `Published`. cycle: the cycle driven. model_kwh_per_100km: at the wall for an electric car, at
+    the battery for a listed figure, fuel otherwise. published_kwh_per_100km: as measured on the dynamometer, so without
+    a label's adjustment.
     ratio: model over published [-]. band: lowest and highest ratio that agree [-]. met: ratio within band.
     """
 
     figure: str
-    cycle: CycleName
+    cycle: Driven
     model_kwh_per_100km: float
     published_kwh_per_100km: float
     ratio: float
@@ -151,7 +155,8 @@ def self_check(vehicle: AnyVehicle, published: Published | None) -> SelfCheck:
 
     Electric cars are measured from the wall, so the model's battery energy is divided by WALL_EFF. A label's figure is
     multiplied by LABEL_FACTOR, which takes its adjustment out. A vehicle agrees with a figure when the ratio lies in
-    BAND. Figures without a bundled cycle (WLTP, ranges) are not compared.
+    BAND. What a database lists of mixed driving is brought to the mean of both cycles by LABEL_FACTOR too and has
+    LISTED_BAND. Figures without a bundled cycle (WLTP, ranges) are not compared.
     """
     if published is None:
         return SelfCheck(vehicle.id, ())
@@ -168,6 +173,12 @@ def self_check(vehicle: AnyVehicle, published: Published | None) -> SelfCheck:
             model = cycle_consumption(vehicle, bundled_cycle(cycle)) / source_eff
             ratio = model / measured
             checks.append(CycleCheck(figure, cycle, model, measured, ratio, BAND, BAND[0] <= ratio <= BAND[1]))
+    if published.listed_kwh_per_100km is not None:
+        model = 0.5 * sum(cycle_consumption(vehicle, bundled_cycle(cycle)) for cycle in get_args(CycleName))
+        listed = published.listed_kwh_per_100km * LABEL_FACTOR
+        ratio, (low, high) = model / listed, LISTED_BAND
+        met = low <= ratio <= high
+        checks.append(CycleCheck("listed_kwh_per_100km", "mixed", model, listed, ratio, LISTED_BAND, met))
     return SelfCheck(vehicle.id, tuple(checks))
 
 

@@ -11,7 +11,7 @@ class CycleFigure(Answered):
     """One published figure beside the model's."""
 
     figure: str = Field(description="the published figure, as a vehicle file names it")
-    cycle: str = Field(description="the driving cycle")
+    cycle: str = Field(description="the driving cycle, mixed for the mean of all")
     model_kwh_per_100km: float
     published_kwh_per_100km: float
     ratio: float = Field(description="model over published")
