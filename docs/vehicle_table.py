@@ -8,16 +8,17 @@ from typing import Final
 
 import numpy as np
 
+from docs.vehicle_estimates import estimate_errors, sister_errors
 from energy.units import JOULE_PER_M_PER_KWH_PER_100KM, KMH_PER_MPS
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from energy.vehicle.files import AnyVehicle, load_published, load_vehicles
-from energy.vehicle.self_check import BAND, CycleCheck, CycleName, SelfCheck, self_check
+from energy.vehicle.self_check import BAND, CycleCheck, Driven, SelfCheck, self_check
 from energy.vehicle.vehicle import Powertrain
 
 DOCS: Final = Path(__file__).resolve().parent
 VEHICLES: Final = DOCS.parent / "data" / "vehicles"
 SPEEDS_KMH: Final = (50, 90, 110, 130)
-CYCLES: Final[tuple[CycleName, ...]] = ("udds", "hwfet")
+CYCLES: Final[tuple[Driven, ...]] = ("udds", "hwfet", "mixed")
 ABSENT: Final = "–"
 
 
@@ -57,14 +58,24 @@ def _rated_range(vehicle: AnyVehicle) -> str:
     return ", ".join(f"{km:.0f} {by}" for km, by in ranges if km is not None) or ABSENT
 
 
-def cycle_table(checks: dict[str, SelfCheck]) -> str:
-    """Markdown table of the model's consumption over EPA's cycles beside what EPA lists."""
+def road_load_origin(vehicle: AnyVehicle) -> str:
+    """Where a road load is from: `EPA`, the id of the sister, or `estimated`."""
+    source = vehicle.sources.get("road_load_a_n", "")
+    sister = re.match(r"estimated: of the sister (\S+) ", source)
+    if sister is not None:
+        return f"as `{sister[1]}`"
+    return "estimated" if source.startswith(("estimated: ", "assumed: ")) else "EPA"
+
+
+def cycle_table(vehicles: dict[str, AnyVehicle], checks: dict[str, SelfCheck]) -> str:
+    """Markdown table of the model's consumption beside what EPA or a database lists."""
     lines = [
-        "| vehicle | UDDS model | UDDS EPA | ratio | HWFET model | HWFET EPA | ratio | within the band |",
-        "|---|--:|--:|--:|--:|--:|--:|---|",
+        "| vehicle | road load | UDDS model | UDDS EPA | ratio | HWFET model | HWFET EPA | ratio "
+        "| mixed model | listed | ratio | within the band |",
+        "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|---|",
     ]
     for vehicle_id, checked in checks.items():
-        cells = [f"`{vehicle_id}`"]
+        cells = [f"`{vehicle_id}`", road_load_origin(vehicles[vehicle_id])]
         for cycle in CYCLES:
             cells += _figures(next((check for check in checked.checks if check.cycle == cycle), None))
         cells.append({True: "yes", False: f"no: {_misses(checked)}", None: ABSENT}[checked.met])
@@ -87,22 +98,54 @@ def _misses(checked: SelfCheck) -> str:
 
 
 def summary(vehicles: dict[str, AnyVehicle], checks: dict[str, SelfCheck]) -> str:
-    """One sentence with the counts and the medians of the ratios of electric cars."""
+    """Sentences with the counts of electric cars and the medians of their ratios."""
     cars = [
         v for v in vehicles.values() if v.powertrain is Powertrain.BEV and not isinstance(v, ConsumptionTableVehicle)
     ]
-    checked = [checks[car.id] for car in cars if checks[car.id].met is not None]
+    origins = [road_load_origin(car) for car in cars]
+    tested = [checks[car.id] for car in cars if any(check.cycle != "mixed" for check in checks[car.id].checks)]
+    listed = [check for car in cars for check in checks[car.id].checks if check.cycle == "mixed"]
     medians = []
-    for cycle in CYCLES:
-        ratios = sorted(check.ratio for check in checked for check in check.checks if check.cycle == cycle)
-        middle = len(ratios) // 2
-        median = ratios[middle] if len(ratios) % 2 else 0.5 * (ratios[middle - 1] + ratios[middle])
+    for cycle in CYCLES[:2]:
+        ratios = [check.ratio for checked in tested for check in checked.checks if check.cycle == cycle]
         inside = sum(BAND[0] <= ratio <= BAND[1] for ratio in ratios)
-        medians.append(f"{median:.2f} on {cycle.upper()} ({inside} of {len(ratios)} within the band)")
-    met = sum(check.met is True for check in checked)
+        medians.append(f"{np.median(ratios):.2f} on {cycle.upper()} ({inside} of {len(ratios)} within the band)")
+    ratios = [check.ratio for check in listed]
     return (
-        f"{len(cars)} electric cars; {len(checked)} have figures to compare with, and {met} of these are within the\n"
-        f"band on every cycle measured. The median ratio is {' and '.join(medians)}."
+        f"{len(cars)} electric cars: the road load of {origins.count('EPA')} is EPA's, that of "
+        f"{sum(origin.startswith('as ') for origin in origins)} a sister's, that of\n"
+        f"{origins.count('estimated')} estimated. {len(tested)} have figures of EPA; "
+        f"{sum(checked.met is True for checked in tested)} of these are within the band on every cycle measured.\n"
+        f"The median ratio is {' and '.join(medians)}.\n"
+        f"{len(listed)} have a listed figure: {sum(check.met for check in listed)} are within the wide band, the "
+        f"median ratio is {np.median(ratios):.2f} and the standard deviation {np.std(ratios):.2f}."
+    )
+
+
+def error_table() -> str:
+    """Markdown table of the errors of estimated road loads on cars that took no part in the fit."""
+    lines = ["| road load | vehicles or pairs | families | A | C | UDDS | HWFET |", "|---|--:|--:|--:|--:|--:|--:|"]
+    for name, errors in (
+        ("a sister's", sister_errors()),
+        ("estimated with Cd", estimate_errors(with_cd=True)),
+        ("estimated by kind of body", estimate_errors(with_cd=False)),
+    ):
+        parts = (errors.a, errors.c, errors.udds, errors.hwfet)
+        cells = [name, str(errors.vehicles), str(errors.families), *(f"{100 * part:.0f} %" for part in parts)]
+        lines.append(f"| {' | '.join(cells)} |")
+    return "\n".join(lines)
+
+
+def curve_counts(vehicles: dict[str, AnyVehicle]) -> str:
+    """A sentence with how many charging curves are of which origin."""
+    curves = [v.charging for v in vehicles.values() if v.charging is not None]
+    sources = [charging.sources.get("dc", "") for charging in curves]
+    sister = sum(source.startswith("assumed: the curve of") for source in sources)
+    middle = sum(source.startswith("assumed: the middle shape") for source in sources)
+    none = sum(charging.dc is None for charging in curves)
+    return (
+        f"Of {len(curves)} cars {len(curves) - sister - middle - none} have a curve of their own, {sister} a sister's, "
+        f"{middle} the middle shape;\n{none} take no direct current."
     )
 
 
@@ -116,8 +159,10 @@ def with_tables(text: str) -> str:
     }
     tables = (
         ("steady", steady_table(vehicles)),
-        ("cycles", cycle_table(checks)),
+        ("cycles", cycle_table(vehicles, checks)),
         ("summary", summary(vehicles, checks)),
+        ("errors", error_table()),
+        ("curves", curve_counts(vehicles)),
     )
     for name, table in tables:
         pattern = re.compile(f"(<!-- {name} -->\n).*?(<!-- /{name} -->)", re.DOTALL)
