@@ -378,6 +378,24 @@ def listed_mass_error_kg() -> float:
     return _rms(np.array(errors), [car.family for car in cars])[0]
 
 
+# --- listed consumption ------------------------------------------------------------------------------------------
+
+
+def listed_ratios() -> NDArray[np.float64]:
+    """The model's mean of both cycles over the listed consumption of charging.csv, of cars that EPA has tested."""
+    with CHARGING.open(encoding="utf-8", newline="") as file:
+        listed = {row["id"]: float(row["listed_kwh_per_100km"] or "nan") for row in csv.DictReader(file)}
+    cycles = (bundled_cycle("udds"), bundled_cycle("hwfet"))
+    ratios = np.array(
+        [
+            0.5 * sum(cycle_consumption(car.vehicle, cycle) for cycle in cycles) / listed.get(car.name, np.nan)
+            for car in measured_vehicles()
+            if car.vehicle is not None
+        ]
+    )
+    return ratios[np.isfinite(ratios)]
+
+
 # --- charging curves ---------------------------------------------------------------------------------------------
 
 
@@ -433,6 +451,8 @@ def _print() -> None:
     print(
         f"{mass}: {len(weighed_cars())} cars, error {mass_error_kg():.0f} kg; listed: {listed_mass_error_kg():.0f} kg"
     )
+    ratios = listed_ratios()
+    print(f"model over listed: {np.median(ratios):.3f}, {np.std(ratios) / np.mean(ratios):.3f} of {ratios.size} cars")
     curves = own_curves()
     print(f"middle shape of {len(curves)} curves: {middle_shape(curves).tolist()}")
     default = np.interp(SOC_PERCENT, [0.0, 75.0, 100.0], [0.95, 1.0, 0.11])

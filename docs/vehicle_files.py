@@ -259,15 +259,11 @@ def more_vehicle_file(row: Mapping[str, str]) -> str:
             f"assumed: {HEAT_PUMP_COP} of a heat pump in the cold; {DATASET}src/{listed} at commit {DATASET_COMMIT})"
         )
         parts.append(_section("heating_cop", f"value_coef = {HEAT_PUMP_COP}", f"{source} lists one: heat_pump"))
-    parts.append(charging_section(charging_rows()[row["id"]]))
-    if row["listed_kwh_per_100km"]:
-        parts.append(
-            _section(
-                "published",
-                f"listed_kwh_per_100km = {row['listed_kwh_per_100km']}",
-                f"{cited(row['capacity_source'])}: average_consumption",
-            )
-        )
+    charging = charging_rows()[row["id"]]
+    parts.append(charging_section(charging))
+    if charging["listed_kwh_per_100km"]:
+        listed_kwh = f"listed_kwh_per_100km = {charging['listed_kwh_per_100km']}"
+        parts.append(_section("published", listed_kwh, f"{OPEN_EV}, {charging['entry']}: average_consumption"))
     return "\n".join(parts)
 
 

@@ -8,7 +8,7 @@ from typing import Final
 
 import numpy as np
 
-from docs.vehicle_estimates import estimate_errors, sister_errors
+from docs.vehicle_estimates import estimate_errors, listed_ratios, sister_errors
 from energy.units import JOULE_PER_M_PER_KWH_PER_100KM, KMH_PER_MPS
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from energy.vehicle.files import AnyVehicle, load_published, load_vehicles
@@ -149,6 +149,15 @@ def curve_counts(vehicles: dict[str, AnyVehicle]) -> str:
     )
 
 
+def listed_sentence() -> str:
+    """A sentence with the model's share of the listed consumption of cars that EPA has tested."""
+    ratios = listed_ratios()
+    return (
+        f"Of {ratios.size} cars that EPA has tested the model takes {np.median(ratios):.2f} of the listed figure\n"
+        f"(median; standard deviation {100 * np.std(ratios) / np.mean(ratios):.0f} %)."
+    )
+
+
 def with_tables(text: str) -> str:
     """The page with tables and counts renewed between their markers."""
     vehicles = load_vehicles(VEHICLES)
@@ -162,6 +171,7 @@ def with_tables(text: str) -> str:
         ("cycles", cycle_table(vehicles, checks)),
         ("summary", summary(vehicles, checks)),
         ("errors", error_table()),
+        ("listed", listed_sentence()),
         ("curves", curve_counts(vehicles)),
     )
     for name, table in tables:
