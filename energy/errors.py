@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from typing import ClassVar
+from difflib import get_close_matches
+from typing import ClassVar, Final
+
+MOST_NAMED: Final = 10  # ids that the error of an unknown vehicle names
+LEAST_LIKE: Final = 0.3  # difflib's ratio of an id that is like another
 
 
 class Refusal(Exception):  # noqa: N818 - it says what is refused, and errors of every package are refusals
@@ -47,14 +51,19 @@ class VehicleError(Refusal, EnergyError):
 
 
 class VehicleNotFoundError(Refusal, EnergyError):
-    """No vehicle of that id is known."""
+    """No vehicle of that id is known. known: all ids; where they are many, the message names those most like it."""
 
     code = "unknown_vehicle"
 
     def __init__(self, vehicle_id: str, known: tuple[str, ...]) -> None:
         self.vehicle_id = vehicle_id
         self.known = known
-        names = ", ".join(known)
+        named = known
+        if len(known) > MOST_NAMED:
+            named = tuple(get_close_matches(vehicle_id, known, n=MOST_NAMED, cutoff=LEAST_LIKE)) or known[:MOST_NAMED]
+        names = ", ".join(named)
+        if len(named) < len(known):
+            names = f"{names} and {len(known) - len(named)} more"
         super().__init__(
             "vehicle", vehicle_id, f"one of {names}", message=f"vehicle {vehicle_id!r} is unknown, known: {names}"
         )

@@ -243,7 +243,7 @@ def test_geodataframe_without_geopandas_names_it(routes: joulepath.Routes, monke
         (lambda g, v: Conditions(road="ice"), ConditionsError, "dry, wet, snow"),
         (lambda g, v: Graph.load("atlantis"), GraphNotFoundError, "coquimbo, highlands"),
         (lambda g, v: Graph.load(Path("no/graph")), GraphNotFoundError, "no/graph"),
-        (lambda g, v: Vehicle.load("batmobile"), VehicleNotFoundError, "bmw-i3-60ah"),
+        (lambda g, v: Vehicle.load("bmw-i3"), VehicleNotFoundError, "bmw-i3-60ah"),
         (lambda g, v: Vehicle.from_mapping({"id": "x"}), VehicleError, "x"),
     ],
 )
