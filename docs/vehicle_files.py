@@ -350,7 +350,7 @@ def charging_section(row: Mapping[str, str]) -> str:
     if row["ac_one_phase_kw"]:
         lines.append(f"ac_one_phase_kw = {row['ac_one_phase_kw']}")
         american = not {"type1", "nacs"}.isdisjoint(plugs)
-        reason = "all of it, as in America" if american else "32 A"
+        reason = "11 kW, as in America" if american else "32 A"
         one_phase = f"; on one phase assumed: {reason}"
     origin = f"{OPEN_EV}, {row['entry']}: ports and ac_charger" if row["entry"] else cited(row["dc_source"])
     note = f"; {row['ac_note']}" if row["ac_note"] else ""
