@@ -93,11 +93,11 @@ def uncovered_ways(
     physics that are applicable. Raises TimeUpError, AbandonedError. O(S log S + L log L) for S states and L labels.
     """
     began = time.perf_counter()
-    ends = kernels_states.Ends(_positions(starts), _positions(goals))
-    sg = _states(space, ends, _within(space.arrays, ends, cover.most_s), states_a_link)
+    ends = kernels_states.Ends(places_array(starts), places_array(goals))
+    sg = states_between(space, ends, links_within(space.arrays, ends, cover.most_s), states_a_link)
     if sg is None:
         return None
-    to_goal = kernels.ToGoal(_least_to_goal(sg, sg.time_s), _least_to_goal(sg, sg.energy_j))
+    to_goal = kernels.ToGoal(least_to_goal(sg, sg.time_s), least_to_goal(sg, sg.energy_j))
     gain_j = float(sg.number[kernels_states.GOAL, kernels_states.POTENTIAL] - sg.number[1, kernels_states.POTENTIAL])
     lb = _labels(cover, gain_j)
     rules = kernels.CoverRules(cover.epsilon_frac, cover.slack_j, cover.most_s, cover.most_j - gain_j)
@@ -124,12 +124,12 @@ def warm_up_labels(space: SearchSpace, place: LinkPosition) -> None:
     uncovered_ways(space, [place], [place], Cover((), 0.0, 0.0, most_s=0.0))
 
 
-def _positions(places: Sequence[LinkPosition]) -> NDArray[np.float64]:
+def places_array(places: Sequence[LinkPosition]) -> NDArray[np.float64]:
     """Link and offset of each place, float64 (n, 2)."""
     return np.array([(place.link_idx, place.offset_m) for place in places], np.float64)
 
 
-def _within(g: LinkArrays, ends: Ends, most_s: float) -> NDArray[np.bool_]:
+def links_within(g: LinkArrays, ends: Ends, most_s: float) -> NDArray[np.bool_]:
     """Links that some way enters which takes no more than most_s, at the limit all along, bool (M,)."""
     link_s = g.length_m / g.row[:, LIMIT] + g.row[:, STOP] * g.stop_time_s
     link_s = np.where(g.row[:, LIMIT] < 0.0, g.row[:, CRUISE_S], link_s)
@@ -148,7 +148,7 @@ def _within(g: LinkArrays, ends: Ends, most_s: float) -> NDArray[np.bool_]:
     return allowed
 
 
-def _states(
+def states_between(
     space: SearchSpace,
     ends: Ends,
     allowed: NDArray[np.bool_],
@@ -189,7 +189,7 @@ def _states(
     )
 
 
-def _least_to_goal(sg: StateGraph, weight: NDArray[np.float64]) -> NDArray[np.float64]:
+def least_to_goal(sg: StateGraph, weight: NDArray[np.float64]) -> NDArray[np.float64]:
     """Least sum of weights from each state to the goal, float64 (S,)."""
     states = sg.link.size
     return least_to(csr_array((weight, sg.head, sg.first), shape=(states, states)), np.array([kernels_states.GOAL]))

@@ -94,6 +94,13 @@ class RouteSearch:
         """The graph as a vehicle sees it under a query's conditions."""
         return self.space(vehicle, query.link_model, query.stop_rule, query.stop_settings, query.conditions)
 
+    def space_key(self, query: RouteQuery | RangeQuery, vehicle: AnyVehicle) -> tuple[object, ...]:
+        """What tells the graph as a vehicle sees it under a query's conditions from that of others."""
+        conditions = query.conditions
+        if self.graph.conditional is None:
+            conditions = replace(conditions, departure_min=None)
+        return _space_key(vehicle, query.link_model, query.stop_rule, query.stop_settings, conditions)
+
     def space(
         self,
         vehicle: AnyVehicle,
@@ -105,8 +112,7 @@ class RouteSearch:
         """The graph as a vehicle sees it, from the ones kept or computed; raises ConditionsError."""
         if self.graph.conditional is None and conditions.departure_min is not None:
             conditions = replace(conditions, departure_min=None)  # no limit depends on it
-        stops = (rule, settings.probability_frac.tobytes(), settings.time_s.tobytes())
-        key = (_vehicle_key(vehicle), model, *stops, conditions)
+        key = _space_key(vehicle, model, rule, settings, conditions)
         with self._lock:
             space = self._spaces.get(key)
         if space is None:
@@ -253,6 +259,14 @@ class RouteSearch:
         from_m = [path.start.offset_m, *[0.0] * (len(path.links) - 1)]
         to_m: list[float] = [*self.graph.length_m[list(path.links[:-1])].tolist(), path.goal.offset_m]
         return tuple(map(LinkSpan, path.links, from_m, to_m))
+
+
+def _space_key(
+    vehicle: AnyVehicle, model: LinkModel, rule: StopRule, settings: StopSettings, conditions: Conditions
+) -> tuple[object, ...]:
+    """Everything that a search space is made of but the graph."""
+    stops = (rule, settings.probability_frac.tobytes(), settings.time_s.tobytes())
+    return (_vehicle_key(vehicle), model, *stops, conditions)
 
 
 def _vehicle_key(vehicle: AnyVehicle) -> tuple[object, ...]:

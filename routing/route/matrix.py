@@ -259,6 +259,10 @@ class PathDrives:
             accepted_whole_j=(lambda: self._driven(path, self._search_rule, charged=False)[0]) if fades else None,
         )
 
+    def uncharged(self, path: FoundPath) -> tuple[NDArray[np.float64], float, float]:
+        """What each link of a path takes as the search sees it whatever the charge, float64 (n,) [J], time, length."""
+        return self._driven(path, self._search_rule, charged=False)
+
     def _driven(
         self, path: FoundPath, rule: StopRule, *, charged: bool = True
     ) -> tuple[NDArray[np.float64], float, float]:

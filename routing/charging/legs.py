@@ -1,0 +1,174 @@
+"""Ways between places: by searches that take one weighting each, kept from plan to plan, and by comparing all of them."""
+
+from __future__ import annotations
+
+import math
+import threading
+from dataclasses import dataclass, replace
+from functools import partial
+from typing import TYPE_CHECKING, Final, TypeAlias
+
+from routing.charging.exact import all_ways, all_ways_are_comparable
+from routing.charging.ways import Line, Pair, Way, profile_of, undominated
+from routing.route.matrix import PathDrives
+from routing.route.via import same_place
+from routing.search.found import Limits, PathOptions
+from routing.search.search import find_path, find_paths
+from routing.weights import ECO, FASTEST, Weights
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from routing.places import LinkPosition
+    from routing.queries import RouteQuery
+    from routing.route.best_path import RouteSearch
+    from routing.search.found import FoundPath
+    from routing.search.space import SearchSpace
+
+Place: TypeAlias = "tuple[LinkPosition, ...]"  # on each direction of its road
+
+FEW_TARGETS: Final = 2  # up to which searches directed to each of them take less than one to all
+STAY: Final = Pair((Way(0.0, 0.0, 0.0, 0.0, 0.0),), (), exact=True)
+NOWHERE: Final = Pair((), (), exact=True)
+
+
+@dataclass(slots=True)
+class LegCounts:
+    """Work: searches that were run, pairs of places that were known before."""
+
+    searches: int = 0
+    known: int = 0
+    crowded: bool = False
+
+
+class LegStore:
+    """Pairs of places by vehicle, conditions and cap; one for a graph, safe between threads."""
+
+    def __init__(self, search: RouteSearch) -> None:
+        self.search = search
+        self._pairs: dict[tuple[object, ...], dict[Place, Pair]] = {}
+        self._lock = threading.Lock()
+
+    def known(self, key: tuple[object, ...]) -> dict[Place, Pair]:
+        """Pairs from one place, which may be added to by put."""
+        with self._lock:
+            return dict(self._pairs.get(key, {}))
+
+    def put(self, key: tuple[object, ...], pairs: dict[Place, Pair]) -> None:
+        """Keep pairs from one place; they count against the budget of the graph's caches."""
+        with self._lock:
+            kept = self._pairs.setdefault(key, {})
+            kept.update(pairs)
+            held = sum(pair.held_bytes for pair in kept.values())
+        self.search.budget.used(self, key, "legs", lambda: held, partial(self._drop, key))
+
+    def _drop(self, key: tuple[object, ...]) -> None:
+        with self._lock:
+            self._pairs.pop(key, None)
+
+
+class LegFinder:
+    """Ways of one query's vehicle under its conditions, which may hold a cap on its speed.
+
+    weightings: of the searches from one place to many, ECO and FASTEST among them. kept_places: of which pairs are
+    kept from plan to plan. begin_s: driving time since departure, by which climate and tyres of legs go, but for legs
+    that begin at departure.
+    """
+
+    def __init__(
+        self,
+        store: LegStore,
+        query: RouteQuery,
+        weightings: Sequence[Weights],
+        counts: LegCounts,
+        *,
+        begin_s: float = 0.0,
+    ) -> None:
+        self.space: SearchSpace = store.search.space_of(query, query.vehicle)
+        self._store, self._query, self._weightings, self._counts = store, query, tuple(weightings), counts
+        self._space_key = store.search.space_key(query, query.vehicle)
+        self._drives = PathDrives(store.search.graph, self.space, query)
+        self._begin_s = begin_s
+
+    def pairs(self, here: Place, there: Sequence[Place]) -> list[Pair]:
+        """Ways from one place to each of others; raises NegativeCycleError, SearchLimitError, TimeUpError."""
+        key = self._key(here)
+        known = self._store.known(key)
+        missing = [place for place in dict.fromkeys(there) if place not in known]
+        self._counts.known += len(there) - len(missing)
+        if missing:
+            made = self._searched(here, missing)
+            self._store.put(key, made)
+            known |= made
+        return [known[place] for place in there]
+
+    def more(self, here: Place, there: Place, weights: Weights) -> Pair:
+        """The pair with the best way by one more weighting."""
+        key = self._key(here)
+        pair = self._store.known(key)[there]
+        path = self._find(here, [there], weights)[0]
+        if path is not None:
+            pair = replace(
+                pair,
+                ways=undominated([*pair.ways, self._way(path)]),
+                lines=(*pair.lines, Line.of(weights, path.cost)),
+            )
+        self._store.put(key, {there: pair})
+        return pair
+
+    def whole(self, here: Place, there: Place, most_j: float) -> Pair:
+        """The pair with all its ways, where they can be compared; most_j: that a stretch may take."""
+        key = self._key(here)
+        pair = self._store.known(key)[there]
+        if pair.exact or not all_ways_are_comparable(self.space):
+            return pair
+        paths = all_ways(self.space, here, there, math.inf, most_j)
+        if paths is not None:
+            pair = Pair(undominated([*pair.ways, *(self._way(path) for path in paths)]), pair.lines, exact=True)
+            self._store.put(key, {there: pair})
+        return pair
+
+    def _key(self, here: Place) -> tuple[object, ...]:
+        return self._space_key, self._weightings, self._begin_s, here
+
+    def _searched(self, here: Place, there: Sequence[Place]) -> dict[Place, Pair]:
+        driven = [place for place in there if not same_place(here, place)]
+        found: dict[Place, Pair] = {place: STAY for place in there if same_place(here, place)}
+        ways: dict[Place, list[Way]] = {place: [] for place in driven}
+        lines: dict[Place, list[Line]] = {place: [] for place in driven}
+        for weights in self._weightings:
+            for place, path in zip(driven, self._find(here, driven, weights), strict=True):
+                if path is not None:
+                    ways[place].append(self._way(path))
+                    lines[place].append(Line.of(weights, path.cost))
+        for place in driven:
+            found[place] = Pair(undominated(ways[place]), tuple(lines[place])) if ways[place] else NOWHERE
+        return found
+
+    def _find(self, here: Place, there: Sequence[Place], weights: Weights) -> list[FoundPath | None]:
+        search = self._store.search
+        if not there:
+            return []
+        if len(there) > FEW_TARGETS:
+            self._counts.searches += 1
+            found, counts = find_paths(
+                self.space, search.pool, weights, Limits(), here, there, label_limit=search.label_limit
+            )
+            self._counts.crowded |= counts.crowded > 0
+            return found
+        options = PathOptions(label_limit=search.label_limit)
+        paths = []
+        for place in there:
+            self._counts.searches += 1
+            path, counts = find_path(self.space, search.pool, weights, Limits(), here, place, options)
+            self._counts.crowded |= counts.crowded > 0
+            paths.append(path)
+        return paths
+
+    def _way(self, path: FoundPath) -> Way:
+        return profile_of(path, *self._drives.uncharged(path))
+
+
+def usual_weightings(power_w: float) -> tuple[Weights, ...]:
+    """Weightings of searches to many places: time, energy, and time with the energy at what charging it takes."""
+    return FASTEST, Weights(1000.0 / power_w, 1.0, 0.0), ECO

@@ -1,0 +1,176 @@
+"""Stations that a query may use, and what charging at each of them costs."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from energy.charging.charging import DC_CONNECTORS
+from energy.units import JOULE_PER_KWH, JOULE_PER_WH, SECOND_PER_HOUR, SECOND_PER_MINUTE
+from routing.charging.accepted import accepted_power
+from routing.charging.kernels_curves import Curves, piece_s
+from routing.charging.plan import Objective
+from routing.stations.station import Access
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from energy.charging.charging import Charging, PowerCurve
+    from routing.charging.plan import ChargingQuery
+    from routing.stations.station import Socket, Station
+
+ENERGY_SECOND_J: Final = 1.0  # what a second counts as where energy is minimised, which decides between equals
+NO_PUBLIC: Final = frozenset({Access.PRIVATE})
+
+
+@dataclass(frozen=True, slots=True)
+class Worth:
+    """What an objective counts: cost of a second, and of a joule of driving."""
+
+    a_second: float
+    a_joule: float
+
+
+def worth_of(query: ChargingQuery) -> Worth:
+    """Of seconds in s, of joules in J, or of both in the currency of prices."""
+    if query.objective is Objective.TIME:
+        return Worth(1.0, 0.0)
+    if query.objective is Objective.ENERGY:
+        return Worth(ENERGY_SECOND_J, 1.0)
+    return Worth(query.time_value_per_h / SECOND_PER_HOUR, 0.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Site:
+    """A station as a vehicle uses it: the socket, its curve, and costs in the unit of the objective.
+
+    a_second, a_joule: of charging. stop_cost: of stopping. wall_eff: battery from wall.
+    """
+
+    station: Station
+    socket: Socket
+    curve: PowerCurve
+    a_second: float
+    a_joule: float
+    stop_cost: float
+    wall_eff: float
+
+
+def usable_sites(charging: Charging, query: ChargingQuery, stations: Sequence[Station]) -> list[Site]:
+    """Stations that a query may use, each with the socket that charges its vehicle fastest."""
+    only = frozenset(query.stations)
+    worth = worth_of(query)
+    curves: dict[tuple[object, ...], PowerCurve | None] = {}
+    sites = []
+    for station in stations:
+        if only and station.id not in only:
+            continue
+        if not station.position or station.operational is False or station.access in NO_PUBLIC:
+            continue
+        if not query.excluded_networks.isdisjoint((station.network, station.operator)):
+            continue
+        best: tuple[float, Socket, PowerCurve] | None = None
+        for socket in station.sockets:
+            if query.connectors and socket.connector not in query.connectors:
+                continue
+            if query.min_power_w > 0.0 and (socket.output_w is None or socket.output_w < query.min_power_w):
+                continue
+            key = (socket.connector, socket.output_w, socket.phases)
+            if key not in curves:
+                curves[key] = accepted_power(charging, socket.connector, socket.output_w, socket.phases)
+            curve = curves[key]
+            if curve is None:
+                continue
+            window_s = _window_s(curve, query)
+            if best is None or window_s < best[0]:
+                best = window_s, socket, curve
+        if best is not None:
+            sites.append(_site(station, best[1], best[2], charging, query, worth.a_second))
+    return sites
+
+
+def _site(
+    station: Station,
+    socket: Socket,
+    curve: PowerCurve,
+    charging: Charging,
+    query: ChargingQuery,
+    a_second: float,
+) -> Site:
+    factors = [
+        query.network_factors[name] for name in (station.network, station.operator) if name in query.network_factors
+    ]
+    a_second *= factors[0] if factors else 1.0
+    wall_eff = charging.dc_eff if socket.connector in DC_CONNECTORS else charging.ac_eff
+    stop_cost, a_joule = a_second * query.overhead_s, 0.0
+    price = station.price
+    if query.objective is Objective.COST and price is not None:
+        stop_cost += price.per_session or 0.0
+        a_joule = (price.per_kwh or 0.0) / (JOULE_PER_KWH * wall_eff)
+        a_second += (price.per_min or 0.0) / SECOND_PER_MINUTE
+    return Site(station, socket, curve, a_second, a_joule, stop_cost, wall_eff)
+
+
+def _window_s(curve: PowerCurve, query: ChargingQuery) -> float:
+    """Time of charging from the least to the most charge of a query, of a battery of 1 J [s]."""
+    low, high = min(query.arrive_soc_frac, query.max_soc_frac), max(query.max_soc_frac, query.arrive_soc_frac)
+    at = np.unique(np.concatenate(([low, high], curve.soc_frac[(curve.soc_frac > low) & (curve.soc_frac < high)])))
+    power = np.interp(at, curve.soc_frac, curve.power_w)
+    return float(sum(piece_s(power[k], power[k + 1], at[k + 1] - at[k]) for k in range(at.size - 1)))
+
+
+def curves_of(kinds: Sequence[PowerCurve], capacity_wh: float) -> Curves:
+    """Curves as the search reads them."""
+    capacity_j = capacity_wh * JOULE_PER_WH
+    first, charge, power, since = [0], [], [], []
+    for curve in kinds:
+        at_j = curve.soc_frac * capacity_j
+        steps = [
+            piece_s(float(curve.power_w[k]), float(curve.power_w[k + 1]), float(at_j[k + 1] - at_j[k]))
+            for k in range(at_j.size - 1)
+        ]
+        charge.append(at_j)
+        power.append(curve.power_w.astype(np.float64))
+        since.append(np.concatenate(([0.0], np.cumsum(steps))))
+        first.append(first[-1] + at_j.size)
+    none = np.empty(0)
+    return Curves(
+        np.array(first, np.int64),
+        np.concatenate(charge) if charge else none,
+        np.concatenate(power) if power else none,
+        np.concatenate(since) if since else none,
+    )
+
+
+def least_cost_a_joule(sites: Sequence[Site], capacity_wh: float, window_frac: float) -> float:
+    """No stop of any site brings a joule of charge for less, its overhead and session counted; 0 without sites.
+
+    Of one stop that charges x: at best the x of charge in which its power is greatest. (cost of stopping + that) / x is
+    least where it equals the cost of the next joule, or at the whole window.
+    """
+    capacity_j = capacity_wh * JOULE_PER_WH
+    least = math.inf
+    for site in _distinct(sites):
+        soc, power = site.curve.soc_frac, site.curve.power_w
+        # from the greatest power down, each piece in small steps whose power counts as that of their faster end
+        at = np.unique(np.concatenate((soc, np.linspace(0.0, 1.0, 401))))
+        p = np.interp(at, soc, power)
+        step_j = np.diff(at) * capacity_j
+        fast = np.maximum(p[:-1], p[1:])
+        order = np.argsort(-fast, kind="stable")
+        x = np.cumsum(step_j[order])
+        cost = site.stop_cost + np.cumsum(step_j[order] * (site.a_second / fast[order] + site.a_joule))
+        inside = np.concatenate(([True], x[:-1] < window_frac * capacity_j))
+        # between two steps the quotient lies between those at its ends, but for the first, where it falls from inf
+        least = min(least, float((cost / x)[inside].min()))
+    return 0.0 if not math.isfinite(least) else least
+
+
+def _distinct(sites: Sequence[Site]) -> list[Site]:
+    seen: dict[tuple[object, ...], Site] = {}
+    for site in sites:
+        seen.setdefault((id(site.curve), site.a_second, site.a_joule, site.stop_cost), site)
+    return list(seen.values())

@@ -1,0 +1,203 @@
+"""What a way does to a battery whatever charge it begins with, and what no way between two places is better than."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from energy.units import JOULE_PER_KWH, SECOND_PER_HOUR
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from routing.places import LinkPosition
+    from routing.search.found import FoundPath
+    from routing.weights import Weights
+
+STEPS: Final = 6  # of the bound between two ways that are neighbours
+ROUNDING_FRAC: Final = 1e-9
+SAME_FRAC: Final = 1e-8  # beyond what lines allow for
+ROUNDING_J: Final = 1e-3
+NO_LINKS: Final = np.empty(0, np.int32)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Way:
+    """A way as a profile of the battery: charge s at its beginning becomes min(s − energy_j, capacity − spill_j).
+
+    It takes no less than need_j of charge above the reserve: the most that any of its beginnings takes, ≥ 0. spill_j:
+    the most that any of its endings takes, which a full battery lacks at the end. longest_j: the most that any stretch
+    of it takes, which a full battery must have above the reserve. links: int32 (n,), from start to goal; none of a
+    bound, which no way is better than and which may be none itself.
+    """
+
+    time_s: float
+    energy_j: float
+    need_j: float
+    spill_j: float
+    longest_j: float
+    distance_m: float = 0.0
+    links: NDArray[np.int32] = field(default_factory=lambda: NO_LINKS)
+    start: LinkPosition | None = None
+    goal: LinkPosition | None = None
+    is_bound: bool = False
+
+    @property
+    def held_bytes(self) -> int:
+        """Memory of it [B]."""
+        return 200 + self.links.nbytes
+
+
+def profile_of(path: FoundPath, energy_j: NDArray[np.float64], time_s: float, distance_m: float) -> Way:
+    """The way of a path, of what each of its links takes without limits, float64 (n,) [J]."""
+    used = np.concatenate(([0.0], np.cumsum(energy_j)))
+    return Way(
+        time_s=time_s,
+        energy_j=float(used[-1]),
+        need_j=float(used.max()),
+        spill_j=float(used[-1] - used.min()),
+        longest_j=float((used - np.minimum.accumulate(used)).max()),
+        distance_m=distance_m,
+        links=np.array(path.links, np.int32),
+        start=path.start,
+        goal=path.goal,
+    )
+
+
+def bound_of(time_s: float, energy_j: float) -> Way:
+    """What no way is better than that takes at least so much time and energy."""
+    need_j = max(energy_j, 0.0)
+    return Way(time_s, energy_j, need_j, need_j, need_j, is_bound=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """No way has a_second · time + a_joule · energy below cost: what a search by a weighting proves."""
+
+    a_second: float
+    a_joule: float
+    cost: float
+
+    @classmethod
+    def of(cls, weights: Weights, cost: float) -> Line:
+        """Of a search by weights of time and energy, and the least cost that it found."""
+        slack = ROUNDING_FRAC * abs(cost)
+        return cls(weights.time / SECOND_PER_HOUR, weights.energy / JOULE_PER_KWH, cost - slack)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Pair:
+    """Ways between two places that are known, and what is proven of all others.
+
+    ways: none as good as another one in time, energy, need, spill and longest. lines: of searches. exact: all ways are
+    among them or no better than one of them.
+    """
+
+    ways: tuple[Way, ...]
+    lines: tuple[Line, ...]
+    exact: bool = False
+
+    @property
+    def held_bytes(self) -> int:
+        """Memory of it [B]."""
+        return 200 + sum(way.held_bytes for way in self.ways) + 100 * len(self.lines)
+
+    def bounds(self) -> tuple[Way, ...]:
+        """Bounds such that every way is one of ways or no better than one of ways or bounds, up to rounding."""
+        if self.exact or not self.ways:
+            return ()
+        front = front_of([(way.time_s, way.energy_j) for way in self.ways])
+        # a way with the time and energy of a known one, of which less is needed on the way
+        found = [
+            bound_of(way.time_s, way.energy_j)
+            for way in self.ways
+            if (way.time_s, way.energy_j) in front
+            and max(way.need_j, way.spill_j, way.longest_j) > max(way.energy_j, 0.0) + ROUNDING_J
+        ]
+        edges = [(self._least_s(math.inf), math.inf), *front, (math.inf, self._least_j(math.inf))]
+        between: list[tuple[float, float]] = []
+        for (before_s, before_j), (after_s, _) in pairwise(edges):
+            between += self._between(before_s, before_j, after_s)
+        return (*found, *(bound_of(*point) for point in front_of(between)))
+
+    def _between(self, before_s: float, before_j: float, after_s: float) -> list[tuple[float, float]]:
+        """Time and energy of bounds on ways that are faster than after and take less than its neighbour before."""
+        low_s, low_j = max(before_s, self._least_s(before_j)), self._least_j(after_s)
+        enough_j = before_j - ROUNDING_J - SAME_FRAC * (abs(before_j) if before_j < math.inf else 0.0)
+        if low_s >= after_s * (1.0 - SAME_FRAC) or low_j >= enough_j:
+            return []
+        if not math.isfinite(after_s):
+            return [(low_s, low_j)]
+        times = np.linspace(low_s, after_s, STEPS + 1).tolist()
+        energies = [self._least_j(to_s) for to_s in times[1:]]
+        return [(from_s, energy_j) for from_s, energy_j in zip(times, energies, strict=False) if energy_j < enough_j]
+
+    def _least_j(self, time_s: float) -> float:
+        """No way that takes at most a time takes less energy [J]."""
+        return max(
+            (
+                (line.cost - (line.a_second * time_s if line.a_second > 0.0 else 0.0)) / line.a_joule
+                for line in self.lines
+                if line.a_joule > 0.0
+            ),
+            default=-math.inf,
+        )
+
+    def _least_s(self, energy_j: float) -> float:
+        """No way that takes at most an energy takes less time [s]."""
+        return max(
+            (
+                (line.cost - (line.a_joule * energy_j if line.a_joule > 0.0 else 0.0)) / line.a_second
+                for line in self.lines
+                if line.a_second > 0.0
+            ),
+            default=0.0,
+        )
+
+
+def front_of(points: Sequence[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Points that no other one is as good as in both, by the first."""
+    kept: list[tuple[float, float]] = []
+    for point in sorted(set(points)):
+        if not kept or point[1] < kept[-1][1]:
+            kept.append(point)
+    return kept
+
+
+def undominated(ways: Sequence[Way]) -> tuple[Way, ...]:
+    """Ways that no other one is as good as in all that they do to a battery; the first of equal ones."""
+    kept: list[Way] = []
+    for way in sorted(ways, key=_takes):
+        if not any(
+            all(a <= b + 1e-9 * abs(b) for a, b in zip(_takes(other), _takes(way), strict=True)) for other in kept
+        ):
+            kept.append(way)
+    return tuple(kept)
+
+
+def _takes(way: Way) -> tuple[float, ...]:
+    return way.time_s, way.energy_j, way.need_j, way.spill_j, way.longest_j
+
+
+def joined(first: Way, second: Way) -> Way:
+    """One way after the other as a profile of the battery; its links are those of neither."""
+    return Way(
+        time_s=first.time_s + second.time_s,
+        energy_j=first.energy_j + second.energy_j,
+        need_j=max(first.need_j, first.energy_j + second.need_j),
+        spill_j=max(first.spill_j + second.energy_j, second.spill_j),
+        longest_j=max(first.longest_j, second.longest_j, first.spill_j + second.need_j),
+        distance_m=first.distance_m + second.distance_m,
+        is_bound=first.is_bound or second.is_bound,
+    )
+
+
+def stay_of(seconds: float, gain_j: float, least_j: float) -> Way:
+    """A fixed stay as a profile: gain_j is charged, up to a full battery, after arriving least_j above the reserve."""
+    return Way(seconds, -gain_j, least_j, 0.0, least_j)
