@@ -1,4 +1,4 @@
-"""Ways between places: by searches that take one weighting each, kept from plan to plan, and by comparing all of them."""
+"""Ways between places: by searches of one weighting each, kept from plan to plan, and by comparing all of them."""
 
 from __future__ import annotations
 
@@ -28,15 +28,16 @@ if TYPE_CHECKING:
 Place: TypeAlias = "tuple[LinkPosition, ...]"  # on each direction of its road
 
 FEW_TARGETS: Final = 2  # up to which searches directed to each of them take less than one to all
-STAY: Final = Pair((Way(0.0, 0.0, 0.0, 0.0, 0.0),), (), exact=True)
-NOWHERE: Final = Pair((), (), exact=True)
+STAY: Final = Pair((Way(0.0, 0.0, 0.0, 0.0, 0.0),), (), math.inf, compared=True)
+NOWHERE: Final = Pair((), (), math.inf, compared=True)
 
 
 @dataclass(slots=True)
 class LegCounts:
-    """Work: searches that were run, pairs of places that were known before."""
+    """Work: searches that were run, pairs of which all ways were compared, pairs of places that were known before."""
 
     searches: int = 0
+    compared: int = 0
     known: int = 0
     crowded: bool = False
 
@@ -102,31 +103,30 @@ class LegFinder:
             known |= made
         return [known[place] for place in there]
 
-    def more(self, here: Place, there: Place, weights: Weights) -> Pair:
-        """The pair with the best way by one more weighting."""
-        key = self._key(here)
-        pair = self._store.known(key)[there]
-        path = self._find(here, [there], weights)[0]
-        if path is not None:
-            pair = replace(
-                pair,
-                ways=undominated([*pair.ways, self._way(path)]),
-                lines=(*pair.lines, Line.of(weights, path.cost)),
-            )
-        self._store.put(key, {there: pair})
-        return pair
+    def refined(self, here: Place, there: Place, bound: Way, most_s: float, most_j: float) -> bool:
+        """Learn more of ways between two places near a bound; whether there was anything to be learnt.
 
-    def whole(self, here: Place, there: Place, most_j: float) -> Pair:
-        """The pair with all its ways, where they can be compared; most_j: that a stretch may take."""
+        By a search between its neighbours, or by comparing all ways that take no longer than most_s, of which no
+        stretch takes more than most_j.
+        """
         key = self._key(here)
         pair = self._store.known(key)[there]
-        if pair.exact or not all_ways_are_comparable(self.space):
-            return pair
-        paths = all_ways(self.space, here, there, math.inf, most_j)
-        if paths is not None:
-            pair = Pair(undominated([*pair.ways, *(self._way(path) for path in paths)]), pair.lines, exact=True)
-            self._store.put(key, {there: pair})
-        return pair
+        weights = pair.chord_at(bound)
+        if weights is not None:
+            path = self._find(here, [there], weights)[0]
+            if path is None:
+                return False
+            ways = undominated([*pair.ways, self._way(path)])
+            pair = replace(pair, ways=ways, lines=(*pair.lines, Line.of(weights, path.cost)))
+        elif pair.whole_s >= most_s or pair.compared or not all_ways_are_comparable(self.space):
+            return False
+        else:
+            self._counts.compared += 1
+            paths = all_ways(self.space, here, there, most_s, most_j)
+            ways = undominated([*pair.ways, *(self._way(path) for path in paths or ())])
+            pair = replace(pair, ways=ways, whole_s=pair.whole_s if paths is None else most_s, compared=True)
+        self._store.put(key, {there: pair})
+        return True
 
     def _key(self, here: Place) -> tuple[object, ...]:
         return self._space_key, self._weightings, self._begin_s, here

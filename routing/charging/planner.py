@@ -33,7 +33,8 @@ if TYPE_CHECKING:
     from routing.stations.station import Station
 
 PROVEN_FRAC: Final = 1e-7  # of the cost, below which a bound meets a plan
-ROUNDS: Final = 64  # of refinement at most
+PROOF_S: Final = 2.0  # after which an answer with a bound beats a proof; assumed
+ROUNDS: Final = 500  # of refinement at most
 
 
 class ChargingPlanner:
@@ -96,6 +97,7 @@ class _Task:
         self._reserve_j = query.reserve_soc_frac * self._capacity_j
         self._margin_j = margin_j
         self._worth = worth_of(charging)
+        self._proof_s = PROOF_S
         self.counts = LegCounts()
         self._stages = len(places) - 1
         kinds = {id(site.curve): site.curve for site in sites}
@@ -211,19 +213,61 @@ class _Task:
         return Arc(to, way, cost, margin, parts)
 
     def solve(self) -> tuple[tuple[Plan, ...], NoPlan | None]:
-        start_j = self._query.soc_frac * self._capacity_j
-        best = self.graph.best(0, start_j, self._goal, self._rules(bounded=False))
-        short_by, why = self._prove(best)
+        """Plans, the best first, or why there is none."""
+        best = self._best(bounded=False)
+        best, short_by, why = self._proven(best)
         if best is None:
             return (), NoPlan("no way", None, 0.0, None, ())
-        plan = self._journeys.plan("best", best, short_by, why)
-        return (plan,), None
+        return (self._journeys.plan("best", best, short_by, why),), None
 
-    def _prove(self, best: list[Step] | None) -> tuple[float | None, str]:
-        bound = math.inf if best is None else best[-1].cost
-        relaxed = self.graph.best(
-            0, self._query.soc_frac * self._capacity_j, self._goal, self._rules(bounded=True), bound
-        )
-        if relaxed is None:
-            return 0.0, ""
-        return bound - relaxed[-1].cost, ""
+    def _best(self, *, bounded: bool, below: float = math.inf) -> list[Step] | None:
+        start_j = self._query.soc_frac * self._capacity_j
+        return self.graph.best(0, start_j, self._goal, self._rules(bounded=bounded), below)
+
+    def _proven(self, best: list[Step] | None) -> tuple[list[Step] | None, float | None, str]:
+        """A journey that may be better than one, by how much at most a better one is better, and what hinders more.
+
+        A journey over bounds is no worse than any journey. As long as the best of these is better than the best known
+        one, more is learnt of the ways at its bounds.
+        """
+        short_by, until = 0.0, time.perf_counter() + self._proof_s
+        try:
+            for _ in range(ROUNDS):
+                cost = math.inf if best is None else best[-1].cost
+                rounding = PROVEN_FRAC * abs(cost) if best is not None else 0.0
+                bound = self._best(bounded=True, below=cost - rounding)
+                if bound is None:
+                    return best, 0.0, ""
+                short_by = cost - bound[-1].cost
+                if time.perf_counter() > until:
+                    return best, short_by, "too many ways between stations to compare all"
+                if not self._refined(bound, cost):
+                    return (
+                        best,
+                        short_by,
+                        "ways between stations could not be compared in all that they do to a battery",
+                    )
+                best = self._best(bounded=False)
+        except TimeUpError as error:
+            if best is None:
+                raise
+            return best, short_by, f"{error.limit_s:g} s were not enough for a proof"
+        return best, short_by, "too many ways between stations to compare all"
+
+    def _refined(self, journey: list[Step], cost: float) -> bool:
+        """Learn more of the ways at the bounds of a journey; whether there was anything to be learnt."""
+        learnt = False
+        most_s = cost / self._worth.a_second if self._worth.a_joule == 0.0 else math.inf
+        for step in journey[1:]:
+            for part in step.arc.parts if step.arc is not None else ():
+                if not part.way.is_bound:
+                    continue
+                here, there = self._position(part.here), self._position(part.there)
+                if self._finder.refined(here, there, part.way, most_s, self._capacity_j - self._reserve_j):
+                    learnt = True
+                    if part.here < 0:
+                        self._vias.clear()
+                        self._stops.known[:] = False
+                    else:
+                        self.graph.forget(part.here)
+        return learnt

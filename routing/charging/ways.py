@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.units import JOULE_PER_KWH, SECOND_PER_HOUR
+from routing.weights import Weights
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
 
     from routing.places import LinkPosition
     from routing.search.found import FoundPath
-    from routing.weights import Weights
 
 STEPS: Final = 6  # of the bound between two ways that are neighbours
 ROUNDING_FRAC: Final = 1e-9
@@ -95,13 +95,14 @@ class Line:
 class Pair:
     """Ways between two places that are known, and what is proven of all others.
 
-    ways: none as good as another one in time, energy, need, spill and longest. lines: of searches. exact: all ways are
-    among them or no better than one of them.
+    ways: none as good as another one in time, energy, need, spill and longest. lines: of searches. whole_s: all ways
+    that take no longer are among them or no better than one of them. compared: whether all ways were to be compared.
     """
 
     ways: tuple[Way, ...]
     lines: tuple[Line, ...]
-    exact: bool = False
+    whole_s: float = 0.0
+    compared: bool = False
 
     @property
     def held_bytes(self) -> int:
@@ -110,7 +111,7 @@ class Pair:
 
     def bounds(self) -> tuple[Way, ...]:
         """Bounds such that every way is one of ways or no better than one of ways or bounds, up to rounding."""
-        if self.exact or not self.ways:
+        if not self.ways or self.whole_s == math.inf:
             return ()
         front = front_of([(way.time_s, way.energy_j) for way in self.ways])
         # a way with the time and energy of a known one, of which less is needed on the way
@@ -124,7 +125,29 @@ class Pair:
         between: list[tuple[float, float]] = []
         for (before_s, before_j), (after_s, _) in pairwise(edges):
             between += self._between(before_s, before_j, after_s)
-        return (*found, *(bound_of(*point) for point in front_of(between)))
+        slow = front_of([(max(time_s, self.whole_s), energy_j) for time_s, energy_j in between])
+        found = [way for way in found if way.time_s > self.whole_s] + (
+            # slower ways than those that were compared, of which less may be needed on the way
+            [bound_of(self.whole_s, self._least_j(math.inf))] if self.whole_s > 0.0 else []
+        )
+        return (*found, *(bound_of(*point) for point in slow))
+
+    def chord_at(self, bound: Way) -> Weights | None:
+        """The weighting in which the two known ways beside a bound are equal; None where it is known already."""
+        front = front_of([(way.time_s, way.energy_j) for way in self.ways])
+        for (before_s, before_j), (after_s, after_j) in pairwise(front):
+            if before_s <= bound.time_s < after_s and bound.energy_j < before_j:
+                energy = (after_s - before_s) / SECOND_PER_HOUR
+                time = (before_j - after_j) / JOULE_PER_KWH
+                weights = Weights(energy / max(energy, time), time / max(energy, time), 0.0)
+                new = Line.of(weights, 0.0)
+                slope = new.a_joule / new.a_second
+                known = any(
+                    line.a_second > 0.0 and abs(line.a_joule / line.a_second - slope) <= SAME_FRAC * slope
+                    for line in self.lines
+                )
+                return None if known else weights
+        return None
 
     def _between(self, before_s: float, before_j: float, after_s: float) -> list[tuple[float, float]]:
         """Time and energy of bounds on ways that are faster than after and take less than its neighbour before."""
