@@ -17,6 +17,7 @@ from routing.charging.network import Arc, Part, StationGraph
 from routing.charging.plan import ChargingAnswer, NoPlan, PlanStats
 from routing.charging.sites import curves_of, usable_sites, worth_of
 from routing.charging.ways import joined, stay_of
+from routing.errors import TimeUpError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
