@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from energy.battery import soc_along
+from energy.charging.charge_time import power_bands, seconds
 from energy.units import JOULE_PER_KWH, JOULE_PER_WH, SECOND_PER_MINUTE
-from routing.charging.kernels_curves import since_empty_s
 from routing.charging.plan import ChargeStop, Plan, PlanLeg
 from routing.places import LinkSpan
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from energy.charging.charging import Charging
-    from routing.charging.kernels_curves import Curves
     from routing.charging.network import Step
     from routing.charging.plan import ChargingQuery
     from routing.charging.sites import Site
@@ -25,8 +23,6 @@ if TYPE_CHECKING:
     from routing.links.spans import ChainMaker
     from routing.queries import RouteQuery
     from routing.route.best_path import RouteSearch
-
-BANDS_W: Final = (0.0, 11e3, 22e3, 50e3, 100e3, 150e3, 200e3, 250e3, 300e3, 400e3, 4e6)
 
 
 class JourneyMaker:
@@ -38,12 +34,10 @@ class JourneyMaker:
         chains: ChainMaker,
         query: RouteQuery,
         charging: ChargingQuery,
-        vehicle_charging: Charging,
-        curves: Curves,
         sites: Sequence[Site],
     ) -> None:
         self._search, self._chains, self._query, self._charging = search, chains, query, charging
-        self._vehicle_charging, self._curves, self._sites = vehicle_charging, curves, sites
+        self._sites = sites
         self._capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
 
     def spans(self, way: Way) -> tuple[LinkSpan, ...]:
@@ -114,11 +108,10 @@ class JourneyMaker:
     def _stop(self, step: Step, arrive_s: float, arrive: float, depart: float) -> ChargeStop:
         site = self._sites[(step.place - 1) % len(self._sites)]
         depart = max(arrive, depart)
-        curve = self._curve(site)
-        from_j, to_j = arrive * self._capacity_j, depart * self._capacity_j
-        charging_s = since_empty_s(self._curves, curve, to_j) - since_empty_s(self._curves, curve, from_j)
+        charged_j = (depart - arrive) * self._capacity_j
+        charging_s = float(seconds(site.curve, self._capacity_j, arrive, depart))
         overhead_s = self._charging.overhead_s
-        drawn_j = (to_j - from_j) / site.wall_eff
+        drawn_j = charged_j / site.wall_eff
         price = site.station.price
         cost = None
         if price is not None and not (price.per_kwh is None and price.per_min is None and price.per_session is None):
@@ -137,13 +130,10 @@ class JourneyMaker:
             charging_s=charging_s,
             arrive_soc_frac=arrive,
             depart_soc_frac=depart,
-            charged_j=to_j - from_j,
+            charged_j=charged_j,
             drawn_j=drawn_j,
-            mean_power_w=(to_j - from_j) / charging_s if charging_s > 0.0 else 0.0,
+            mean_power_w=charged_j / charging_s if charging_s > 0.0 else 0.0,
+            power_bands=power_bands(site.curve, self._capacity_j, arrive, depart) if charging_s > 0.0 else (),
             price=cost,
             currency="" if price is None else price.currency,
         )
-
-    def _curve(self, site: Site) -> int:
-        kinds = list(dict.fromkeys(id(other.curve) for other in self._sites))
-        return kinds.index(id(site.curve))

@@ -1,4 +1,4 @@
-"""Compiled: time at stations by charge, and the charges at which it may pay to go on."""
+"""Compiled: the charges at which it may pay to go on to the next station."""
 
 from __future__ import annotations
 
@@ -9,62 +9,9 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-import energy.compiled.cache  # noqa: F401  (sets the cache folder before anything is compiled)
+from energy.charging.kernels_charging import ChargeCurves, piece_at, power_on
 
 FLAT_FRAC = 1e-12  # of the terms of a derivative, below which it is none
-
-
-class Curves(NamedTuple):
-    """Power by charge of all kinds of sockets, one after the other; curve k has the points first[k]..first[k + 1].
-
-    first: int64 (K + 1,). charge_j: (n,), from 0 to the capacity in each. power_w: (n,), linear between them.
-    since_s: (n,) time from an empty battery.
-    """
-
-    first: NDArray[np.int64]
-    charge_j: NDArray[np.float64]
-    power_w: NDArray[np.float64]
-    since_s: NDArray[np.float64]
-
-
-@njit(nogil=True, cache=True)
-def piece_s(power_w: float, other_w: float, step_j: float) -> float:
-    """Time of charging step_j while power goes linearly from one to another: step/(P1 − P0)·ln(P1/P0) [s]."""
-    share = (other_w - power_w) / power_w
-    if abs(share) < 1e-6:  # ln(1 + x)/x = 1 − x/2 + x²/3, of which the rest is below rounding
-        return step_j / power_w * (1.0 - share * (0.5 - share / 3.0))
-    return step_j / power_w * math.log1p(share) / share
-
-
-@njit(nogil=True, cache=True)
-def piece_at(curves: Curves, curve: int, charge_j: float) -> int:
-    """The point of a curve at or before a charge, not its last one."""
-    low, high = curves.first[curve], curves.first[curve + 1] - 1
-    while high - low > 1:
-        middle = (low + high) >> 1
-        if curves.charge_j[middle] <= charge_j:
-            low = middle
-        else:
-            high = middle
-    return int(low)
-
-
-@njit(nogil=True, cache=True)
-def power_in(curves: Curves, k: int, charge_j: float) -> float:
-    """Power at a charge in the piece after point k [W]."""
-    share = (charge_j - curves.charge_j[k]) / (curves.charge_j[k + 1] - curves.charge_j[k])
-    power: float = curves.power_w[k] + share * (curves.power_w[k + 1] - curves.power_w[k])
-    return power
-
-
-@njit(nogil=True, cache=True)
-def since_empty_s(curves: Curves, curve: int, charge_j: float) -> float:
-    """Time from an empty battery to a charge, T of docs/charging.md [s]."""
-    k = piece_at(curves, curve, charge_j)
-    step_j = charge_j - curves.charge_j[k]
-    if step_j == 0.0:
-        return float(curves.since_s[k])
-    return float(curves.since_s[k]) + piece_s(curves.power_w[k], power_in(curves, k, charge_j), step_j)
 
 
 class Price(NamedTuple):
@@ -76,35 +23,35 @@ class Price(NamedTuple):
 
 @njit(nogil=True, cache=True)
 def turning_charges(
-    curves: Curves,
+    curves: ChargeCurves,
     here: int,
     price: Price,
     there: int,
     other: Price,
-    energy_j: float,
-    low_j: float,
-    high_j: float,
+    energy_frac: float,
+    low_frac: float,
+    high_frac: float,
     out: NDArray[np.float64],
 ) -> int:
-    """Charges in (low_j, high_j] at which leaving costs less than just before and no more than just after.
+    """Charges in (low_frac, high_frac] at which leaving costs less than just before and no more than just after.
 
-    φ(d) = cost here of charging to d, less cost at the next station of charging from 0 to d − energy_j, which spares
+    φ(d) = cost here of charging to d, less cost at the next station of charging from 0 to d − energy_frac, which spares
     it. Written to out, whose length bounds them; returns how many. φ' has the sign of a quadratic on each pair of
     pieces: a_s·Q − b_s·P + (a_j − b_j)·P·Q with P here and Q there, both linear.
     """
     found, falling, flat_from = 0, False, -1.0
-    k, m = piece_at(curves, here, low_j), piece_at(curves, there, low_j - energy_j)
+    k, m = piece_at(curves, here, low_frac), piece_at(curves, there, low_frac - energy_frac)
     last_k, last_m = curves.first[here + 1] - 2, curves.first[there + 1] - 2
-    at_j = low_j
-    while at_j < high_j:
-        to_j = high_j
+    at_frac = low_frac
+    while at_frac < high_frac:
+        to_frac = high_frac
         if k < last_k:
-            to_j = min(to_j, curves.charge_j[k + 1])
+            to_frac = min(to_frac, curves.soc_frac[k + 1])
         if m < last_m:
-            to_j = min(to_j, curves.charge_j[m + 1] + energy_j)
-        if to_j > at_j:
-            p0, p1 = power_in(curves, k, at_j), power_in(curves, k, to_j)
-            q0, q1 = power_in(curves, m, at_j - energy_j), power_in(curves, m, to_j - energy_j)
+            to_frac = min(to_frac, curves.soc_frac[m + 1] + energy_frac)
+        if to_frac > at_frac:
+            p0, p1 = power_on(curves, k, at_frac), power_on(curves, k, to_frac)
+            q0, q1 = power_on(curves, m, at_frac - energy_frac), power_on(curves, m, to_frac - energy_frac)
             dp, dq, more = p1 - p0, q1 - q0, price.a_joule - other.a_joule
             c0 = price.a_second * q0 - other.a_second * p0 + more * p0 * q0
             c1 = price.a_second * dq - other.a_second * dp + more * (p0 * dq + q0 * dp)
@@ -118,24 +65,24 @@ def turning_charges(
                     continue
                 middle = 0.5 * (share + until)
                 slope = c0 + middle * (c1 + middle * c2)
-                here_j = at_j + share * (to_j - at_j)
+                here_frac = at_frac + share * (to_frac - at_frac)
                 if slope < -FLAT_FRAC * size:
                     falling, flat_from = True, -1.0
                 elif falling and slope > FLAT_FRAC * size:
                     if found < out.size:
-                        out[found] = here_j if flat_from < 0.0 else flat_from
+                        out[found] = here_frac if flat_from < 0.0 else flat_from
                         found += 1
                     falling, flat_from = False, -1.0
                 elif falling and flat_from < 0.0:
-                    flat_from = here_j
+                    flat_from = here_frac
                 share = until
-        if k < last_k and curves.charge_j[k + 1] <= to_j:
+        if k < last_k and curves.soc_frac[k + 1] <= to_frac:
             k += 1
-        if m < last_m and curves.charge_j[m + 1] + energy_j <= to_j:
+        if m < last_m and curves.soc_frac[m + 1] + energy_frac <= to_frac:
             m += 1
-        at_j = to_j
+        at_frac = to_frac
     if falling and found < out.size:
-        out[found] = high_j if flat_from < 0.0 else flat_from
+        out[found] = high_frac if flat_from < 0.0 else flat_from
         found += 1
     return found
 

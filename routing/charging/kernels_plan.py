@@ -9,8 +9,8 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-import energy.compiled.cache  # noqa: F401  (sets the cache folder before anything is compiled)
-from routing.charging.kernels_curves import Curves, Price, since_empty_s, turning_charges
+from energy.charging.kernels_charging import ChargeCurves, seconds_to
+from routing.charging.kernels_curves import Price, turning_charges
 from routing.kernels_heap import heap_drop, heap_push
 
 # columns of Stops.number, one row a place
@@ -25,7 +25,7 @@ PLACE, PARENT, WAY, NEXT, STOPS = range(5)
 MADE, HEAP, SETTLED, ASKED, GOAL = range(5)
 DONE, FULL, UNKNOWN, NONE, PAUSED = range(5)
 PAUSE_LABELS = 4096
-MOST_TURNS = 16
+MOST_TURNS = 48
 ROUNDING = 1e-9  # [s] or what costs are in, and J: labels that differ by less are one
 WEEK_S = 604_800.0
 
@@ -60,14 +60,13 @@ class Ways(NamedTuple):
 
 
 class Rules(NamedTuple):
-    """Of one search: reserve on the way and capacity [J], clock at departure [s of the week], cost of a second.
+    """Of one search: reserve on the way [J], clock at departure [s of the week], cost of a second.
 
     clocked: time decides what labels are good for; counted: so does the number of stops, most_stops at most. bounded:
     bounds count as ways.
     """
 
     reserve_j: float
-    capacity_j: float
     departure_s: float
     a_second: float
     clocked: bool
@@ -132,7 +131,7 @@ def dominates(rules: Rules, labels: Labels, cap_j: float, a: int, b: int) -> boo
 
 @njit(nogil=True, cache=True)
 def arrive(
-    curves: Curves,
+    curves: ChargeCurves,
     stops: Stops,
     ways: Ways,
     rules: Rules,
@@ -153,7 +152,7 @@ def arrive(
     if wait == math.inf:
         return
     cost, time = cost + rules.a_second * wait, time + wait
-    charge = min(depart_j - ways.number[way, WAY_J], rules.capacity_j - ways.number[way, WAY_SPILL])
+    charge = min(depart_j - ways.number[way, WAY_J], curves.capacity_j - ways.number[way, WAY_SPILL])
     key = cost + cost_ahead(stops, place, charge)
     if key > bound:
         return
@@ -163,7 +162,7 @@ def arrive(
     row[LEVEL], row[SINCE] = math.inf, 0.0
     curve = int(number[CURVE])
     if curve >= 0:
-        row[SINCE] = since_empty_s(curves, curve, charge)
+        row[SINCE] = seconds_to(curves, curve, charge / curves.capacity_j)
         row[LEVEL] = cost - number[A_SECOND] * row[SINCE] - number[A_JOULE] * charge
     pointer[PLACE], pointer[PARENT], pointer[WAY], pointer[STOPS] = place, top, way, count
     cap = number[CAP] if curve >= 0 else -1.0
@@ -192,13 +191,16 @@ def arrive(
 
 
 @njit(nogil=True, cache=True)
-def settle(curves: Curves, stops: Stops, ways: Ways, rules: Rules, labels: Labels, bound: float, goal: int) -> int:
+def settle(
+    curves: ChargeCurves, stops: Stops, ways: Ways, rules: Rules, labels: Labels, bound: float, goal: int
+) -> int:
     """Settle labels by cost so far and ahead until the goal is settled.
 
     Returns UNKNOWN where the ways of the place in counter ASKED are to be added first, FULL where labels need room,
     PAUSED after some thousand labels, NONE where no label below the bound is left.
     """
     turns = np.empty(MOST_TURNS)
+    capacity = curves.capacity_j
     done = 0
     while labels.counter[HEAP] > 0:
         top = labels.heap_label[0]
@@ -237,7 +239,7 @@ def settle(curves: Curves, stops: Stops, ways: Ways, rules: Rules, labels: Label
             there, number = stops.number[to], ways.number[way]
             if number[WAY_BOUND] > 0.0 and not rules.bounded:
                 continue
-            energy, full = number[WAY_J], rules.capacity_j - number[WAY_SPILL]
+            energy, full = number[WAY_J], curves.capacity_j - number[WAY_SPILL]
             least = there[LEAST_J] + number[WAY_MARGIN]
             if full < least:
                 continue
@@ -249,11 +251,22 @@ def settle(curves: Curves, stops: Stops, ways: Ways, rules: Rules, labels: Label
             if charges and there[CURVE] >= 0:
                 high = min(here[CAP], full + energy)
                 if high > low:
-                    other = Price(there[A_SECOND], there[A_JOULE])
-                    found = turning_charges(curves, curve, price, int(there[CURVE]), other, energy, low, high, turns)
+                    found = turning_charges(
+                        curves,
+                        curve,
+                        price,
+                        int(there[CURVE]),
+                        Price(there[A_SECOND], there[A_JOULE]),
+                        energy / capacity,
+                        low / capacity,
+                        high / capacity,
+                        turns,
+                    )
             for k in range(found + 1):
-                depart = low if k == found else turns[k]
-                taken_s = since_empty_s(curves, curve, depart) - labels.number[top, SINCE] if depart > charge else 0.0
+                depart = low if k == found else max(turns[k] * capacity, low)
+                taken_s = 0.0
+                if depart > charge:
+                    taken_s = seconds_to(curves, curve, depart / capacity) - labels.number[top, SINCE]
                 paid = price.a_second * taken_s + price.a_joule * (depart - charge)
                 arrive(curves, stops, ways, rules, labels, top, way, cost + paid, time + taken_s, depart, count, bound)
     return NONE

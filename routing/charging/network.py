@@ -15,7 +15,7 @@ from routing.time_budget import time_budget
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from routing.charging.kernels_curves import Curves
+    from energy.charging.kernels_charging import ChargeCurves
     from routing.charging.ways import Way
 
 LEAST_LABELS: Final = 16_384
@@ -75,7 +75,7 @@ class StationGraph:
     stops: of kernels_plan, its known all false. arcs_of: all arcs from a place, bounds among them.
     """
 
-    def __init__(self, curves: Curves, stops: Stops, arcs_of: Callable[[int], Sequence[Arc]]) -> None:
+    def __init__(self, curves: ChargeCurves, stops: Stops, arcs_of: Callable[[int], Sequence[Arc]]) -> None:
         self._curves, self._stops, self._arcs_of = curves, stops, arcs_of
         self._arcs: list[Arc] = []
         self._number = np.zeros((LEAST_WAYS, 7))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from energy.charging.charge_time import charge_times
 from energy.units import JOULE_PER_WH
 from routing.charging import kernels_plan as kernels
 from routing.charging.journey import JourneyMaker
@@ -15,7 +16,7 @@ from routing.charging.kernels_plan import Rules, Stops
 from routing.charging.legs import LegCounts, LegFinder, LegStore, usual_weightings
 from routing.charging.network import Arc, Part, StationGraph
 from routing.charging.plan import ChargingAnswer, NoPlan, PlanStats
-from routing.charging.sites import curves_of, usable_sites, worth_of
+from routing.charging.sites import usable_sites, worth_of
 from routing.charging.ways import joined, stay_of
 from routing.errors import TimeUpError
 
@@ -103,14 +104,14 @@ class _Task:
         self._stages = len(places) - 1
         kinds = {id(site.curve): site.curve for site in sites}
         self._kind = {key: k for k, key in enumerate(kinds)}
-        curves = curves_of(list(kinds.values()), query.vehicle.usable_capacity_wh)
+        curves = charge_times(list(kinds.values()), self._capacity_j).curves
         power_w = max((float(np.mean(site.curve.power_w)) for site in sites), default=50e3)
         self._finder = LegFinder(legs, query, usual_weightings(power_w), self.counts)
         self._goal = 1 + self._stages * len(sites)
         self._stops = self._made_stops()
         self.graph = StationGraph(curves, self._stops, self._arcs_from)
         self._vias: dict[int, list[Arc]] = {}
-        self._journeys = JourneyMaker(search, chains, query, charging, vehicle_charging, curves, sites)
+        self._journeys = JourneyMaker(search, chains, query, charging, sites)
 
     def _made_stops(self) -> Stops:
         charging, capacity_j = self._charging, self._capacity_j
@@ -140,7 +141,6 @@ class _Task:
     def _rules(self, *, bounded: bool) -> Rules:
         return Rules(
             self._reserve_j,
-            self._capacity_j,
             0.0,
             self._worth.a_second,
             False,

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from energy.charging.charging import DC_CONNECTORS
+from energy.charging.charge_time import seconds
+from energy.charging.power import accepted_power, wall_eff
 from energy.units import JOULE_PER_KWH, JOULE_PER_WH, SECOND_PER_HOUR, SECOND_PER_MINUTE
-from routing.charging.accepted import accepted_power
-from routing.charging.kernels_curves import Curves, piece_s
 from routing.charging.plan import Objective
 from routing.stations.station import Access
 
@@ -76,7 +75,7 @@ def usable_sites(charging: Charging, query: ChargingQuery, stations: Sequence[St
         for socket in station.sockets:
             if query.connectors and socket.connector not in query.connectors:
                 continue
-            if query.min_power_w > 0.0 and (socket.output_w is None or socket.output_w < query.min_power_w):
+            if socket.output_w is None or socket.output_w < query.min_power_w:
                 continue
             key = (socket.connector, socket.output_w, socket.phases)
             if key not in curves:
@@ -104,45 +103,20 @@ def _site(
         query.network_factors[name] for name in (station.network, station.operator) if name in query.network_factors
     ]
     a_second *= factors[0] if factors else 1.0
-    wall_eff = charging.dc_eff if socket.connector in DC_CONNECTORS else charging.ac_eff
+    from_wall = wall_eff(charging, socket.connector, socket.output_w or 0.0)
     stop_cost, a_joule = a_second * query.overhead_s, 0.0
     price = station.price
     if query.objective is Objective.COST and price is not None:
         stop_cost += price.per_session or 0.0
-        a_joule = (price.per_kwh or 0.0) / (JOULE_PER_KWH * wall_eff)
+        a_joule = (price.per_kwh or 0.0) / (JOULE_PER_KWH * from_wall)
         a_second += (price.per_min or 0.0) / SECOND_PER_MINUTE
-    return Site(station, socket, curve, a_second, a_joule, stop_cost, wall_eff)
+    return Site(station, socket, curve, a_second, a_joule, stop_cost, from_wall)
 
 
 def _window_s(curve: PowerCurve, query: ChargingQuery) -> float:
     """Time of charging from the least to the most charge of a query, of a battery of 1 J [s]."""
-    low, high = min(query.arrive_soc_frac, query.max_soc_frac), max(query.max_soc_frac, query.arrive_soc_frac)
-    at = np.unique(np.concatenate(([low, high], curve.soc_frac[(curve.soc_frac > low) & (curve.soc_frac < high)])))
-    power = np.interp(at, curve.soc_frac, curve.power_w)
-    return float(sum(piece_s(power[k], power[k + 1], at[k + 1] - at[k]) for k in range(at.size - 1)))
-
-
-def curves_of(kinds: Sequence[PowerCurve], capacity_wh: float) -> Curves:
-    """Curves as the search reads them."""
-    capacity_j = capacity_wh * JOULE_PER_WH
-    first, charge, power, since = [0], [], [], []
-    for curve in kinds:
-        at_j = curve.soc_frac * capacity_j
-        steps = [
-            piece_s(float(curve.power_w[k]), float(curve.power_w[k + 1]), float(at_j[k + 1] - at_j[k]))
-            for k in range(at_j.size - 1)
-        ]
-        charge.append(at_j)
-        power.append(curve.power_w.astype(np.float64))
-        since.append(np.concatenate(([0.0], np.cumsum(steps))))
-        first.append(first[-1] + at_j.size)
-    none = np.empty(0)
-    return Curves(
-        np.array(first, np.int64),
-        np.concatenate(charge) if charge else none,
-        np.concatenate(power) if power else none,
-        np.concatenate(since) if since else none,
-    )
+    low, high = sorted((query.arrive_soc_frac, query.max_soc_frac))
+    return float(seconds(curve, 1.0, low, high))
 
 
 def least_cost_a_joule(sites: Sequence[Site], capacity_wh: float, window_frac: float) -> float:
