@@ -2,43 +2,48 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from energy.battery import soc_along
 from energy.charging.charge_time import power_bands, seconds
-from energy.units import JOULE_PER_KWH, JOULE_PER_WH, SECOND_PER_MINUTE
+from energy.units import JOULE_PER_KWH, SECOND_PER_MINUTE
 from routing.charging.plan import ChargeStop, Plan, PlanLeg
 from routing.places import LinkSpan
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from routing.charging.network import Step
-    from routing.charging.plan import ChargingQuery
-    from routing.charging.sites import Site
+    from numpy.typing import NDArray
+
+    from routing.charging.network import Part, Step
+    from routing.charging.plan import FixedStay
+    from routing.charging.task import Task
     from routing.charging.ways import Way
     from routing.links.spans import ChainMaker
-    from routing.queries import RouteQuery
     from routing.route.best_path import RouteSearch
 
 
-class JourneyMaker:
-    """Plans of one query from steps on its station graph."""
+@dataclass(frozen=True, slots=True)
+class _Drive:
+    """What is driven without a stop, over via points at which nobody stays, and the stop at its end.
 
-    def __init__(
-        self,
-        search: RouteSearch,
-        chains: ChainMaker,
-        query: RouteQuery,
-        charging: ChargingQuery,
-        sites: Sequence[Site],
-    ) -> None:
-        self._search, self._chains, self._query, self._charging = search, chains, query, charging
-        self._sites = sites
-        self._capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
+    place: of the station graph where it ends. depart_j: charge at departure from a station there; stay: at a via point.
+    """
+
+    parts: tuple[Part, ...]
+    place: int
+    depart_j: float = 0.0
+    stay: FixedStay | None = None
+
+
+class JourneyMaker:
+    """Plans of one task from steps on its station graph."""
+
+    def __init__(self, search: RouteSearch, chains: ChainMaker, task: Task) -> None:
+        self._search, self._chains, self._task = search, chains, task
 
     def spans(self, way: Way) -> tuple[LinkSpan, ...]:
         """The stretches of links that a way drives."""
@@ -55,43 +60,53 @@ class JourneyMaker:
             for k, link in enumerate(way.links.tolist())
         )
 
+    def _drives(self, steps: Sequence[Step]) -> list[_Drive]:
+        drives: list[_Drive] = []
+        for k, step in enumerate(steps[1:], start=1):
+            assert step.arc is not None
+            parts: list[Part] = []
+            for part in step.arc.parts:
+                parts.append(part)
+                stay = self._task.stay_at(-1 - part.there) if part.there < 0 else None
+                if stay is not None:
+                    drives.append(_Drive(tuple(parts), part.there, stay=stay))
+                    parts = []
+            depart_j = steps[k + 1].depart_j if k + 1 < len(steps) else step.charge_j
+            drives.append(_Drive(tuple(parts), step.place, depart_j))
+        return drives
+
     def plan(self, name: str, steps: Sequence[Step], short_by: float | None, why: str) -> Plan:
         """The plan of steps from start to goal, along known ways."""
-        ways = [[self.spans(part.way) for part in step.arc.parts] for step in steps[1:] if step.arc is not None]
-        legs_spans = [
-            tuple(
-                replace(span, rest=True) if k == len(part) - 1 else span
-                for part in parts
-                for k, span in enumerate(part)
-            )
-            for parts in ways
-        ]
-        legs_spans[-1] = (*legs_spans[-1][:-1], *(replace(span, rest=False) for span in legs_spans[-1][-1:]))
-        whole = tuple(span for spans in legs_spans for span in spans)
-        energy_j, time_s = self._search.link_energies(self._query, whole, None) if whole else (np.empty(0),) * 2
-        soc, clock_s, first = self._query.soc_frac, 0.0, 0
+        task, query = self._task, self._task.query
+        drives = self._drives(steps)
+        spans = [self._resting(drive, last=k == len(drives) - 1) for k, drive in enumerate(drives)]
+        driven = self._driven(spans, [drive.parts[0].cap for drive in drives])
+        soc, clock_s = query.soc_frac, 0.0
         legs: list[PlanLeg] = []
         stops: list[ChargeStop] = []
-        for k, (spans, step) in enumerate(zip(legs_spans, steps[1:], strict=True)):
-            if k > 0:
-                stop = self._stop(steps[k], clock_s, soc, step.depart_j / self._capacity_j)
-                stops.append(stop)
-                clock_s, soc = stop.depart_s, stop.depart_soc_frac
-            last = first + len(spans)
-            charge, _ = soc_along(energy_j[first:last], soc, self._query.vehicle.usable_capacity_wh)
-            leg_s, end = float(time_s[first:last].sum()), float(charge[-1]) if spans else soc
+        for drive, stretches, (energy_j, time_s) in zip(drives, spans, driven, strict=True):
+            charge, _ = soc_along(energy_j, soc, query.vehicle.usable_capacity_wh)
+            end = float(charge[-1]) if stretches else soc
+            leg_s = float(time_s.sum())
             legs.append(
                 PlanLeg(
-                    spans=spans,
+                    spans=stretches,
                     time_s=leg_s,
-                    energy_j=float(energy_j[first:last].sum()),
-                    distance_m=sum(span.to_m - span.from_m for span in spans),
+                    energy_j=float(energy_j.sum()),
+                    distance_m=sum(span.to_m - span.from_m for span in stretches),
                     soc_start_frac=soc,
                     soc_end_frac=end,
-                    soc_min_frac=float(min(soc, charge.min())) if spans else soc,
+                    soc_min_frac=float(min(soc, charge.min())) if stretches else soc,
+                    speed_cap_mps=task.cap_mps(drive.parts[0].cap),
                 )
             )
-            clock_s, soc, first = clock_s + leg_s, end, last
+            clock_s, soc = clock_s + leg_s, end
+            if drive.place != task.goal:
+                stop = self._stay(drive, clock_s, soc) if drive.stay is not None else self._stop(drive, clock_s, soc)
+                stops.append(stop)
+                clock_s, soc = stop.depart_s, stop.depart_soc_frac
+        at_goal = task.stay_at(None)
+        prices = [stop.price for stop in stops if stop.price is not None]
         return Plan(
             name=name,
             legs=tuple(legs),
@@ -103,37 +118,92 @@ class JourneyMaker:
             objective=steps[-1].cost,
             short_by=short_by,
             unproven=why,
+            price=sum(prices) if prices else None,
+            goal_stay=None if at_goal is None else self._stay(_Drive((), task.goal, stay=at_goal), clock_s, soc),
         )
 
-    def _stop(self, step: Step, arrive_s: float, arrive: float, depart: float) -> ChargeStop:
-        site = self._sites[(step.place - 1) % len(self._sites)]
-        depart = max(arrive, depart)
-        charged_j = (depart - arrive) * self._capacity_j
-        charging_s = float(seconds(site.curve, self._capacity_j, arrive, depart))
-        overhead_s = self._charging.overhead_s
+    def _resting(self, drive: _Drive, *, last: bool) -> tuple[LinkSpan, ...]:
+        """The stretches of a drive, at rest at the end of each part but at the goal."""
+        parts = [self.spans(part.way) for part in drive.parts]
+        stretches = tuple(
+            replace(span, rest=True) if k == len(part) - 1 else span for part in parts for k, span in enumerate(part)
+        )
+        if last and stretches:
+            stretches = (*stretches[:-1], replace(stretches[-1], rest=False))
+        return stretches
+
+    def _driven(
+        self, spans: Sequence[tuple[LinkSpan, ...]], caps: Sequence[int]
+    ) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
+        """Energy [J] and time [s] of each stretch of each drive, with the clock of climate and tyres carried on."""
+        whole = tuple(span for stretches in spans for span in stretches)
+        if not whole:
+            return [(np.empty(0), np.empty(0))] * len(spans)
+        if whole[-1].rest:  # nothing is driven to the goal
+            whole = (*whole[:-1], replace(whole[-1], rest=False))
+        by_cap = {cap: self._search.link_energies(self._task.queries[cap], whole, None) for cap in set(caps)}
+        found, first = [], 0
+        for stretches, cap in zip(spans, caps, strict=True):
+            energy_j, time_s = by_cap[cap]
+            found.append((energy_j[first : first + len(stretches)], time_s[first : first + len(stretches)]))
+            first += len(stretches)
+        return found
+
+    def _stop(self, drive: _Drive, arrive_s: float, arrive: float) -> ChargeStop:
+        """A stop at a station, which is left with the charge that was planned, or more where more is left."""
+        task = self._task
+        site = task.site_at(drive.place)
+        depart = min(max(arrive, drive.depart_j / task.capacity_j), 1.0)
+        charged_j = (depart - arrive) * task.capacity_j
+        charging_s = float(seconds(site.curve, task.capacity_j, max(arrive, 0.0), depart))
+        overhead_s = task.charging.overhead_s
         drawn_j = charged_j / site.wall_eff
         price = site.station.price
-        cost = None
+        paid = None
         if price is not None and not (price.per_kwh is None and price.per_min is None and price.per_session is None):
-            cost = (
+            paid = (
                 (price.per_kwh or 0.0) * drawn_j / JOULE_PER_KWH
                 + (price.per_min or 0.0) * charging_s / SECOND_PER_MINUTE
                 + (price.per_session or 0.0)
             )
+        waits_s = task.waiting_s(drive.place, arrive_s)
         return ChargeStop(
             station=site.station,
             socket=site.socket,
             position=site.station.position[0],
             arrive_s=arrive_s,
-            depart_s=arrive_s + overhead_s + charging_s,
-            overhead_s=overhead_s,
+            depart_s=arrive_s + waits_s + overhead_s + charging_s,
+            overhead_s=overhead_s + waits_s,
             charging_s=charging_s,
             arrive_soc_frac=arrive,
             depart_soc_frac=depart,
             charged_j=charged_j,
             drawn_j=drawn_j,
             mean_power_w=charged_j / charging_s if charging_s > 0.0 else 0.0,
-            power_bands=power_bands(site.curve, self._capacity_j, arrive, depart) if charging_s > 0.0 else (),
-            price=cost,
+            power_bands=power_bands(site.curve, task.capacity_j, arrive, depart) if charging_s > 0.0 else (),
+            price=paid,
             currency="" if price is None else price.currency,
+        )
+
+    def _stay(self, drive: _Drive, arrive_s: float, arrive: float) -> ChargeStop:
+        """A fixed stay, at which the battery is charged as long as it has room."""
+        task, stay = self._task, drive.stay
+        assert stay is not None
+        depart = min(arrive + task.stay_gain_j(stay) / task.capacity_j, 1.0)
+        charged_j = (depart - arrive) * task.capacity_j
+        power_w = task.stay_gain_j(stay) / stay.seconds if stay.seconds > 0.0 else 0.0
+        charging_s = charged_j / power_w if power_w > 0.0 else 0.0
+        return ChargeStop(
+            station=None,
+            socket=None,
+            position=task.position(drive.place)[0],
+            arrive_s=arrive_s,
+            depart_s=arrive_s + stay.seconds,
+            overhead_s=stay.seconds - charging_s,
+            charging_s=charging_s,
+            arrive_soc_frac=arrive,
+            depart_soc_frac=depart,
+            charged_j=charged_j,
+            drawn_j=min(stay.power_w, power_w / task.ac_eff) * charging_s,
+            mean_power_w=power_w if charging_s > 0.0 else 0.0,
         )

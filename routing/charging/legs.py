@@ -71,8 +71,8 @@ class LegStore:
 class LegFinder:
     """Ways of one query's vehicle under its conditions, which may hold a cap on its speed.
 
-    weightings: of the searches from one place to many, ECO and FASTEST among them. kept_places: of which pairs are
-    kept from plan to plan. begin_s: driving time since departure, by which climate and tyres of legs go, but for legs
+    weightings: of the searches from one place to many, ECO and FASTEST among them. Pairs are kept from plan to
+    plan. begin_s: driving time since departure, by which climate and tyres of legs go, but for legs
     that begin at departure.
     """
 
@@ -82,14 +82,11 @@ class LegFinder:
         query: RouteQuery,
         weightings: Sequence[Weights],
         counts: LegCounts,
-        *,
-        begin_s: float = 0.0,
     ) -> None:
         self.space: SearchSpace = store.search.space_of(query, query.vehicle)
         self._store, self._query, self._weightings, self._counts = store, query, tuple(weightings), counts
         self._space_key = store.search.space_key(query, query.vehicle)
         self._drives = PathDrives(store.search.graph, self.space, query)
-        self._begin_s = begin_s
 
     def pairs(self, here: Place, there: Sequence[Place]) -> list[Pair]:
         """Ways from one place to each of others; raises NegativeCycleError, SearchLimitError, TimeUpError."""
@@ -102,6 +99,15 @@ class LegFinder:
             self._store.put(key, made)
             known |= made
         return [known[place] for place in there]
+
+    def climb_m(self, here: Place, there: Place) -> float:
+        """How much higher a place is than another [m]."""
+        g = self.space.arrays
+        low, high = (
+            float(g.tail_height_m[place[0].link_idx] + g.grade_frac[place[0].link_idx] * place[0].offset_m)
+            for place in (here, there)
+        )
+        return high - low
 
     def refined(self, here: Place, there: Place, bound: Way, most_s: float, most_j: float) -> bool:
         """Learn more of ways between two places near a bound; whether there was anything to be learnt.
@@ -129,7 +135,7 @@ class LegFinder:
         return True
 
     def _key(self, here: Place) -> tuple[object, ...]:
-        return self._space_key, self._weightings, self._begin_s, here
+        return self._space_key, self._weightings, here
 
     def _searched(self, here: Place, there: Sequence[Place]) -> dict[Place, Pair]:
         driven = [place for place in there if not same_place(here, place)]

@@ -40,13 +40,15 @@ class Arc:
 class Part:
     """A way between two places that the journey may not pass between: start, stations, via points, goal.
 
-    here, there: as the planner numbers them. cap: number of the speed cap that it keeps.
+    here, there: as Task numbers them. cap: number of the speed cap that it keeps, 0 for none. margin_j: what is kept
+    beyond its energy [J].
     """
 
     here: int
     there: int
     way: Way
     cap: int = 0
+    margin_j: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +83,11 @@ class StationGraph:
         self._number = np.zeros((LEAST_WAYS, 7))
         self._to = np.zeros(LEAST_WAYS, np.int32)
         self.work = Work()
+        self.reached: dict[int, float] = {}  # most charge on arrival by place, of the last search that found nothing
+
+    def arcs(self, place: int) -> Sequence[Arc]:
+        """The arcs of a place that a search came to."""
+        return self._arcs[int(self._stops.first[place]) : int(self._stops.last[place])]
 
     def forget(self, place: int) -> None:
         """Ask for the arcs of a place anew."""
@@ -109,7 +116,10 @@ class StationGraph:
                 break
         self.work.made += int(labels.counter[kernels.MADE])
         self.work.settled += int(labels.counter[kernels.SETTLED])
-        return None if status == kernels.NONE else self._steps(labels)
+        if status == kernels.NONE:
+            self.reached = _reached(labels)
+            return None
+        return self._steps(labels)
 
     def _add(self, place: int) -> None:
         arcs = self._arcs_of(place)
@@ -152,6 +162,15 @@ class StationGraph:
             )
             label = int(pointer[kernels.PARENT])
         return steps[::-1]
+
+
+def _reached(labels: Labels) -> dict[int, float]:
+    made = int(labels.counter[kernels.MADE])
+    places, charges = labels.pointer[:made, kernels.PLACE].tolist(), labels.number[:made, kernels.CHARGE].tolist()
+    most: dict[int, float] = {}
+    for place, charge in zip(places, charges, strict=True):
+        most[place] = max(charge, most.get(place, 0.0))
+    return most
 
 
 def _labels(room: int, places: int) -> Labels:

@@ -131,7 +131,7 @@ class Plan:
 
     short_by_s: by how much at most a better plan is better, in the objective's own unit (s, J or currency); 0: proven
     best for the model, None: nothing is proven, and why is in unproven.
-    goal_quantiles_frac, goal_kept_probability_frac: as at stops.
+    goal_quantiles_frac, goal_kept_probability_frac: as at stops. goal_stay: what a fixed stay at the goal charges.
     """
 
     name: str
@@ -147,6 +147,7 @@ class Plan:
     goal_quantiles_frac: tuple[float, float, float] | None = None
     goal_kept_probability_frac: float | None = None
     price: float | None = None
+    goal_stay: ChargeStop | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,24 +1,22 @@
-"""Journeys with charging stops: which stations, by which ways, and charged how far, with the proof that comes along."""
+"""Journeys with charging stops: which stations, by which ways, charged how far; and what would help where none is."""
 
 from __future__ import annotations
 
-import math
 import time
+from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
-import numpy as np
-
-from energy.charging.charge_time import charge_times
-from energy.units import JOULE_PER_WH
-from routing.charging import kernels_plan as kernels
+from energy.chain.chain import LinkModel
+from energy.chain.uncertainty import dissipation_sd_frac
+from energy.charging.power import at_battery_temperature
+from energy.units import JOULE_PER_KWH, KMH_PER_MPS, ZERO_CELSIUS_K
 from routing.charging.journey import JourneyMaker
-from routing.charging.kernels_plan import Rules, Stops
-from routing.charging.legs import LegCounts, LegFinder, LegStore, usual_weightings
-from routing.charging.network import Arc, Part, StationGraph
-from routing.charging.plan import ChargingAnswer, NoPlan, PlanStats
-from routing.charging.sites import usable_sites, worth_of
-from routing.charging.ways import joined, stay_of
-from routing.errors import TimeUpError
+from routing.charging.legs import LegStore
+from routing.charging.plan import ChargingAnswer, NoPlan, Objective, PlanStats
+from routing.charging.sites import usable_sites
+from routing.charging.task import Proof, Task, usual_margin_j
+from routing.errors import QueryError, TimeUpError
+from routing.queries import drive_settings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -27,23 +25,25 @@ if TYPE_CHECKING:
     from routing.charging.legs import Place
     from routing.charging.network import Step
     from routing.charging.plan import ChargingQuery, Plan
-    from routing.charging.sites import Site
-    from routing.charging.ways import Way
     from routing.links.spans import ChainMaker
     from routing.queries import RouteQuery
     from routing.route.best_path import RouteSearch
     from routing.stations.station import Station
 
-PROVEN_FRAC: Final = 1e-7  # of the cost, below which a bound meets a plan
 PROOF_S: Final = 2.0  # after which an answer with a bound beats a proof; assumed
-ROUNDS: Final = 500  # of refinement at most
+CAPS_TRIED_MPS: Final = (110.0 / 3.6, 90.0 / 3.6)  # where no plan is found
+RESERVE_STEP: Final = 0.05
+RESERVE_COST: Final = 1.2  # of the best plan's cost, that one with more reserve may have; assumed
 
 
 class ChargingPlanner:
-    """Plans journeys with charging stops on one graph; keeps ways between stations, safe between threads."""
+    """Plans journeys with charging stops on one graph; keeps ways between stations, safe between threads.
 
-    def __init__(self, search: RouteSearch, chains: ChainMaker) -> None:
-        self._search, self._chains = search, chains
+    proof_s: how long ways are refined once a plan is known [s].
+    """
+
+    def __init__(self, search: RouteSearch, chains: ChainMaker, *, proof_s: float = PROOF_S) -> None:
+        self._search, self._chains, self._proof_s = search, chains, proof_s
         self._legs = LegStore(search)
 
     def plan(
@@ -53,222 +53,247 @@ class ChargingPlanner:
         vehicle_charging: Charging,
         stations: Sequence[Station],
         places: Sequence[Place],
-        margin_j: Callable[[Way], float] | None = None,
+        margin_j: Callable[[float, float], float] | None = None,
     ) -> ChargingAnswer:
         """The best journey from a start over via points to a goal, with stops at stations where it needs them.
 
         places: start, via points and goal of the query, each by its positions on both directions of its road.
-        margin_j: what is kept beyond the energy of a way [J], 0 without. Raises NegativeCycleError, SearchLimitError,
-        TimeUpError where time is up before any plan is known, AbandonedError.
+        margin_j: what is kept beyond the energy of a way [J], by that energy, with which it must rise, and its climb
+        [m]; by default what `confidence` asks for by the vehicle's own uncertainty. Raises QueryError,
+        NegativeCycleError, SearchLimitError, TimeUpError where time is up before any plan is known, AbandonedError.
         """
-        began = time.perf_counter()
-        sites = usable_sites(vehicle_charging, charging, stations)
-        task = _Task(self._search, self._legs, self._chains, query, charging, vehicle_charging, sites, places, margin_j)
-        plans, missing = task.solve()
-        stats = PlanStats(
-            leg_searches=task.counts.searches,
-            legs_cached=task.counts.known,
-            labels_made=task.graph.work.made,
-            labels_settled=task.graph.work.settled,
-            seconds=time.perf_counter() - began,
-        )
-        return ChargingAnswer(plans, missing, stats)
+        check(query, charging)
+        asked = _Asked(self, query, charging, vehicle_charging, stations, places, margin_j)
+        return asked.answer()
 
 
-class _Task:
-    """One query at work.
+def check(query: RouteQuery, charging: ChargingQuery) -> None:
+    """Raise QueryError where a field is out of its range."""
+    for field in ("arrive_soc_frac", "goal_soc_frac", "max_soc_frac"):
+        value = getattr(charging, field)
+        if not 0.0 <= value <= 1.0:
+            raise QueryError(f"charging.{field}", value, "0..1")
+    if charging.arrive_soc_frac >= charging.max_soc_frac:
+        allowed = f"above {charging.arrive_soc_frac:g} (arrive_soc_frac)"
+        raise QueryError("charging.max_soc_frac", charging.max_soc_frac, allowed)
+    if charging.arrive_soc_frac < query.reserve_soc_frac:
+        allowed = f"{query.reserve_soc_frac:g}..1 (from reserve_soc_frac on)"
+        raise QueryError("charging.arrive_soc_frac", charging.arrive_soc_frac, allowed)
+    if not 0.0 <= charging.overhead_s <= 86_400.0:
+        raise QueryError("charging.overhead_s", charging.overhead_s, "0..86400")
+    if charging.confidence is not None and not 0.5 <= charging.confidence <= 0.999:
+        raise QueryError("charging.confidence", charging.confidence, "0.5..0.999")
+    for name, factor in charging.network_factors.items():
+        if not 0.01 <= factor <= 100.0:
+            raise QueryError(f"charging.network_factors[{name}]", factor, "0.01..100")
+    if not 0 <= charging.most_stops <= 100:
+        raise QueryError("charging.most_stops", charging.most_stops, "0..100")
+    for cap in charging.speed_caps_mps:
+        if not 5.0 <= cap <= 70.0:
+            raise QueryError("charging.speed_caps_mps", cap, "5..70")
+    for stay in charging.stays:
+        if stay.via_idx is not None and not 0 <= stay.via_idx < len(query.via):
+            raise QueryError("charging.stays.via_idx", stay.via_idx, f"0..{len(query.via) - 1}, or none for the goal")
+        if not (0.0 <= stay.seconds <= 7 * 86_400.0 and stay.power_w >= 0.0):
+            raise QueryError("charging.stays", (stay.seconds, stay.power_w), "0..604800 s, a power of 0 or more")
 
-    Places of the station graph: 0 is the start, 1 + stage · sites + k station k with `stage` via points behind, the
-    last one the goal.
-    """
+
+class _Asked:
+    """One query for plans."""
 
     def __init__(
         self,
-        search: RouteSearch,
-        legs: LegStore,
-        chains: ChainMaker,
+        planner: ChargingPlanner,
         query: RouteQuery,
         charging: ChargingQuery,
         vehicle_charging: Charging,
-        sites: Sequence[Site],
+        stations: Sequence[Station],
         places: Sequence[Place],
-        margin_j: Callable[[Way], float] | None,
+        margin_j: Callable[[float, float], float] | None,
     ) -> None:
-        self._query, self._charging, self._sites, self._places = query, charging, sites, places
-        self._capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
-        self._reserve_j = query.reserve_soc_frac * self._capacity_j
-        self._margin_j = margin_j
-        self._worth = worth_of(charging)
-        self._proof_s = PROOF_S
-        self.counts = LegCounts()
-        self._stages = len(places) - 1
-        kinds = {id(site.curve): site.curve for site in sites}
-        self._kind = {key: k for k, key in enumerate(kinds)}
-        curves = charge_times(list(kinds.values()), self._capacity_j).curves
-        power_w = max((float(np.mean(site.curve.power_w)) for site in sites), default=50e3)
-        self._finder = LegFinder(legs, query, usual_weightings(power_w), self.counts)
-        self._goal = 1 + self._stages * len(sites)
-        self._stops = self._made_stops()
-        self.graph = StationGraph(curves, self._stops, self._arcs_from)
-        self._vias: dict[int, list[Arc]] = {}
-        self._journeys = JourneyMaker(search, chains, query, charging, sites)
+        self._began = time.perf_counter()
+        self._search, self._chains = planner._search, planner._chains
+        self._legs, self._proof_s = planner._legs, planner._proof_s
+        self._query, self._charging, self._stations, self._places = query, charging, stations, places
+        if query.conditions.ambient_k is not None:
+            vehicle_charging = at_battery_temperature(vehicle_charging, query.conditions.ambient_k - ZERO_CELSIUS_K)
+        self._vehicle_charging, self._margin_j = vehicle_charging, margin_j
+        self._tasks: list[Task] = []
+        self._warnings: list[str] = []
 
-    def _made_stops(self) -> Stops:
-        charging, capacity_j = self._charging, self._capacity_j
-        count = self._goal + 1
-        number = np.zeros((count, 10))
-        number[:, kernels.CURVE] = -1.0
-        number[:, kernels.LEAST_J] = charging.arrive_soc_frac * capacity_j
-        number[self._goal, kernels.LEAST_J] = self._goal_least_j()
-        for place in range(1, self._goal):
-            site = self._sites[(place - 1) % len(self._sites)]
-            number[place, kernels.CURVE] = self._kind[id(site.curve)]
-            number[place, kernels.A_SECOND], number[place, kernels.A_JOULE] = site.a_second, site.a_joule
-            number[place, kernels.STOP_COST], number[place, kernels.STOP_S] = site.stop_cost, charging.overhead_s
-            number[place, kernels.CAP] = charging.max_soc_frac * capacity_j
-        return Stops(
-            number,
-            np.zeros(count, np.bool_),
-            np.zeros(count, np.int64),
-            np.zeros(count, np.int64),
-            np.zeros(count + 1, np.int64),
-            np.empty((0, 2)),
+    def _task(self, query: RouteQuery, charging: ChargingQuery) -> Task:
+        sites = usable_sites(self._vehicle_charging, charging, self._stations)
+        task = Task(
+            self._legs, query, charging, self._vehicle_charging, sites, self._places, self._margin_j, self._proof_s
         )
+        self._tasks.append(task)
+        return task
 
-    def _goal_least_j(self) -> float:
-        return max(self._charging.goal_soc_frac * self._capacity_j, self._reserve_j)
-
-    def _rules(self, *, bounded: bool) -> Rules:
-        return Rules(
-            self._reserve_j,
-            0.0,
-            self._worth.a_second,
-            False,
-            False,
-            self._charging.most_stops,
-            bounded,
-        )
-
-    def _position(self, place: int) -> Place:
-        """Where a place of the station graph, or via point −1 − k, is on the roads."""
-        if place < 0:
-            return self._places[-place]
-        if place == 0:
-            return self._places[0]
-        if place == self._goal:
-            return self._places[-1]
-        return self._sites[(place - 1) % len(self._sites)].station.position
-
-    def _arcs_from(self, place: int) -> list[Arc]:
-        """Arcs from the start, a station, or via point −1 − k, over no, one or more via points."""
-        if place == self._goal:
-            return []
-        if place < 0:
-            stage = -place
-        elif place == 0:
-            stage = 0
+    def answer(self) -> ChargingAnswer:
+        """The plans, or why there is none."""
+        if self._charging.confidence is not None and self._margin_j is None:
+            self._margin_j = self._usual_margin(self._charging.confidence)
+        task = self._task(self._query, self._charging)
+        stage_s = {"set_up": self._since()}
+        best = task.best()
+        stage_s["first_plan"] = self._since()
+        best, proof = task.proven(best)
+        stage_s["proof"] = self._since()
+        plans: list[Plan] = []
+        missing = None
+        if best is None:
+            missing = self._no_plan(task)
         else:
-            stage = (place - 1) // len(self._sites)
-        first = 1 + stage * len(self._sites)
-        ahead = [to for to in range(first, first + len(self._sites)) if to != place]
-        via = self._goal if stage == self._stages - 1 else -1 - stage
-        targets = [*ahead, via]
-        pairs = self._finder.pairs(self._position(place), [self._position(to) for to in targets])
-        arcs: list[Arc] = []
-        for to, pair in zip(targets, pairs, strict=True):
-            for way in (*pair.ways, *pair.bounds()):
-                if way.longest_j > self._capacity_j - self._reserve_j:
-                    continue
-                part = Part(place, to, way)
-                if to != via or via == self._goal:
-                    arcs.append(self._arc(to, way, (part,)))
-                else:
-                    arcs += self._over(via, part)
-        return arcs
+            plans.append(self._made(task, "best", best, self._honest(task, proof)))
+            try:
+                self._add_alternatives(plans, task, best)
+            except TimeUpError as error:
+                self._warnings.append(f"not all alternatives are answered: {error.limit_s:g} s were not enough")
+            stage_s["alternatives"] = self._since()
+        return ChargingAnswer(tuple(plans), missing, self._stats(stage_s), tuple(self._warnings))
 
-    def _over(self, via: int, part: Part) -> list[Arc]:
-        """Arcs that begin with a part to a via point."""
-        if via not in self._vias:
-            self._vias[via] = self._arcs_from(via)
-        before = part.way
-        stay = next((s for s in self._charging.stays if s.via_idx == -1 - via), None)
-        if stay is not None:
-            gain_j = self._stay_power_w(stay.power_w) * stay.seconds
-            least_j = max(self._charging.arrive_soc_frac * self._capacity_j - self._reserve_j, 0.0) if gain_j else 0.0
-            before = joined(before, stay_of(stay.seconds, gain_j, least_j))
-        found = []
-        for arc in self._vias[via]:
-            way = joined(before, arc.way)
-            if way.longest_j <= self._capacity_j - self._reserve_j:
-                found.append(self._arc(arc.to, way, (part, *arc.parts)))
+    def _since(self) -> float:
+        return time.perf_counter() - self._began
+
+    def _stats(self, stage_s: dict[str, float]) -> PlanStats:
+        return PlanStats(
+            leg_searches=sum(task.counts.searches + task.counts.compared for task in self._tasks),
+            legs_cached=sum(task.counts.known for task in self._tasks),
+            labels_made=sum(task.graph.work.made for task in self._tasks),
+            labels_settled=sum(task.graph.work.settled for task in self._tasks),
+            seconds=self._since(),
+            stage_s=stage_s,
+        )
+
+    def _made(self, task: Task, name: str, steps: list[Step], proof: Proof) -> Plan:
+        return JourneyMaker(self._search, self._chains, task).plan(name, steps, proof.short_by, proof.unproven)
+
+    def _honest(self, task: Task, proof: Proof) -> Proof:
+        """A proof, taken back where the model that it is of is not quite what is driven."""
+        space = self._search.space_of(self._query, self._query.vehicle)
+        physics = space.physics
+        if physics.cabin_start_w != 0.0 or physics.tyre_time_s != 0.0:
+            return Proof(None, "cabin or tyres warm up, and each leg was searched as if it began cold")
+        if physics.fade_width_j > 0.0:
+            return Proof(None, "the battery takes less when nearly full, which ways between stations leave out")
+        if self._query.link_model is LinkModel.PRINTED or not space.conserving:
+            return Proof(None, "energy is not conserved by this model under these conditions")
+        if task.counts.crowded:
+            return Proof(None, "very many short links: dominance was relaxed")
+        if task.is_clocked:
+            return Proof(None, "with opening hours a later arrival may be better, which is not looked for")
+        return proof
+
+    def _usual_margin(self, confidence: float) -> Callable[[float, float], float] | None:
+        """What a confidence keeps beyond a way's energy, by the spread of the direct way."""
+        plain = replace(self._charging, confidence=None)
+        task = Task(self._legs, self._query, plain, self._vehicle_charging, (), self._places, None, 0.0)
+        arc = next((arc for arc in task.arcs_from_start() if not arc.way.is_bound), None)
+        spans = () if arc is None else JourneyMaker(self._search, self._chains, task).spans(arc.parts[-1].way)
+        if not spans:
+            return None
+        chain = self._chains.chain(spans, self._query.stop_settings, self._query.conditions)
+        sd_frac = dissipation_sd_frac(self._query.vehicle, chain, drive_settings(self._query))
+        weight_n = self._search.space_of(self._query, self._query.vehicle).physics.weight_n
+        return usual_margin_j(sd_frac, confidence, weight_n)
+
+    def _add_alternatives(self, plans: list[Plan], task: Task, best: list[Step]) -> None:
+        """Further plans that differ: fewest stops, fastest, most reserve."""
+        charging = self._charging
+        wanted: list[tuple[str, Callable[[], tuple[Task, list[Step]] | None]]] = [
+            ("fewest stops", lambda: self._fewest(len(plans[0].stops))),
+            ("fastest", self._fastest),
+            ("most reserve", lambda: self._most_reserve(best[-1].cost)),
+        ]
+        for name, find in wanted:
+            if len(plans) > charging.alternatives:
+                return
+            found = find()
+            if found is None:
+                continue
+            other, steps = found
+            plan = self._made(other, name, steps, Proof(None, "an alternative"))
+            if all(_stops_of(plan) != _stops_of(known) for known in plans):
+                plans.append(plan)
+
+    def _fewest(self, stops: int) -> tuple[Task, list[Step]] | None:
+        for most in range(stops):
+            task = self._task(self._query, replace(self._charging, most_stops=most))
+            steps = task.best()
+            if steps is not None:
+                return task, steps
+        return None
+
+    def _fastest(self) -> tuple[Task, list[Step]] | None:
+        if self._charging.objective is Objective.TIME and not self._charging.network_factors:
+            return None
+        task = self._task(self._query, replace(self._charging, objective=Objective.TIME, network_factors={}))
+        steps = task.best()
+        return None if steps is None else (task, steps)
+
+    def _most_reserve(self, cost: float) -> tuple[Task, list[Step]] | None:
+        found = None
+        for step in range(1, 20):
+            least = self._charging.arrive_soc_frac + step * RESERVE_STEP
+            if least > self._charging.max_soc_frac - RESERVE_STEP:
+                break
+            goal = max(self._charging.goal_soc_frac, least)
+            task = self._task(self._query, replace(self._charging, arrive_soc_frac=least, goal_soc_frac=goal))
+            steps = task.best(below=RESERVE_COST * cost)
+            if steps is None:
+                break
+            found = task, steps
         return found
 
-    def _stay_power_w(self, power_w: float) -> float:
-        return power_w
-
-    def _arc(self, to: int, way: Way, parts: tuple[Part, ...]) -> Arc:
-        cost = self._worth.a_second * way.time_s + self._worth.a_joule * sum(part.way.energy_j for part in parts)
-        margin = 0.0
-        if self._margin_j is not None:
-            margin = math.hypot(*(self._margin_j(part.way) for part in parts))
-        return Arc(to, way, cost, margin, parts)
-
-    def solve(self) -> tuple[tuple[Plan, ...], NoPlan | None]:
-        """Plans, the best first, or why there is none."""
-        best = self._best(bounded=False)
-        best, short_by, why = self._proven(best)
-        if best is None:
-            return (), NoPlan("no way", None, 0.0, None, ())
-        return (self._journeys.plan("best", best, short_by, why),), None
-
-    def _best(self, *, bounded: bool, below: float = math.inf) -> list[Step] | None:
-        start_j = self._query.soc_frac * self._capacity_j
-        return self.graph.best(0, start_j, self._goal, self._rules(bounded=bounded), below)
-
-    def _proven(self, best: list[Step] | None) -> tuple[list[Step] | None, float | None, str]:
-        """A journey that may be better than one, by how much at most a better one is better, and what hinders more.
-
-        A journey over bounds is no worse than any journey. As long as the best of these is better than the best known
-        one, more is learnt of the ways at its bounds.
-        """
-        short_by, until = 0.0, time.perf_counter() + self._proof_s
+    def _no_plan(self, task: Task) -> NoPlan:
+        """Which leg fails, by how much, the last station in reach, and what would help, in the order of trying."""
+        shortage = task.shortage()
+        helps: list[str] = []
         try:
-            for _ in range(ROUNDS):
-                cost = math.inf if best is None else best[-1].cost
-                rounding = PROVEN_FRAC * abs(cost) if best is not None else 0.0
-                bound = self._best(bounded=True, below=cost - rounding)
-                if bound is None:
-                    return best, 0.0, ""
-                short_by = cost - bound[-1].cost
-                if time.perf_counter() > until:
-                    return best, short_by, "too many ways between stations to compare all"
-                if not self._refined(bound, cost):
-                    return (
-                        best,
-                        short_by,
-                        "ways between stations could not be compared in all that they do to a battery",
-                    )
-                best = self._best(bounded=False)
-        except TimeUpError as error:
-            if best is None:
-                raise
-            return best, short_by, f"{error.limit_s:g} s were not enough for a proof"
-        return best, short_by, "too many ways between stations to compare all"
+            for cap in CAPS_TRIED_MPS:
+                slower = replace(self._charging, speed_caps_mps=(cap,))
+                if self._task(self._query, slower).best() is not None:
+                    helps.append(f"driving at most {cap * KMH_PER_MPS:.0f} km/h")
+                    break
+            if self._charging.max_soc_frac < 1.0:
+                fuller = replace(self._charging, max_soc_frac=1.0)
+                if self._task(self._query, fuller).best() is not None:
+                    helps.append("charging to 100 % at stations")
+            charge = self._charge_that_suffices()
+            if charge is not None:
+                helps.append(f"departing with {100.0 * charge:.0f} % instead of {100.0 * self._query.soc_frac:.0f} %")
+        except TimeUpError:
+            self._warnings.append("there was no time to try all that might help")
+        station = None if shortage.place <= 0 else task.site_at(shortage.place).station
+        last = None if shortage.last <= 0 else task.site_at(shortage.last).station
+        missing_j = max(shortage.missing_j, 0.0)
+        kwh = missing_j / JOULE_PER_KWH
+        if missing_j == float("inf"):
+            reason, missing_j = "no permitted way leads on", 0.0
+        else:
+            whence = "the start" if station is None else f"station {station.name or station.id!r}"
+            reason = f"from {whence} nothing that leads on is reached: {kwh:.2f} kWh are missing"
+        if not task.sites:
+            reason += "; no station may be used"
+        return NoPlan(reason, station, missing_j, last, tuple(helps))
 
-    def _refined(self, journey: list[Step], cost: float) -> bool:
-        """Learn more of the ways at the bounds of a journey; whether there was anything to be learnt."""
-        learnt = False
-        most_s = cost / self._worth.a_second if self._worth.a_joule == 0.0 else math.inf
-        for step in journey[1:]:
-            for part in step.arc.parts if step.arc is not None else ():
-                if not part.way.is_bound:
-                    continue
-                here, there = self._position(part.here), self._position(part.there)
-                if self._finder.refined(here, there, part.way, most_s, self._capacity_j - self._reserve_j):
-                    learnt = True
-                    if part.here < 0:
-                        self._vias.clear()
-                        self._stops.known[:] = False
-                    else:
-                        self.graph.forget(part.here)
-        return learnt
+    def _charge_that_suffices(self) -> float | None:
+        """Least charge at departure, in whole percent, with which there is a plan; None where no charge helps."""
+        low, high = int(100.0 * self._query.soc_frac), 100
+        if low >= high or self._task(replace(self._query, soc_frac=1.0), self._charging).best() is None:
+            return None
+        while high - low > 1:
+            middle = (low + high) // 2
+            if self._task(replace(self._query, soc_frac=middle / 100.0), self._charging).best() is None:
+                low = middle
+            else:
+                high = middle
+        return high / 100.0
+
+
+def _stops_of(plan: Plan) -> tuple[tuple[str, int, float | None], ...]:
+    """What tells plans apart: stations, charges at departure in percent, caps."""
+    return tuple(
+        ("" if stop.station is None else stop.station.id, round(100.0 * stop.depart_soc_frac), leg.speed_cap_mps)
+        for stop, leg in zip(plan.stops, plan.legs, strict=False)
+    )

@@ -12,6 +12,7 @@ from energy.charging.charge_time import seconds
 from energy.charging.power import accepted_power, wall_eff
 from energy.units import JOULE_PER_KWH, JOULE_PER_WH, SECOND_PER_HOUR, SECOND_PER_MINUTE
 from routing.charging.plan import Objective
+from routing.stations.opening import open_times
 from routing.stations.station import Access
 
 if TYPE_CHECKING:
@@ -68,6 +69,8 @@ def usable_sites(charging: Charging, query: ChargingQuery, stations: Sequence[St
         if only and station.id not in only:
             continue
         if not station.position or station.operational is False or station.access in NO_PUBLIC:
+            continue
+        if query.departure_min is not None and open_times(station.opening_hours) == ():
             continue
         if not query.excluded_networks.isdisjoint((station.network, station.operator)):
             continue

@@ -78,3 +78,19 @@ def _parsed(hours: str) -> OpeningHours | None:
     if len(hours) > LONGEST_TEXT or not validate(hours):
         return None
     return OpeningHours(hours, auto_country=False, auto_timezone=False)
+
+
+def open_times(hours: str | None) -> tuple[tuple[float, float], ...] | None:
+    """When it may be open in a week: from and to in minutes since Monday 0:00, rising; None where hours aren't known.
+
+    Times that are said to be unknown count as open.
+    """
+    parsed = None if hours is None else _parsed(hours)
+    if parsed is None:
+        return None
+    found = []
+    for begin, end, state, _ in parsed.intervals(_MONDAY, _MONDAY + timedelta(minutes=_WEEK_MIN)):
+        from_min, to_min = ((at - _MONDAY).total_seconds() / 60.0 for at in (begin, end))
+        if state != State.CLOSED and min(to_min, _WEEK_MIN) > max(from_min, 0.0):
+            found.append((max(from_min, 0.0), min(to_min, float(_WEEK_MIN))))
+    return tuple(found)

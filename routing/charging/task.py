@@ -1,0 +1,345 @@
+"""One query for a journey with charging stops: its station graph, and the best journey on it with its proof."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass, replace
+from statistics import NormalDist
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from energy.charging.charge_time import charge_times
+from energy.charging.power import accepted_power
+from energy.units import JOULE_PER_WH, SECOND_PER_MINUTE
+from routing.charging import kernels_plan as kernels
+from routing.charging.kernels_plan import Rules, Stops
+from routing.charging.legs import LegCounts, LegFinder, LegStore, usual_weightings
+from routing.charging.network import Arc, Part, StationGraph
+from routing.charging.sites import Site, worth_of
+from routing.charging.ways import joined, stay_of
+from routing.errors import TimeUpError
+from routing.stations.opening import open_times
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from energy.charging.charging import Charging
+    from routing.charging.legs import Place
+    from routing.charging.network import Step
+    from routing.charging.plan import ChargingQuery, FixedStay
+    from routing.charging.ways import Way
+    from routing.queries import RouteQuery
+
+PROVEN_FRAC: Final = 1e-8  # of the cost, below which a bound meets a plan
+ROUNDS: Final = 500  # of refinement at most
+FEW_STOPS: Final = 8  # up to which labels are told apart by their number
+
+
+@dataclass(frozen=True, slots=True)
+class Proof:
+    """By how much at most a better journey is better in the objective, None where nothing is proven, and why."""
+
+    short_by: float | None
+    unproven: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Shortage:
+    """Where journeys end: the place whose onward way lacks least, what it lacks [J], the last place reached."""
+
+    place: int
+    missing_j: float
+    last: int
+
+
+class Task:
+    """One query at work.
+
+    Places of the station graph: 0 is the start, 1 + stage · sites + k station k with `stage` via points behind, the
+    last one the goal; −1 − k is via point k. places: start, via points and goal on the roads. margin_j: kept beyond
+    the energy of a way, by that energy [J], with which it must rise, and its climb [m].
+    """
+
+    def __init__(
+        self,
+        legs: LegStore,
+        query: RouteQuery,
+        charging: ChargingQuery,
+        vehicle_charging: Charging,
+        sites: Sequence[Site],
+        places: Sequence[Place],
+        margin_j: Callable[[float, float], float] | None,
+        proof_s: float,
+    ) -> None:
+        self.query, self.charging, self.sites, self.places = query, charging, sites, places
+        self.capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
+        self.reserve_j = query.reserve_soc_frac * self.capacity_j
+        self.counts = LegCounts()
+        self._vehicle_charging, self._legs, self._margin_j, self._proof_s = vehicle_charging, legs, margin_j, proof_s
+        self._worth = worth_of(charging)
+        self._stages = len(places) - 1
+        kinds = {id(site.curve): site.curve for site in sites}
+        self._kind = {key: k for k, key in enumerate(kinds)}
+        self._start_j = query.soc_frac * self.capacity_j
+        self.goal = 1 + self._stages * len(sites)
+        self._stops = self._made_stops()
+        curves = charge_times(list(kinds.values()), self.capacity_j).curves
+        self.graph = StationGraph(curves, self._stops, self._arcs_from)
+        power_w = max((float(np.mean(site.curve.power_w)) for site in sites), default=50e3)
+        weightings = usual_weightings(power_w)
+        self.queries = capped(query, charging.speed_caps_mps)
+        self._finders = [LegFinder(legs, capped_query, weightings, self.counts) for capped_query in self.queries]
+        self._vias: dict[int, list[Arc]] = {}
+
+    def _made_stops(self) -> Stops:
+        charging, capacity_j, count = self.charging, self.capacity_j, self.goal + 1
+        number = np.zeros((count, 10))
+        number[:, kernels.CURVE] = -1.0
+        number[:, kernels.LEAST_J] = charging.arrive_soc_frac * capacity_j
+        number[self.goal, kernels.LEAST_J] = self._goal_least_j()
+        opening_first, opening = [0, 0], []
+        for place in range(1, self.goal):
+            site = self.site_at(place)
+            number[place, kernels.CURVE] = self._kind[id(site.curve)]
+            number[place, kernels.A_SECOND], number[place, kernels.A_JOULE] = site.a_second, site.a_joule
+            number[place, kernels.STOP_COST], number[place, kernels.STOP_S] = site.stop_cost, charging.overhead_s
+            number[place, kernels.CAP] = charging.max_soc_frac * capacity_j
+            hours = open_times(site.station.opening_hours) if charging.departure_min is not None else None
+            opening += [(begin * SECOND_PER_MINUTE, end * SECOND_PER_MINUTE) for begin, end in hours or ()]
+            opening_first.append(len(opening))
+        opening_first.append(len(opening))
+        return Stops(
+            number,
+            np.zeros(count, np.bool_),
+            np.zeros(count, np.int64),
+            np.zeros(count, np.int64),
+            np.array(opening_first, np.int64),
+            np.array(opening, np.float64).reshape(-1, 2),
+        )
+
+    def site_at(self, place: int) -> Site:
+        """The station at a place of the station graph."""
+        return self.sites[(place - 1) % len(self.sites)]
+
+    def stay_at(self, via_idx: int | None) -> FixedStay | None:
+        """The fixed stay at a via point, or at the goal."""
+        return next((stay for stay in self.charging.stays if stay.via_idx == via_idx), None)
+
+    def stay_gain_j(self, stay: FixedStay) -> float:
+        """What a fixed stay charges, if the battery has room: by the charger on board, or else at the slowest of DC."""
+        if stay.power_w <= 0.0:
+            return 0.0
+        powers = [0.0]
+        for connector in self._vehicle_charging.connectors:
+            curve = accepted_power(self._vehicle_charging, connector, stay.power_w)
+            if curve is not None:
+                powers.append(float(curve.power_w.min()))
+        return max(powers) * stay.seconds
+
+    def _goal_least_j(self) -> float:
+        """Charge on arrival at the goal; what is charged there may bring it to what is asked for."""
+        stay = self.stay_at(None)
+        if stay is None:
+            return max(self.charging.goal_soc_frac * self.capacity_j, self.reserve_j)
+        after_j = self.charging.goal_soc_frac * self.capacity_j - self.stay_gain_j(stay)
+        return max(
+            after_j, min(self.charging.arrive_soc_frac, self.charging.goal_soc_frac) * self.capacity_j, self.reserve_j
+        )
+
+    def _rules(self, *, bounded: bool) -> Rules:
+        departure_min = self.charging.departure_min
+        most = self.charging.most_stops
+        return Rules(
+            reserve_j=self.reserve_j,
+            departure_s=0.0 if departure_min is None else departure_min * SECOND_PER_MINUTE,
+            a_second=self._worth.a_second,
+            clocked=self._stops.opening.size > 0,
+            counted=most <= FEW_STOPS,
+            most_stops=most,
+            bounded=bounded,
+        )
+
+    def position(self, place: int) -> Place:
+        """Where a place of the station graph is on the roads."""
+        if place <= 0:
+            return self.places[-place]
+        return self.places[-1] if place == self.goal else self.site_at(place).station.position
+
+    @property
+    def is_clocked(self) -> bool:
+        """Whether opening hours are looked at."""
+        return self._stops.opening.size > 0
+
+    @property
+    def ac_eff(self) -> float:
+        """Battery from wall at fixed stays."""
+        return self._vehicle_charging.ac_eff
+
+    def cap_mps(self, cap: int) -> float | None:
+        """A cap on speed by its number [m/s]; None for none."""
+        return None if cap == 0 else self.queries[cap].conditions.top_speed_mps
+
+    def waiting_s(self, place: int, arrive_s: float) -> float:
+        """How long a station is still closed on arrival [s]."""
+        return kernels.waiting_s(self._stops, place, self._rules(bounded=False).departure_s + arrive_s)
+
+    def arcs_from_start(self) -> list[Arc]:
+        """Arcs from the start."""
+        return self._arcs_from(0)
+
+    def _stage(self, place: int) -> int:
+        """How many via points are behind at a place."""
+        return -place if place <= 0 else (place - 1) // len(self.sites)
+
+    def _arcs_from(self, place: int) -> list[Arc]:
+        """Arcs from the start, a station or a via point, over no, one or more via points."""
+        if place == self.goal:
+            return []
+        stage = self._stage(place)
+        first = 1 + stage * len(self.sites)
+        last = stage == self._stages - 1
+        targets = [to for to in range(first, first + len(self.sites)) if to != place]
+        onward = self.goal if last else -1 - stage
+        targets.append(onward)
+        spots = [self.position(to) for to in targets]
+        arcs: list[Arc] = []
+        longest_j = self.capacity_j - self.reserve_j
+        here = self.position(place)
+        for cap, finder in enumerate(self._finders):
+            for to, there, pair in zip(targets, spots, finder.pairs(here, spots), strict=True):
+                climb_m = finder.climb_m(here, there) if self._margin_j is not None else 0.0
+                for way in (*pair.ways, *pair.bounds()):
+                    if way.longest_j > longest_j:
+                        continue
+                    margin_j = 0.0 if self._margin_j is None else self._margin_j(way.energy_j, climb_m)
+                    part = Part(place, to, way, cap, margin_j)
+                    if to == onward and not last:
+                        arcs += self._over(to, part)
+                    else:
+                        arcs.append(self._arc(to, way, (part,)))
+        return arcs
+
+    def _over(self, via: int, part: Part) -> list[Arc]:
+        """Arcs that begin with a part to a via point, and those that end there where it is a station."""
+        if via not in self._vias:
+            self._vias[via] = self._arcs_from(via)
+        found = []
+        stage = -via
+        for k, site in enumerate(self.sites):
+            if site.station.position == self.places[-via]:
+                found.append(self._arc(1 + stage * len(self.sites) + k, part.way, (part,)))
+        before = part.way
+        stay = self.stay_at(-1 - via)
+        if stay is not None:
+            gain_j = self.stay_gain_j(stay)
+            least_j = (
+                max(self.charging.arrive_soc_frac * self.capacity_j - self.reserve_j, 0.0) if gain_j > 0.0 else 0.0
+            )
+            before = joined(before, stay_of(stay.seconds, gain_j, least_j))
+        for arc in self._vias[via]:
+            if arc.parts[0].cap == part.cap:
+                way = joined(before, arc.way)
+                if way.longest_j <= self.capacity_j - self.reserve_j:
+                    found.append(self._arc(arc.to, way, (part, *arc.parts)))
+        return found
+
+    def _arc(self, to: int, way: Way, parts: tuple[Part, ...]) -> Arc:
+        cost = self._worth.a_second * way.time_s + self._worth.a_joule * sum(part.way.energy_j for part in parts)
+        return Arc(to, way, cost, sum(part.margin_j for part in parts), parts)
+
+    def best(self, *, bounded: bool = False, below: float = math.inf) -> list[Step] | None:
+        """The best journey along known ways, or along bounds as well; None where none costs less."""
+        return self.graph.best(0, self._start_j, self.goal, self._rules(bounded=bounded), below)
+
+    def proven(self, best: list[Step] | None) -> tuple[list[Step] | None, Proof]:
+        """The best journey that is found, where one is known that may not be the best, and the proof of it.
+
+        A journey over bounds is no worse than any journey. As long as the best of these is better than the best known
+        one, more is learnt of the ways at its bounds.
+        """
+        short_by, until, why = (
+            math.inf,
+            time.perf_counter() + self._proof_s,
+            "too many ways between stations to compare",
+        )
+        try:
+            for _ in range(ROUNDS):
+                cost = math.inf if best is None else best[-1].cost
+                bound = self.best(bounded=True, below=math.inf if best is None else cost - PROVEN_FRAC * abs(cost))
+                if bound is None:
+                    return best, Proof(0.0)
+                short_by = cost - bound[-1].cost
+                if time.perf_counter() > until:
+                    break
+                if not self._refined(bound, cost):
+                    why = "ways between stations could not be compared in all that they do to a battery"
+                    break
+                best = self.best()
+        except TimeUpError as error:
+            if best is None:
+                raise
+            why = f"{error.limit_s:g} s were not enough for a proof"
+        return best, Proof(short_by if math.isfinite(short_by) else None, why)
+
+    def _refined(self, journey: list[Step], cost: float) -> bool:
+        """Learn more of the ways at the bounds of a journey; whether there was anything to be learnt."""
+        learnt = False
+        most_s = math.inf
+        if self._worth.a_joule == 0.0 and self._worth.a_second > 0.0:
+            most_s = cost / self._worth.a_second
+        for step in journey[1:]:
+            for part in step.arc.parts if step.arc is not None else ():
+                if not part.way.is_bound:
+                    continue
+                here, there = self.position(part.here), self.position(part.there)
+                finder = self._finders[part.cap]
+                if finder.refined(here, there, part.way, most_s, self.capacity_j - self.reserve_j):
+                    learnt = True
+                    if part.here < 0:
+                        self._vias.clear()
+                        self._stops.known[:] = False
+                    else:
+                        self.graph.forget(part.here)
+        return learnt
+
+    def shortage(self) -> Shortage:
+        """Where journeys end that do not come to the goal, after a search that found none."""
+        reached = self.graph.reached
+        least, last, last_s = Shortage(0, math.inf, 0), 0, math.inf
+        for place, charge_j in reached.items():
+            depart_j = max(charge_j, self.charging.max_soc_frac * self.capacity_j) if place > 0 else charge_j
+            for arc in self.graph.arcs(place):
+                if arc.way.is_bound or arc.to in reached:
+                    continue
+                missing_j = self._lacks_j(arc, depart_j)
+                if missing_j < least.missing_j:
+                    least = Shortage(place, missing_j, 0)
+                if arc.to == self.goal and arc.way.time_s < last_s:
+                    last, last_s = place, arc.way.time_s
+        return replace(least, last=last)
+
+    def _lacks_j(self, arc: Arc, depart_j: float) -> float:
+        need_j = self.reserve_j + arc.way.need_j + arc.margin_j
+        arrive_j = float(self._stops.number[arc.to, kernels.LEAST_J]) + arc.way.energy_j + arc.margin_j
+        return max(need_j, arrive_j) - depart_j
+
+
+def capped(query: RouteQuery, caps_mps: Sequence[float]) -> tuple[RouteQuery, ...]:
+    """The query, and again for each cap on its speed that is below what holds anyway, the highest first."""
+    queries = [query]
+    top_mps = query.conditions.top_speed_mps
+    for cap in sorted(set(caps_mps), reverse=True):
+        if top_mps is None or cap < top_mps:
+            queries.append(replace(query, conditions=replace(query.conditions, top_speed_mps=cap)))
+    return tuple(queries)
+
+
+def usual_margin_j(sd_frac: float, confidence: float, weight_n: float) -> Callable[[float, float], float]:
+    """What is kept beyond a way's energy so that it suffices with a probability.
+
+    sd_frac: standard deviation of the dissipated energy over its mean. What height stores is certain.
+    """
+    share = NormalDist().inv_cdf(confidence) * sd_frac
+    return lambda energy_j, climb_m: share * max(energy_j - weight_n * climb_m, 0.0)
