@@ -8,16 +8,20 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Final, TypeAlias
 
+import numpy as np
+
 from routing.charging.exact import all_ways, all_ways_are_comparable
 from routing.charging.ways import Line, Pair, Way, profile_of, undominated
 from routing.route.matrix import PathDrives
 from routing.route.via import same_place
 from routing.search.found import Limits, PathOptions
-from routing.search.search import find_path, find_paths
+from routing.search.search import find_path, find_paths, least_costs
 from routing.weights import ECO, FASTEST, Weights
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from numpy.typing import NDArray
 
     from routing.places import LinkPosition
     from routing.queries import RouteQuery
@@ -27,6 +31,7 @@ if TYPE_CHECKING:
 
 Place: TypeAlias = "tuple[LinkPosition, ...]"  # on each direction of its road
 
+MANY_LINKS: Final = 300_000  # of a graph on which one search to many places takes some tenths of a second
 FEW_TARGETS: Final = 2  # up to which searches directed to each of them take less than one to all
 STAY: Final = Pair((Way(0.0, 0.0, 0.0, 0.0, 0.0),), (), math.inf, compared=True)
 NOWHERE: Final = Pair((), (), math.inf, compared=True)
@@ -109,6 +114,31 @@ class LegFinder:
         )
         return high - low
 
+    def least_costs(self, weights: Weights, sources: Sequence[Place], goal: Place) -> NDArray[np.float64]:
+        """No way from a source to a place costs less, float64 (n,)."""
+        if weights.energy == weights.time == 0.0:
+            return np.zeros(len(sources))
+        return least_costs(self.space, self._store.search.pool, weights, sources, goal)
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether the searches to many places tell what no way is better than."""
+        return FASTEST in self._weightings and ECO in self._weightings
+
+    def more(self, here: Place, there: Place) -> bool:
+        """Add the fastest way and that of least energy where they are not known; whether one was not."""
+        key = self._key(here)
+        pair = self._store.known(key)[there]
+        missing = [] if pair.whole_s == math.inf else [FASTEST, ECO]
+        missing = [w for w in missing if not any(line.is_of(w) for line in pair.lines)]
+        for weights in missing:
+            for path in self._find(here, [there], weights):
+                if path is not None:
+                    ways, line = undominated([*pair.ways, self._way(path)]), Line.of(weights, path.cost)
+                    pair = replace(pair, ways=ways, lines=(*pair.lines, line))
+        self._store.put(key, {there: pair})
+        return bool(missing)
+
     def refined(self, here: Place, there: Place, bound: Way, most_s: float, most_j: float) -> bool:
         """Learn more of ways between two places near a bound; whether there was anything to be learnt.
 
@@ -175,6 +205,6 @@ class LegFinder:
         return profile_of(path, *self._drives.uncharged(path))
 
 
-def usual_weightings(power_w: float) -> tuple[Weights, ...]:
-    """Weightings of searches to many places: time, energy, and time with the energy at what charging it takes."""
-    return FASTEST, Weights(1000.0 / power_w, 1.0, 0.0), ECO
+def usual_weightings(mixed: Weights, links: int) -> tuple[Weights, ...]:
+    """Weightings of searches to many places: a mixed one, and those that bound it where a search takes no time."""
+    return (mixed,) if links > MANY_LINKS else (mixed, FASTEST, ECO)

@@ -135,7 +135,7 @@ class _Asked:
             self._margin_j = self._usual_margin(self._charging.confidence)
         task = self._task(self._query, self._charging)
         stage_s = {"set_up": self._since()}
-        best = task.best()
+        best = task.found()
         stage_s["first_plan"] = self._since()
         best, proof = task.proven(best)
         stage_s["proof"] = self._since()
@@ -219,7 +219,7 @@ class _Asked:
     def _fewest(self, stops: int) -> tuple[Task, list[Step]] | None:
         for most in range(stops):
             task = self._task(self._query, replace(self._charging, most_stops=most))
-            steps = task.best()
+            steps = task.found()
             if steps is not None:
                 return task, steps
         return None
@@ -228,7 +228,7 @@ class _Asked:
         if self._charging.objective is Objective.TIME and not self._charging.network_factors:
             return None
         task = self._task(self._query, replace(self._charging, objective=Objective.TIME, network_factors={}))
-        steps = task.best()
+        steps = task.found()
         return None if steps is None else (task, steps)
 
     def _most_reserve(self, cost: float) -> tuple[Task, list[Step]] | None:
@@ -252,12 +252,12 @@ class _Asked:
         try:
             for cap in CAPS_TRIED_MPS:
                 slower = replace(self._charging, speed_caps_mps=(cap,))
-                if self._task(self._query, slower).best() is not None:
+                if self._task(self._query, slower).found() is not None:
                     helps.append(f"driving at most {cap * KMH_PER_MPS:.0f} km/h")
                     break
             if self._charging.max_soc_frac < 1.0:
                 fuller = replace(self._charging, max_soc_frac=1.0)
-                if self._task(self._query, fuller).best() is not None:
+                if self._task(self._query, fuller).found() is not None:
                     helps.append("charging to 100 % at stations")
             charge = self._charge_that_suffices()
             if charge is not None:
@@ -280,11 +280,11 @@ class _Asked:
     def _charge_that_suffices(self) -> float | None:
         """Least charge at departure, in whole percent, with which there is a plan; None where no charge helps."""
         low, high = int(100.0 * self._query.soc_frac), 100
-        if low >= high or self._task(replace(self._query, soc_frac=1.0), self._charging).best() is None:
+        if low >= high or self._task(replace(self._query, soc_frac=1.0), self._charging).found() is None:
             return None
         while high - low > 1:
             middle = (low + high) // 2
-            if self._task(replace(self._query, soc_frac=middle / 100.0), self._charging).best() is None:
+            if self._task(replace(self._query, soc_frac=middle / 100.0), self._charging).found() is None:
                 low = middle
             else:
                 high = middle

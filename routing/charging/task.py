@@ -12,28 +12,40 @@ import numpy as np
 
 from energy.charging.charge_time import charge_times
 from energy.charging.power import accepted_power
-from energy.units import JOULE_PER_WH, SECOND_PER_MINUTE
+from energy.units import JOULE_PER_KWH, JOULE_PER_WH, SECOND_PER_HOUR, SECOND_PER_MINUTE
 from routing.charging import kernels_plan as kernels
 from routing.charging.kernels_plan import Rules, Stops
 from routing.charging.legs import LegCounts, LegFinder, LegStore, usual_weightings
 from routing.charging.network import Arc, Part, StationGraph
-from routing.charging.sites import Site, worth_of
+from routing.charging.sites import least_cost_a_joule, worth_of
 from routing.charging.ways import joined, stay_of
 from routing.errors import TimeUpError
+from routing.route.via import same_place
 from routing.stations.opening import open_times
+from routing.weights import Weights
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
+
+    from numpy.typing import NDArray
 
     from energy.charging.charging import Charging
     from routing.charging.legs import Place
     from routing.charging.network import Step
     from routing.charging.plan import ChargingQuery, FixedStay
+    from routing.charging.sites import Site
     from routing.charging.ways import Way
     from routing.queries import RouteQuery
 
 PROVEN_FRAC: Final = 1e-8  # of the cost, below which a bound meets a plan
 ROUNDS: Final = 500  # of refinement at most
+FEW_SITES: Final = 48  # of which all are looked at
+LIKELY_FRAC: Final = 0.06  # of the least cost, that a best journey rarely costs more
+LIKELY_S: Final = 900.0
+MORE_LIKELY: Final = 3.0
+FAR_FRAC: Final = 3.0
+DAY_S: Final = 86_400.0
+COST_UNIT: Final = 3600.0  # of the objective, that a unit of a search's cost is
 FEW_STOPS: Final = 8  # up to which labels are told apart by their number
 
 
@@ -87,11 +99,15 @@ class Task:
         self._stops = self._made_stops()
         curves = charge_times(list(kinds.values()), self.capacity_j).curves
         self.graph = StationGraph(curves, self._stops, self._arcs_from)
-        power_w = max((float(np.mean(site.curve.power_w)) for site in sites), default=50e3)
-        weightings = usual_weightings(power_w)
+        self._a_joule = least_cost_a_joule(sites, query.vehicle.usable_capacity_wh, charging.max_soc_frac)
+        self._mixed = weights_of(self._worth.a_second, self._worth.a_joule + self._a_joule)
+        weightings = usual_weightings(self._mixed, legs.search.graph.link_count)
         self.queries = capped(query, charging.speed_caps_mps)
         self._finders = [LegFinder(legs, capped_query, weightings, self.counts) for capped_query in self.queries]
         self._vias: dict[int, list[Arc]] = {}
+        self._near = np.ones((self._stages, len(sites)), np.bool_)  # the stations that journeys may call at, by stage
+        self._least_through: NDArray[np.float64] | None = None
+        self.least_cost = self._look_ahead()
 
     def _made_stops(self) -> Stops:
         charging, capacity_j, count = self.charging, self.capacity_j, self.goal + 1
@@ -118,6 +134,84 @@ class Task:
             np.array(opening_first, np.int64),
             np.array(opening, np.float64).reshape(-1, 2),
         )
+
+    def _look_ahead(self) -> float:
+        """Set what is still to be paid at least from each place; the least that any journey costs.
+
+        Whatever is driven is charged sooner or later, but for what is in the battery, and no joule of charge comes
+        cheaper than _a_joule.
+        """
+        second, joule = self._worth.a_second, self._worth.a_joule
+        least_j = self._goal_least_j()
+        ahead, mixed = 0.0, self._a_joule * least_j
+        least = 0.0
+        for stage in range(self._stages - 1, -1, -1):
+            goal = self.places[stage + 1]
+            sources = [self.places[stage], *(site.station.position for site in self.sites)]
+            found = [
+                np.min([self._least_costs(finder, weights, sources, goal) for finder in self._finders], axis=0)
+                for weights in (weights_of(second, joule), self._mixed)
+            ]
+            if stage < self._stages - 1:
+                stay = self.stay_at(stage)
+                if stay is not None:
+                    ahead += second * stay.seconds
+                    mixed += second * stay.seconds - self._a_joule * self.stay_gain_j(stay)
+            rows = self._stops.number[1 + stage * len(self.sites) : 1 + (stage + 1) * len(self.sites)]
+            rows[:, kernels.AHEAD] = ahead + found[0][1:]
+            rows[:, kernels.AHEAD_MIX] = mixed + found[1][1:]
+            rows[:, kernels.AHEAD_A_JOULE] = self._a_joule
+            ahead, mixed = ahead + float(found[0][0]), mixed + float(found[1][0])
+            least = max(ahead, mixed - self._a_joule * self._start_j)
+        return least
+
+    def _least_costs(
+        self, finder: LegFinder, weights: Weights, sources: Sequence[Place], goal: Place
+    ) -> NDArray[np.float64]:
+        """No way from a source to a place costs less; 0 for one that is there."""
+        found = finder.least_costs(weights, sources, goal) * COST_UNIT
+        found[[same_place(source, goal) for source in sources]] = 0.0
+        return found
+
+    def keep_below(self, cost: float) -> bool:
+        """Leave out stations over which no journey costs less; whether any was left out that had been looked at."""
+        through = self._through()
+        near = through <= cost
+        changed = bool((near != self._near).any())
+        self._near = near
+        if changed:
+            self._vias.clear()
+            self._stops.known[:] = False
+        return changed
+
+    def _through(self) -> NDArray[np.float64]:
+        """The least that a journey over a station costs, float64 (stages, sites)."""
+        if self._least_through is None:
+            spots = [site.station.position for site in self.sites]
+            through = np.empty((self._stages, len(spots)))
+            so_far = -self._a_joule * self._start_j
+            for stage in range(self._stages):
+                onward = self.places[stage + 1]
+                least = np.full(len(spots) + 1, math.inf)
+                for finder in self._finders:
+                    pairs = finder.pairs(self.places[stage], [*spots, onward])
+                    costs = [
+                        min((line.cost for line in pair.lines if line.is_of(self._mixed)), default=math.inf)
+                        for pair in pairs
+                    ]
+                    costs = [
+                        0.0 if pair.whole_s == math.inf and pair.ways else cost
+                        for pair, cost in zip(pairs, costs, strict=True)
+                    ]
+                    least = np.minimum(least, np.array(costs) * COST_UNIT)
+                rows = self._stops.number[1 + stage * len(spots) : 1 + (stage + 1) * len(spots)]
+                through[stage] = so_far + least[:-1] + rows[:, kernels.AHEAD_MIX]
+                so_far += float(least[-1])
+                stay = self.stay_at(stage)
+                if stay is not None:
+                    so_far += self._worth.a_second * stay.seconds - self._a_joule * self.stay_gain_j(stay)
+            self._least_through = through
+        return self._least_through
 
     def site_at(self, place: int) -> Site:
         """The station at a place of the station graph."""
@@ -200,7 +294,7 @@ class Task:
         stage = self._stage(place)
         first = 1 + stage * len(self.sites)
         last = stage == self._stages - 1
-        targets = [to for to in range(first, first + len(self.sites)) if to != place]
+        targets = [first + int(k) for k in np.flatnonzero(self._near[stage]) if first + k != place]
         onward = self.goal if last else -1 - stage
         targets.append(onward)
         spots = [self.position(to) for to in targets]
@@ -249,6 +343,54 @@ class Task:
         cost = self._worth.a_second * way.time_s + self._worth.a_joule * sum(part.way.energy_j for part in parts)
         return Arc(to, way, cost, sum(part.margin_j for part in parts), parts)
 
+    def found(self) -> list[Step] | None:
+        """The best journey along known ways, of stations over which a journey may be the best; None where none is.
+
+        Stations over which no journey costs less than one that is known are left out, at first those that are likely
+        to be such.
+        """
+        if len(self.sites) <= FEW_SITES:
+            best = self.best()
+        else:
+            slack = max(LIKELY_FRAC * abs(self.least_cost), LIKELY_S * self._worth.a_second)
+            while True:
+                self.keep_below(self.least_cost + slack)
+                best = self.best()
+                if best is not None:
+                    if best[-1].cost <= self.least_cost + slack:
+                        break
+                    slack = best[-1].cost - self.least_cost
+                elif bool(self._near.all()):
+                    return None
+                else:
+                    slack = MORE_LIKELY * slack if slack < FAR_FRAC * abs(self.least_cost) + DAY_S else math.inf
+            self.keep_below(best[-1].cost)
+        if not all(finder.is_bounded for finder in self._finders):
+            best = self._with_other_ways(best)
+        return best
+
+    def _with_other_ways(self, best: list[Step] | None) -> list[Step] | None:
+        """The best journey with the fastest and least-energy ways between the stops of those before it."""
+        while best is not None:
+            changed = False
+            for step in best[1:]:
+                for part in step.arc.parts if step.arc is not None else ():
+                    if self._finders[part.cap].more(self.position(part.here), self.position(part.there)):
+                        changed = True
+                        self._forget(part.here)
+            if not changed:
+                break
+            best = self.best()
+        return best
+
+    def _forget(self, place: int) -> None:
+        """Ask for the arcs of a place anew."""
+        if place < 0:
+            self._vias.clear()
+            self._stops.known[:] = False
+        else:
+            self.graph.forget(place)
+
     def best(self, *, bounded: bool = False, below: float = math.inf) -> list[Step] | None:
         """The best journey along known ways, or along bounds as well; None where none costs less."""
         return self.graph.best(0, self._start_j, self.goal, self._rules(bounded=bounded), below)
@@ -281,6 +423,8 @@ class Task:
             if best is None:
                 raise
             why = f"{error.limit_s:g} s were not enough for a proof"
+        if best is not None:
+            short_by = min(short_by, best[-1].cost - self.least_cost)
         return best, Proof(short_by if math.isfinite(short_by) else None, why)
 
     def _refined(self, journey: list[Step], cost: float) -> bool:
@@ -297,11 +441,7 @@ class Task:
                 finder = self._finders[part.cap]
                 if finder.refined(here, there, part.way, most_s, self.capacity_j - self.reserve_j):
                     learnt = True
-                    if part.here < 0:
-                        self._vias.clear()
-                        self._stops.known[:] = False
-                    else:
-                        self.graph.forget(part.here)
+                    self._forget(part.here)
         return learnt
 
     def shortage(self) -> Shortage:
@@ -324,6 +464,11 @@ class Task:
         need_j = self.reserve_j + arc.way.need_j + arc.margin_j
         arrive_j = float(self._stops.number[arc.to, kernels.LEAST_J]) + arc.way.energy_j + arc.margin_j
         return max(need_j, arrive_j) - depart_j
+
+
+def weights_of(a_second: float, a_joule: float) -> Weights:
+    """Weights of a search whose costs are COST_UNIT of the objective's."""
+    return Weights(a_joule * JOULE_PER_KWH / COST_UNIT, a_second * SECOND_PER_HOUR / COST_UNIT, 0.0)
 
 
 def capped(query: RouteQuery, caps_mps: Sequence[float]) -> tuple[RouteQuery, ...]:

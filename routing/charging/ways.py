@@ -84,6 +84,10 @@ class Line:
     a_joule: float
     cost: float
 
+    def is_of(self, weights: Weights) -> bool:
+        """Whether it is of a search by these weights."""
+        return self.a_second == weights.time / SECOND_PER_HOUR and self.a_joule == weights.energy / JOULE_PER_KWH
+
     @classmethod
     def of(cls, weights: Weights, cost: float) -> Line:
         """Of a search by weights of time and energy, and the least cost that it found."""
@@ -108,6 +112,14 @@ class Pair:
     def held_bytes(self) -> int:
         """Memory of it [B]."""
         return 200 + sum(way.held_bytes for way in self.ways) + 100 * len(self.lines)
+
+    def least_cost(self, weights: Weights) -> float:
+        """No way costs less by weights; inf where there is no way, −inf where nothing is known by these weights."""
+        if not self.ways:
+            return math.inf
+        if self.whole_s == math.inf and not self.lines:
+            return 0.0  # a place and itself
+        return max((line.cost for line in self.lines if line.is_of(weights)), default=-math.inf)
 
     def bounds(self) -> tuple[Way, ...]:
         """Bounds such that every way is one of ways or no better than one of ways or bounds, up to rounding."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import time
 from contextlib import nullcontext
 from dataclasses import replace
@@ -355,6 +356,45 @@ def _run_to_all(
         return [None if goal < 0 else _unpack(space, ws, goal, targets[k], 0.0) for k, goal in enumerate(found)], counts
     finally:
         pool.give_back(ws, epoch)
+
+
+def least_costs(
+    space: SearchSpace,
+    pool: WorkspacePool,
+    weights: Weights,
+    sources: Sequence[Sequence[LinkPosition]],
+    goals: Sequence[LinkPosition],
+    *,
+    labels: int = 256,
+) -> NDArray[np.float64]:
+    """No way from a source to the goals costs less, float64 (n,); inf where none leads there.
+
+    Each by a directed search that ends after some labels: the least key in its heap is then the bound, since keys never
+    fall. The search back is one for all; it is led to the first source. All goals are one place.
+    """
+    rules = _rules(space, weights, Limits(), False, labels)
+    found = np.full(len(sources), -math.inf)
+    if rules.correcting or not sources:
+        return found
+    goal_link, goal_m = goals[0].link_idx, goals[0].offset_m
+    goal_height_m = float(space.arrays.tail_height_m[goal_link] + space.arrays.grade_frac[goal_link] * goal_m)
+    gained = rules.energy_weight * rules.alpha * space.physics.weight_n * goal_height_m
+    with space.drives.lent() as lent, pool.directed(space, sources[0], goals) as bound:
+        for k, starts in enumerate(sources):
+            ws, epoch = pool.take()
+            _begin(space, rules, ws, starts)
+            ws, status = _settle(space, rules, ws, goals, lent, bound, epoch)
+            if status == kernels_workspace.FOUND:
+                found[k] = ws.number[int(ws.counter[kernels_workspace.GOAL]), kernels_workspace.COST]
+            elif status == kernels_workspace.TOO_MANY:
+                found[k] = ws.heap_key[0] + gained
+            elif status == kernels_workspace.DONE:
+                found[k] = math.inf
+            else:
+                _check_settled(status, space, ws, pool, rules, epoch)
+                continue
+            pool.give_back(ws, epoch)
+    return found
 
 
 def _labels_at_goals(ws: Workspace, rules: SearchRules) -> list[int]:
