@@ -1,0 +1,28 @@
+"""The plan of a small world is the best of all orders of stops, all ways and all charges."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from tests.routing.charging.worlds import drawn_world, least_cost
+
+EQUAL_FRAC = 1e-6
+# with no stop, one, two and three, by each objective, and without any plan
+SEEDS = (43, 45, 48, 100, 103, 105, 108, 111, 116, 119)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_a_plan_costs_what_the_best_of_all_journeys_costs_and_is_proven(seed: int) -> None:
+    world = drawn_world(seed)
+    answer = world.planner().plan(world.query, world.charging, world.vehicle_charging, world.stations, world.places)
+    least = least_cost(world)
+    if least == math.inf:
+        assert answer.plans == ()
+        assert answer.no_plan is not None
+        return
+    (plan,) = answer.plans
+    assert plan.objective == pytest.approx(least, rel=EQUAL_FRAC)
+    assert plan.short_by == 0.0
+    assert plan.unproven == ""
