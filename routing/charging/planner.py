@@ -188,8 +188,8 @@ class _Asked:
         """What a confidence keeps beyond a way's energy, by the spread of the direct way."""
         plain = replace(self._charging, confidence=None)
         task = Task(self._legs, self._query, plain, self._vehicle_charging, (), self._places, None, 0.0)
-        arc = next((arc for arc in task.arcs_from_start() if not arc.way.is_bound), None)
-        spans = () if arc is None else JourneyMaker(self._search, self._chains, task).spans(arc.parts[-1].way)
+        way = task.direct_way()
+        spans = () if way is None else JourneyMaker(self._search, self._chains, task).spans(way)
         if not spans:
             return None
         chain = self._chains.chain(spans, self._query.stop_settings, self._query.conditions)

@@ -105,6 +105,7 @@ class Task:
         self.queries = capped(query, charging.speed_caps_mps)
         self._finders = [LegFinder(legs, capped_query, weightings, self.counts) for capped_query in self.queries]
         self._vias: dict[int, list[Arc]] = {}
+        self._beyond: dict[int, list[tuple[int, Way]]] = {}  # ways that no full battery suffices for, by their place
         self._near = np.ones((self._stages, len(sites)), np.bool_)  # the stations that journeys may call at, by stage
         self._least_through: NDArray[np.float64] | None = None
         self.least_cost = self._look_ahead()
@@ -279,9 +280,10 @@ class Task:
         """How long a station is still closed on arrival [s]."""
         return kernels.waiting_s(self._stops, place, self._rules(bounded=False).departure_s + arrive_s)
 
-    def arcs_from_start(self) -> list[Arc]:
-        """Arcs from the start."""
-        return self._arcs_from(0)
+    def direct_way(self) -> Way | None:
+        """A way from the start to the first place after it, whatever charge it takes."""
+        (pair,) = self._finders[0].pairs(self.places[0], [self.places[1]])
+        return pair.ways[0] if pair.ways else None
 
     def _stage(self, place: int) -> int:
         """How many via points are behind at a place."""
@@ -306,6 +308,8 @@ class Task:
                 climb_m = finder.climb_m(here, there) if self._margin_j is not None else 0.0
                 for way in (*pair.ways, *pair.bounds()):
                     if way.longest_j > longest_j:
+                        if not way.is_bound:
+                            self._beyond.setdefault(place, []).append((to, way))
                         continue
                     margin_j = 0.0 if self._margin_j is None else self._margin_j(way.energy_j, climb_m)
                     part = Part(place, to, way, cap, margin_j)
@@ -450,20 +454,20 @@ class Task:
         least, last, last_s = Shortage(0, math.inf, 0), 0, math.inf
         for place, charge_j in reached.items():
             depart_j = max(charge_j, self.charging.max_soc_frac * self.capacity_j) if place > 0 else charge_j
-            for arc in self.graph.arcs(place):
-                if arc.way.is_bound or arc.to in reached:
+            onward = [(arc.to, arc.way, arc.margin_j) for arc in self.graph.arcs(place) if not arc.way.is_bound]
+            onward += [(to, way, 0.0) for to, way in self._beyond.get(place, ())]
+            for to, way, margin_j in onward:
+                if to in reached:
                     continue
-                missing_j = self._lacks_j(arc, depart_j)
+                need_j = self.reserve_j + way.need_j
+                arrive_j = float(self._stops.number[to, kernels.LEAST_J]) + way.energy_j
+                missing_j = max(need_j, arrive_j) + margin_j - depart_j
                 if missing_j < least.missing_j:
                     least = Shortage(place, missing_j, 0)
-                if arc.to == self.goal and arc.way.time_s < last_s:
-                    last, last_s = place, arc.way.time_s
+            ahead_s = float(self._stops.number[place, kernels.AHEAD])
+            if place > 0 and ahead_s < last_s:
+                last, last_s = place, ahead_s
         return replace(least, last=last)
-
-    def _lacks_j(self, arc: Arc, depart_j: float) -> float:
-        need_j = self.reserve_j + arc.way.need_j + arc.margin_j
-        arrive_j = float(self._stops.number[arc.to, kernels.LEAST_J]) + arc.way.energy_j + arc.margin_j
-        return max(need_j, arrive_j) - depart_j
 
 
 def weights_of(a_second: float, a_joule: float) -> Weights:
