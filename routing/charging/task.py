@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from energy.charging.charge_time import charge_times
-from energy.charging.power import accepted_power
 from energy.units import JOULE_PER_KWH, JOULE_PER_WH, SECOND_PER_HOUR, SECOND_PER_MINUTE
 from routing.charging import kernels_plan as kernels
 from routing.charging.kernels_plan import Rules, Stops
@@ -45,6 +44,7 @@ LIKELY_S: Final = 900.0
 MORE_LIKELY: Final = 3.0
 FAR_FRAC: Final = 3.0
 DAY_S: Final = 86_400.0
+MOST_AC_W: Final = 22e3  # of a place to stay at, above which its power is direct current; assumed
 COST_UNIT: Final = 3600.0  # of the objective, that a unit of a search's cost is
 FEW_STOPS: Final = 8  # up to which labels are told apart by their number
 
@@ -223,15 +223,16 @@ class Task:
         return next((stay for stay in self.charging.stays if stay.via_idx == via_idx), None)
 
     def stay_gain_j(self, stay: FixedStay) -> float:
-        """What a fixed stay charges, if the battery has room: by the charger on board, or else at the slowest of DC."""
-        if stay.power_w <= 0.0:
-            return 0.0
-        powers = [0.0]
-        for connector in self._vehicle_charging.connectors:
-            curve = accepted_power(self._vehicle_charging, connector, stay.power_w)
-            if curve is not None:
-                powers.append(float(curve.power_w.min()))
-        return max(powers) * stay.seconds
+        """What a fixed stay charges, if the battery has room.
+
+        By the charger on board, up to its power; above what one takes by direct current, as fast as the slowest part of
+        the curve, since what a stay gives must not depend on the charge.
+        """
+        vehicle = self._vehicle_charging
+        power_w = vehicle.ac_eff * min(stay.power_w, vehicle.ac_power_w)
+        if vehicle.dc is not None and stay.power_w > max(vehicle.ac_power_w, MOST_AC_W):
+            power_w = max(power_w, min(vehicle.dc_eff * stay.power_w, float(vehicle.dc.power_w.min())))
+        return power_w * stay.seconds
 
     def _goal_least_j(self) -> float:
         """Charge on arrival at the goal; what is charged there may bring it to what is asked for."""

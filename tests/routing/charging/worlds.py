@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from energy.charging.charging import Charging, Connector, PowerCurve
 from energy.stops import StopSettings
 from energy.units import JOULE_PER_WH
 from energy.vehicle.vehicle import Vehicle
-from routing.charging.plan import ChargingQuery, Objective
+from routing.charging.plan import ChargingQuery, FixedStay, Objective
 from routing.charging.planner import ChargingPlanner
 from routing.graph.road_graph import RoadGraph
 from routing.links.spans import ChainMaker
@@ -31,8 +31,14 @@ from routing.weights import ECO
 from tests.routing.drawn_streets import drawn_streets
 
 GRID = 801
+AC_W, AC_EFF = 3000.0, 0.9
 ZOOMS = 9
 OBJECTIVES = (Objective.TIME, Objective.TIME, Objective.ENERGY, Objective.COST)
+A_SECOND: dict[Objective, Callable[[ChargingQuery], float]] = {
+    Objective.TIME: lambda _: 1.0,
+    Objective.ENERGY: lambda _: 1.0,
+    Objective.COST: lambda query: query.time_value_per_h / 3600.0,
+}
 SPEEDS_MPS = np.array([30.0, 50.0, 80.0, 120.0]) / 3.6
 
 
@@ -147,6 +153,9 @@ def drawn_world(seed: int) -> World:
         )
         for k in range(int(rng.integers(3, 5)))
     )
+    via: tuple[tuple[LinkPosition, ...], ...] = (place(),) if rng.random() < 0.35 else ()
+    if via:
+        stations = stations[:2]
     ends = max(((place(), place()) for _ in range(5)), key=lambda pair: direct_wh(graph, pair))
     soc = float(rng.uniform(0.4, 1.0))
     charging = ChargingQuery(
@@ -157,23 +166,31 @@ def drawn_world(seed: int) -> World:
         network_factors={"a": float(rng.choice([0.8, 1.0, 1.5]))},
         objective=OBJECTIVES[int(rng.integers(4))],
     )
+    if via and rng.random() < 0.5:
+        stay = FixedStay(0, float(rng.uniform(60.0, 600.0)), float(rng.choice([0.0, 2e3, 4e3])))
+        charging = replace(charging, stays=(stay,))
     query = RouteQuery(
         start=Point(46.0, 8.0),
         goal=Point(46.0, 8.0),
         soc_frac=soc,
         vehicle=small_car(direct_wh(graph, ends) / float(rng.uniform(0.4, 1.25))),
+        via=(Point(46.0, 8.0),) * len(via),
         reserve_soc_frac=float(rng.choice([0.0, 0.03, 0.05])),
     )
-    charge = Charging((Connector.CCS2,), drawn_curve(rng), dc_eff=0.95)
-    return World(graph, query, charging, charge, stations, ends)
+    charge = Charging((Connector.CCS2, Connector.TYPE2), drawn_curve(rng), AC_W, 3, AC_EFF, dc_eff=0.95)
+    return World(graph, query, charging, charge, stations, (ends[0], *via, ends[1]))
 
 
 @dataclass(frozen=True, slots=True)
 class Trail:
-    """A way that uses no link twice: time [s] and charge used at the end of each link [J]."""
+    """A way that uses no link twice: time [s] and charge used at the end of each link [J].
+
+    A fixed stay on it charges, which is charge given back; driven_j is without it.
+    """
 
     time_s: float
     used_j: NDArray[np.float64]
+    driven_j: float
 
     @property
     def takes(self) -> tuple[float, float, float, float, float]:
@@ -190,7 +207,8 @@ def trails(world: World, here: tuple[LinkPosition, ...], there: tuple[LinkPositi
 
     def drive(spans: list[LinkSpan]) -> None:
         energy_j, time_s = search.link_energies(world.query, tuple(spans), None)
-        found.append(Trail(float(time_s.sum()), np.concatenate(([0.0], np.cumsum(energy_j)))))
+        used_j = np.concatenate(([0.0], np.cumsum(energy_j)))
+        found.append(Trail(float(time_s.sum()), used_j, float(used_j[-1])))
 
     def walk(links: list[int], start: LinkPosition) -> None:
         link = links[-1]
@@ -212,11 +230,32 @@ def trails(world: World, here: tuple[LinkPosition, ...], there: tuple[LinkPositi
 
     for start in here:
         walk([start.link_idx], start)
+    return best_of(found)
+
+
+def best_of(found: list[Trail]) -> list[Trail]:
+    """Those that no other one is as good as in everything."""
     kept: list[Trail] = []
     for trail in sorted(found, key=lambda trail: trail.takes):
         if not any(all(a <= b for a, b in zip(other.takes, trail.takes, strict=True)) for other in kept):
             kept.append(trail)
     return kept
+
+
+def over_via(world: World, before: list[Trail], after: list[Trail]) -> list[Trail]:
+    """Ways to the via point and on from there, with what is charged while staying there."""
+    stay = next(iter(world.charging.stays), FixedStay(0, 0.0))
+    gain_j = min(stay.power_w, AC_W) * AC_EFF * stay.seconds
+    least_j = (
+        (world.charging.arrive_soc_frac - world.query.reserve_soc_frac) * world.capacity_j if gain_j > 0.0 else 0.0
+    )
+    found = []
+    for first, onward in itertools.product(before, after):
+        there = first.used_j[-1]
+        on_stay = [there + least_j, there, there - gain_j]
+        used = np.concatenate((first.used_j, on_stay, there - gain_j + onward.used_j[1:]))
+        found.append(Trail(first.time_s + stay.seconds + onward.time_s, used, first.driven_j + onward.driven_j))
+    return best_of(found)
 
 
 class Pile:
@@ -240,8 +279,7 @@ class Pile:
             taken = np.where(level, step / p0, step / (p1 - p0) * np.log(p1 / p0))
         self.since_s = np.concatenate(([0.0], np.cumsum(taken)))
         factor = query.network_factors.get(station.network, 1.0)
-        a_second = {Objective.TIME: 1.0, Objective.ENERGY: 1.0, Objective.COST: query.time_value_per_h / 3600.0}
-        self.a_second, self.a_joule = a_second[query.objective] * factor, 0.0
+        self.a_second, self.a_joule = A_SECOND[query.objective](query) * factor, 0.0
         self.stop = self.a_second * query.overhead_s
         if query.objective is Objective.COST and station.price is not None:
             self.stop += station.price.per_session or 0.0
@@ -263,23 +301,34 @@ class Pile:
 def least_cost(world: World) -> float:
     """Least cost of any journey: all orders of stops, all ways, charges on a grid that is refined; inf for none."""
     charging = world.charging
-    spots = [world.places[0], *(station.position for station in world.stations), world.places[1]]
-    goal = len(spots) - 1
+    spots = [world.places[0], *(station.position for station in world.stations), world.places[-1], world.places[1]]
+    goal = len(spots) - 2
+    via = goal + 1 if len(world.places) == 3 else None
     piles = {k + 1: Pile(world, station) for k, station in enumerate(world.stations)}
     known = {(i, j): trails(world, spots[i], spots[j]) for i in range(goal) for j in range(1, goal + 1) if i != j}
-    a_second = {Objective.TIME: 1.0, Objective.ENERGY: 1.0, Objective.COST: charging.time_value_per_h / 3600.0}
-    second = a_second[charging.objective]
+    past = {}
+    if via is not None:
+        to_via = {i: trails(world, spots[i], spots[via]) for i in range(goal)}
+        from_via = {j: trails(world, spots[via], spots[j]) for j in range(1, goal + 1)}
+        past = {(i, j): over_via(world, to_via[i], from_via[j]) for i in range(goal) for j in range(1, goal + 1)}
+    second = A_SECOND[charging.objective](charging)
     joule = 1.0 if charging.objective is Objective.ENERGY else 0.0
     best = math.inf
-    for count in range(len(world.stations) + 1):
-        for order in itertools.permutations(range(1, goal), count):
-            stations = [0, *order, goal]
-            fixed = sum(piles[k].stop for k in order)
-            for ways in itertools.product(*(known[pair] for pair in itertools.pairwise(stations))):
-                driven = sum(second * way.time_s + joule * float(way.used_j[-1]) for way in ways)
-                if driven + fixed < best:
-                    charged = least_charging_cost(world, [piles[k] for k in order], ways, best - driven - fixed)
-                    best = min(best, driven + fixed + charged)
+    orders = [order for count in range(len(piles) + 1) for order in itertools.permutations(range(1, goal), count)]
+    # without a via point no station is called at twice; with one, each before it and behind it
+    rows = [(before, behind) for before in orders for behind in (orders if via is not None else [None])]
+    for before, behind in rows:
+        order = before if behind is None else before + behind
+        pairs = list(itertools.pairwise([0, *order, goal]))
+        fixed = sum(piles[k].stop for k in order)
+        legs = [known.get(pair, []) for pair in pairs]
+        if behind is not None:
+            legs[len(before)] = past[pairs[len(before)]]
+        for ways in itertools.product(*legs):
+            driven = sum(second * way.time_s + joule * way.driven_j for way in ways)
+            if driven + fixed < best:
+                charged = least_charging_cost(world, [piles[k] for k in order], ways, best - driven - fixed)
+                best = min(best, driven + fixed + charged)
     return best
 
 

@@ -1,0 +1,95 @@
+"""What is known of ways between two places covers every way, and what is not known is bounded."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from routing.charging.legs import LegCounts, LegFinder, LegStore
+from routing.charging.ways import Way, joined
+from routing.links.spans import ChainMaker
+from routing.route.best_path import RouteSearch
+from routing.search.found import Limits
+from routing.search.search import find_path, least_costs
+from routing.weights import ECO, FASTEST, Weights
+from tests.routing.charging.worlds import World, drawn_world, trails
+
+MIXED = Weights(0.05, 1.0, 0.0)
+SEEDS = (3, 17, 43, 100, 105)
+NOISE = 1e-6
+
+
+def takes(way: Way) -> tuple[float, ...]:
+    return way.time_s, way.energy_j, way.need_j, way.spill_j, way.longest_j
+
+
+def finder_of(world: World) -> LegFinder:
+    search = RouteSearch(world.graph, ChainMaker(world.graph))
+    return LegFinder(LegStore(search), world.query, (MIXED, FASTEST, ECO), LegCounts())
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_every_way_is_no_better_than_a_known_one_or_a_bound(seed: int) -> None:
+    world = drawn_world(seed)
+    here, there = world.places[0], world.places[-1]
+    (pair,) = finder_of(world).pairs(here, [there])
+    for trail in trails(world, here, there):
+        assert any(
+            all(a <= b + NOISE * abs(b) + 1e-3 for a, b in zip(takes(way), trail.takes, strict=True))
+            for way in (*pair.ways, *pair.bounds())
+        )
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_refining_ends_with_all_ways(seed: int) -> None:
+    world = drawn_world(seed)
+    here, there = world.places[0], world.places[-1]
+    finder = finder_of(world)
+    (pair,) = finder.pairs(here, [there])
+    while pair.bounds():
+        assert finder.refined(here, there, pair.bounds()[0], math.inf, world.capacity_j * 100.0)
+        (pair,) = finder.pairs(here, [there])
+    found = sorted(takes(way) for way in pair.ways)
+    expected = sorted(trail.takes for trail in trails(world, here, there))
+    assert len(found) == len(expected)
+    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-3)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("weights", [FASTEST, MIXED, ECO])
+def test_the_bound_of_an_ended_search_is_never_above_the_best_way(seed: int, weights: Weights) -> None:
+    world = drawn_world(seed)
+    search = RouteSearch(world.graph, ChainMaker(world.graph))
+    space = search.space_of(world.query, world.query.vehicle)
+    sources = [world.places[0], *(station.position for station in world.stations)]
+    for labels in (1, 4, 10_000):
+        found = least_costs(space, search.pool, weights, sources, world.places[-1], labels=labels)
+        for bound, source in zip(found.tolist(), sources, strict=True):
+            path, _ = find_path(space, search.pool, weights, Limits(), source, world.places[-1])
+            least = math.inf if path is None else path.cost
+            assert bound <= least + 1e-9 * abs(least)
+            if labels == 10_000 and path is not None:
+                assert bound == pytest.approx(least, rel=1e-9)
+
+
+def test_one_way_after_the_other_does_to_a_battery_what_both_do() -> None:
+    rng = np.random.default_rng(7)
+    capacity = 100.0
+    for _ in range(200):
+        profiles = []
+        for steps in (rng.normal(0.0, 20.0, 5), rng.normal(0.0, 20.0, 4)):
+            used = np.concatenate(([0.0], np.cumsum(steps)))
+            falls = used - np.minimum.accumulate(used)
+            profiles.append((steps, Way(1.0, used[-1], used.max(), falls[-1], falls.max())))
+        whole = joined(profiles[0][1], profiles[1][1])
+        for start in np.linspace(0.0, capacity, 21).tolist():
+            charge, lowest = start, start
+            for step in np.concatenate([steps for steps, _ in profiles]).tolist():
+                charge = min(charge - step, capacity)
+                lowest = min(lowest, charge)
+            possible = start >= whole.need_j - 1e-9 and capacity >= whole.longest_j - 1e-9
+            assert possible == (lowest >= -1e-9)
+            if possible:
+                assert charge == pytest.approx(min(start - whole.energy_j, capacity - whole.spill_j))
