@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
@@ -24,6 +25,9 @@ if TYPE_CHECKING:
     from routing.charging.ways import Way
     from routing.links.spans import ChainMaker
     from routing.route.best_path import RouteSearch
+
+
+NOTHING_FRAC: Final = 1e-9  # of the capacity, that is no charge
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,9 +66,9 @@ class JourneyMaker:
 
     def _drives(self, steps: Sequence[Step]) -> list[_Drive]:
         drives: list[_Drive] = []
+        parts: list[Part] = []
         for k, step in enumerate(steps[1:], start=1):
             assert step.arc is not None
-            parts: list[Part] = []
             for part in step.arc.parts:
                 parts.append(part)
                 stay = self._task.stay_at(-1 - part.there) if part.there < 0 else None
@@ -72,15 +76,23 @@ class JourneyMaker:
                     drives.append(_Drive(tuple(parts), part.there, stay=stay))
                     parts = []
             depart_j = steps[k + 1].depart_j if k + 1 < len(steps) else step.charge_j
-            drives.append(_Drive(tuple(parts), step.place, depart_j))
+            if step.place == self._task.goal or depart_j > step.charge_j + NOTHING_FRAC * self._task.capacity_j:
+                drives.append(_Drive(tuple(parts), step.place, depart_j))
+                parts = []
         return drives
+
+    def _passed_cost(self, steps: Sequence[Step]) -> float:
+        """Cost of stops at stations that are passed, since nothing is charged there."""
+        most = NOTHING_FRAC * self._task.capacity_j
+        passed = [step.place for step, after in pairwise(steps[1:]) if after.depart_j <= step.charge_j + most]
+        return sum(self._task.site_at(place).stop_cost for place in passed)
 
     def plan(self, name: str, steps: Sequence[Step], short_by: float | None, why: str) -> Plan:
         """The plan of steps from start to goal, along known ways."""
         task, query = self._task, self._task.query
         drives = self._drives(steps)
         spans = [self._resting(drive, last=k == len(drives) - 1) for k, drive in enumerate(drives)]
-        driven = self._driven(spans, [drive.parts[0].cap for drive in drives])
+        driven = self._driven(drives, spans)
         soc, clock_s = query.soc_frac, 0.0
         legs: list[PlanLeg] = []
         stops: list[ChargeStop] = []
@@ -97,7 +109,7 @@ class JourneyMaker:
                     soc_start_frac=soc,
                     soc_end_frac=end,
                     soc_min_frac=float(min(soc, charge.min())) if stretches else soc,
-                    speed_cap_mps=task.cap_mps(drive.parts[0].cap),
+                    speed_cap_mps=task.cap_mps(max(part.cap for part in drive.parts)),
                 )
             )
             clock_s, soc = clock_s + leg_s, end
@@ -115,7 +127,7 @@ class JourneyMaker:
             charging_s=sum(stop.charging_s for stop in stops),
             overhead_s=sum(stop.overhead_s for stop in stops),
             energy_j=sum(leg.energy_j for leg in legs),
-            objective=steps[-1].cost,
+            objective=steps[-1].cost - self._passed_cost(steps),
             short_by=short_by,
             unproven=why,
             price=sum(prices) if prices else None,
@@ -133,7 +145,7 @@ class JourneyMaker:
         return stretches
 
     def _driven(
-        self, spans: Sequence[tuple[LinkSpan, ...]], caps: Sequence[int]
+        self, drives: Sequence[_Drive], spans: Sequence[tuple[LinkSpan, ...]]
     ) -> list[tuple[NDArray[np.float64], NDArray[np.float64]]]:
         """Energy [J] and time [s] of each stretch of each drive, with the clock of climate and tyres carried on."""
         whole = tuple(span for stretches in spans for span in stretches)
@@ -141,13 +153,13 @@ class JourneyMaker:
             return [(np.empty(0), np.empty(0))] * len(spans)
         if whole[-1].rest:  # nothing is driven to the goal
             whole = (*whole[:-1], replace(whole[-1], rest=False))
-        by_cap = {cap: self._search.link_energies(self._task.queries[cap], whole, None) for cap in set(caps)}
-        found, first = [], 0
-        for stretches, cap in zip(spans, caps, strict=True):
-            energy_j, time_s = by_cap[cap]
-            found.append((energy_j[first : first + len(stretches)], time_s[first : first + len(stretches)]))
-            first += len(stretches)
-        return found
+        caps = np.concatenate([np.full(part.way.links.size, part.cap) for drive in drives for part in drive.parts])
+        energy_j, time_s = np.empty(len(whole)), np.empty(len(whole))
+        for cap in np.unique(caps).tolist():
+            under = self._search.link_energies(self._task.queries[cap], whole, None)
+            energy_j[caps == cap], time_s[caps == cap] = under[0][caps == cap], under[1][caps == cap]
+        ends = np.cumsum([len(stretches) for stretches in spans])[:-1]
+        return list(zip(np.split(energy_j, ends), np.split(time_s, ends), strict=True))
 
     def _stop(self, drive: _Drive, arrive_s: float, arrive: float) -> ChargeStop:
         """A stop at a station, which is left with the charge that was planned, or more where more is left."""

@@ -117,6 +117,10 @@ def time_of(steps: list[Step] | None) -> float:
     return math.inf if steps is None else steps[-1].time_s
 
 
+def same_speed(way: Way, other: Way) -> bool:
+    return abs(way.distance_m / way.time_s - other.distance_m / other.time_s) < 0.1
+
+
 def broken_rules(network: Network, steps: list[Step]) -> list[str]:
     """What a journey does that none may do."""
     found = []
@@ -125,7 +129,10 @@ def broken_rules(network: Network, steps: list[Step]) -> list[str]:
         assert step.arc is not None
         before = steps[k - 1].place
         if before != 0:
-            if step.depart_j < charge_j + ROUNDING_J:
+            # a halt is where the speed changes, which ways made up do not do elsewhere
+            before_arc = steps[k - 1].arc
+            assert before_arc is not None
+            if step.depart_j < charge_j + ROUNDING_J and same_speed(before_arc.way, step.arc.way):
                 found.append(f"nothing is charged at {before}")
             if step.depart_j > max(network.max_soc * CAPACITY_J, charge_j) + ROUNDING_J:
                 found.append(f"too much is charged at {before}")
