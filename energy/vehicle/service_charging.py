@@ -238,7 +238,7 @@ def _tomtom_plugs(connector: TomTomConnector, field: str, vehicle_id: str) -> li
             raise VehicleError(f"{field}.plugTypes", repr(plug), f"of {', '.join(TOMTOM_PLUGS)}", vehicle_id)
     direct = connector.current_type == "DC"
     table = TOMTOM_DC if direct else TOMTOM_AC
-    found = [plug for name in connector.plug_types if (plug := table.get(name)) is not None]
+    found = [table[name] for name in connector.plug_types if name in table]
     if not found:
         given = ", ".join(connector.plug_types) or "none"
         raise VehicleError(f"{field}.plugTypes", given, f"at least one of {', '.join(table)}", vehicle_id)

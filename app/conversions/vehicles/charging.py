@@ -25,7 +25,7 @@ def charging_from_sent(sent: ChargingSent | None, sources: Mapping[str, str]) ->
     if sent is None:
         return None
     own = {name.removeprefix(_PREFIX): text for name, text in sources.items() if name.startswith(_PREFIX)}
-    given = {name: tuple(value) if isinstance(value, list) else value for name, value in sent}
+    given: dict[str, Any] = {name: tuple(value) if isinstance(value, list) else value for name, value in sent}
     return charging_of(
         ChargingFigures(**given),
         {_FIELD_OF_FIGURE[figure]: text for figure, text in own.items() if figure in _FIELD_OF_FIGURE},
