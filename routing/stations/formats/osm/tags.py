@@ -201,7 +201,7 @@ def socket_kind(key: str, tesla: Connector = Connector.TESLA_EU) -> SocketKind |
 
 
 def tesla_plug(at: Point) -> Connector:
-    """The plug of Tesla's chargers at a place: NACS in North America, Japan and Korea, elsewhere type 2 that carries DC."""
+    """The plug of Tesla's chargers at a place: NACS in North America, Japan and Korea, else type 2 that carries DC."""
     south, north, west, east = _JAPAN_KOREA
     in_asia = south <= at.lat_deg <= north and west <= at.lon_deg <= east
     return Connector.NACS if in_asia or in_north_america(at) else Connector.TESLA_EU
