@@ -152,7 +152,7 @@ def main() -> None:
     small = load_graph(ROOT / "data/graphs/highlands")
     if asked.only != "large":
         measure(Case("compiling", small, 30, 60.0, 0.2), vehicle, asked.seed)
-        measure(Case("highlands, 100 stations", small, 100, 110.0, 0.4), vehicle, asked.seed)
+        measure(Case("highlands, 100 stations", small, 100, 110.0, 0.3), vehicle, asked.seed)
     if asked.only != "highlands":
         folder = asked.graph or kept_region(cache_folder(), LINKS, asked.seed)[1]
         large = load_graph(folder)

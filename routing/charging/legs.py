@@ -10,16 +10,18 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
+from energy.units import JOULE_PER_KWH, SECOND_PER_HOUR
 from routing.charging.exact import all_ways, all_ways_are_comparable
 from routing.charging.ways import Line, Pair, Way, profile_of, undominated
 from routing.route.matrix import PathDrives
 from routing.route.via import same_place
 from routing.search.found import Limits, PathOptions
 from routing.search.search import find_path, find_paths, least_costs
+from routing.search.space import potential_share
 from routing.weights import ECO, FASTEST, Weights
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -32,7 +34,9 @@ if TYPE_CHECKING:
 Place: TypeAlias = "tuple[LinkPosition, ...]"  # on each direction of its road
 
 MANY_LINKS: Final = 300_000  # of a graph on which one search to many places takes some tenths of a second
-FEW_TARGETS: Final = 2  # up to which searches directed to each of them take less than one to all
+# up to which number of targets searches directed to each of them take less than one to all: the more the larger
+FEW_TARGETS: Final = 2
+LINKS_A_TARGET: Final = 5000
 STAY: Final = Pair((Way(0.0, 0.0, 0.0, 0.0, 0.0),), (), math.inf, compared=True)
 NOWHERE: Final = Pair((), (), math.inf, compared=True)
 
@@ -76,9 +80,8 @@ class LegStore:
 class LegFinder:
     """Ways of one query's vehicle under its conditions, which may hold a cap on its speed.
 
-    weightings: of the searches from one place to many, ECO and FASTEST among them. Pairs are kept from plan to
-    plan. begin_s: driving time since departure, by which climate and tyres of legs go, but for legs
-    that begin at departure.
+    weightings: of the searches from one place to others. Pairs are kept from plan to plan. Climate and tyres begin each
+    leg as at a departure.
     """
 
     def __init__(
@@ -93,16 +96,23 @@ class LegFinder:
         self._space_key = store.search.space_key(query, query.vehicle)
         self._drives = PathDrives(store.search.graph, self.space, query)
 
-    def pairs(self, here: Place, there: Sequence[Place]) -> list[Pair]:
-        """Ways from one place to each of others; raises NegativeCycleError, SearchLimitError, TimeUpError."""
+    def pairs(self, here: Place, there: Sequence[Place], weightings: Sequence[Weights] | None = None) -> list[Pair]:
+        """Ways from one place to each of others, by some weightings at least, by default by all of the finder.
+
+        Raises NegativeCycleError, SearchLimitError, TimeUpError.
+        """
         key = self._key(here)
         known = self._store.known(key)
-        missing = [place for place in dict.fromkeys(there) if place not in known]
-        self._counts.known += len(there) - len(missing)
-        if missing:
-            made = self._searched(here, missing)
-            self._store.put(key, made)
-            known |= made
+        places = list(dict.fromkeys(there))
+        searches = self._counts.searches
+        for weights in self._weightings if weightings is None else weightings:
+            missing = [place for place in places if place not in known or not known[place].holds(weights)]
+            if missing:
+                made = self._searched(here, missing, weights, known)
+                self._store.put(key, made)
+                known |= made
+        if self._counts.searches == searches:
+            self._counts.known += len(places)
         return [known[place] for place in there]
 
     def climb_m(self, here: Place, there: Place) -> float:
@@ -114,11 +124,34 @@ class LegFinder:
         )
         return high - low
 
-    def least_costs(self, weights: Weights, sources: Sequence[Place], goal: Place) -> NDArray[np.float64]:
-        """No way from a source to a place costs less, float64 (n,)."""
+    def least_costs(
+        self, weights: Weights, first: Place, others: Callable[[float], Sequence[Place]], goal: Place
+    ) -> NDArray[np.float64]:
+        """No way from a first source and from others, given what is found for the first, to a place costs less.
+
+        float64 (n,).
+        """
         if weights.energy == weights.time == 0.0:
-            return np.zeros(len(sources))
-        return least_costs(self.space, self._store.search.pool, weights, sources, goal)
+            return np.zeros(1 + len(others(0.0)))
+        return least_costs(self.space, self._store.search.pool, weights, first, others, goal)
+
+    def straight_costs(self, weights: Weights, places: Sequence[Place], there: Place) -> NDArray[np.float64]:
+        """No way between places and another one costs less, by the straight line alone, but for what height stores."""
+        costs, graph = self.space.lower_bound.costs(), self._store.search.graph
+        at_m = costs.place_m[graph.tail[[place[0].link_idx for place in places]]]
+        away_m = np.linalg.norm(at_m - costs.place_m[graph.tail[there[0].link_idx]], axis=1)
+        aside_m = np.array([graph.length_m[place[0].link_idx] for place in (*places, there)])
+        away_m = np.maximum(away_m - aside_m[:-1] - aside_m[-1], 0.0) * costs.line_to_road
+        road_j, road_s, _ = costs.least_a_metre.tolist()
+        found: NDArray[np.float64] = away_m * (
+            weights.energy / JOULE_PER_KWH * road_j + weights.time / SECOND_PER_HOUR * road_s
+        )
+        return found
+
+    def lift_cost(self, weights: Weights, here: Place, there: Place) -> float:
+        """What height stores on the way between two places, as the search counts it."""
+        physics = self.space.physics
+        return weights.energy / JOULE_PER_KWH * potential_share(physics) * physics.weight_n * self.climb_m(here, there)
 
     @property
     def is_bounded(self) -> bool:
@@ -127,17 +160,9 @@ class LegFinder:
 
     def more(self, here: Place, there: Place) -> bool:
         """Add the fastest way and that of least energy where they are not known; whether one was not."""
-        key = self._key(here)
-        pair = self._store.known(key)[there]
-        missing = [] if pair.whole_s == math.inf else [FASTEST, ECO]
-        missing = [w for w in missing if not any(line.is_of(w) for line in pair.lines)]
-        for weights in missing:
-            for path in self._find(here, [there], weights):
-                if path is not None:
-                    ways, line = undominated([*pair.ways, self._way(path)]), Line.of(weights, path.cost)
-                    pair = replace(pair, ways=ways, lines=(*pair.lines, line))
-        self._store.put(key, {there: pair})
-        return bool(missing)
+        (before,) = self.pairs(here, [there], ())
+        self.pairs(here, [there], (FASTEST, ECO))
+        return not (before.holds(FASTEST) and before.holds(ECO))
 
     def refined(self, here: Place, there: Place, bound: Way, most_s: float, most_j: float) -> bool:
         """Learn more of ways between two places near a bound; whether there was anything to be learnt.
@@ -165,27 +190,31 @@ class LegFinder:
         return True
 
     def _key(self, here: Place) -> tuple[object, ...]:
-        return self._space_key, self._weightings, here
+        return self._space_key, here
 
-    def _searched(self, here: Place, there: Sequence[Place]) -> dict[Place, Pair]:
-        driven = [place for place in there if not same_place(here, place)]
+    def _searched(
+        self, here: Place, there: Sequence[Place], weights: Weights, known: Mapping[Place, Pair]
+    ) -> dict[Place, Pair]:
+        """Pairs with the best ways by one more weighting; known: those that there are."""
         found: dict[Place, Pair] = {place: STAY for place in there if same_place(here, place)}
-        ways: dict[Place, list[Way]] = {place: [] for place in driven}
-        lines: dict[Place, list[Line]] = {place: [] for place in driven}
-        for weights in self._weightings:
-            for place, path in zip(driven, self._find(here, driven, weights), strict=True):
-                if path is not None:
-                    ways[place].append(self._way(path))
-                    lines[place].append(Line.of(weights, path.cost))
-        for place in driven:
-            found[place] = Pair(undominated(ways[place]), tuple(lines[place])) if ways[place] else NOWHERE
+        driven = [place for place in there if place not in found]
+        for place, path in zip(driven, self._find(here, driven, weights), strict=True):
+            before = known.get(place)
+            if path is None:
+                found[place] = NOWHERE
+            else:
+                ways, lines = (before.ways, before.lines) if before is not None else ((), ())
+                line = Line.of(weights, path.cost)
+                new = () if any(np.array_equal(way.links, path.links) for way in ways) else (self._way(path),)
+                pair = Pair((), ()) if before is None else before
+                found[place] = replace(pair, ways=undominated([*ways, *new]), lines=(*lines, line))
         return found
 
     def _find(self, here: Place, there: Sequence[Place], weights: Weights) -> list[FoundPath | None]:
         search = self._store.search
         if not there:
             return []
-        if len(there) > FEW_TARGETS:
+        if len(there) > max(FEW_TARGETS, search.graph.link_count // LINKS_A_TARGET):
             self._counts.searches += 1
             found, counts = find_paths(
                 self.space, search.pool, weights, Limits(), here, there, label_limit=search.label_limit

@@ -107,7 +107,6 @@ class Task:
         self._vias: dict[int, list[Arc]] = {}
         self._beyond: dict[int, list[tuple[int, Way]]] = {}  # ways that no full battery suffices for, by their place
         self._near = np.ones((self._stages, len(sites)), np.bool_)  # the stations that journeys may call at, by stage
-        self._least_through: NDArray[np.float64] | None = None
         self.least_cost = self._look_ahead()
 
     def _made_stops(self) -> Stops:
@@ -140,79 +139,91 @@ class Task:
         """Set what is still to be paid at least from each place; the least that any journey costs.
 
         Whatever is driven is charged sooner or later, but for what is in the battery, and no joule of charge comes
-        cheaper than _a_joule.
+        cheaper than _a_joule. Stations that are far aside get what the straight line costs.
         """
-        second, joule = self._worth.a_second, self._worth.a_joule
-        least_j = self._goal_least_j()
-        ahead, mixed = 0.0, self._a_joule * least_j
-        least = 0.0
+        second = self._worth.a_second
+        plain = weights_of(second, self._worth.a_joule)
+        ahead, mixed, least = 0.0, self._a_joule * self._goal_least_j(), 0.0
+        spots = [site.station.position for site in self.sites]
         for stage in range(self._stages - 1, -1, -1):
-            goal = self.places[stage + 1]
-            sources = [self.places[stage], *(site.station.position for site in self.sites)]
-            found = [
-                np.min([self._least_costs(finder, weights, sources, goal) for finder in self._finders], axis=0)
-                for weights in (weights_of(second, joule), self._mixed)
-            ]
-            if stage < self._stages - 1:
-                stay = self.stay_at(stage)
-                if stay is not None:
-                    ahead += second * stay.seconds
-                    mixed += second * stay.seconds - self._a_joule * self.stay_gain_j(stay)
-            rows = self._stops.number[1 + stage * len(self.sites) : 1 + (stage + 1) * len(self.sites)]
-            rows[:, kernels.AHEAD] = ahead + found[0][1:]
-            rows[:, kernels.AHEAD_MIX] = mixed + found[1][1:]
+            here, there = self.places[stage], self.places[stage + 1]
+            stay = self.stay_at(stage) if stage < self._stages - 1 else None
+            if stay is not None:
+                ahead += second * stay.seconds
+                mixed += second * stay.seconds - self._a_joule * self.stay_gain_j(stay)
+            rows = self._stops.number[1 + stage * len(spots) : 1 + (stage + 1) * len(spots)]
             rows[:, kernels.AHEAD_A_JOULE] = self._a_joule
-            ahead, mixed = ahead + float(found[0][0]), mixed + float(found[1][0])
+            rows[:, kernels.AHEAD], rows[:, kernels.AHEAD_MIX] = math.inf, math.inf
+            onward, onward_mixed = math.inf, math.inf
+            for finder in self._finders:
+                to_goal = self._straight(finder, spots, there, to=True)
+                aside = to_goal + self._straight(finder, spots, here, to=False)
+                chosen = np.arange(len(spots))
+
+                def near(
+                    least: float, aside: NDArray[np.float64] = aside, all_of: bool = len(spots) <= FEW_SITES
+                ) -> list[Place]:
+                    nonlocal chosen
+                    if not all_of:
+                        slack = 1.5 * self._likely(COST_UNIT * least)
+                        chosen = np.flatnonzero(aside <= COST_UNIT * least + slack)
+                    return [spots[k] for k in chosen.tolist()]
+
+                sharp = COST_UNIT * finder.least_costs(self._mixed, here, near, there)
+                picked = [spots[k] for k in chosen.tolist()]
+                free = COST_UNIT * finder.least_costs(plain, here, lambda _, picked=picked: picked, there)
+                for bounds in (sharp, free):
+                    bounds[[same_place(source, there) for source in (here, *picked)]] = 0.0
+                to_goal[chosen] = sharp[1:]
+                whole_free = np.full(len(spots), -math.inf)
+                whole_free[chosen] = free[1:]
+                rows[:, kernels.AHEAD_MIX] = np.minimum(rows[:, kernels.AHEAD_MIX], mixed + to_goal)
+                rows[:, kernels.AHEAD] = np.minimum(rows[:, kernels.AHEAD], ahead + whole_free)
+                onward, onward_mixed = min(onward, float(free[0])), min(onward_mixed, float(sharp[0]))
+            ahead, mixed = ahead + onward, mixed + onward_mixed
             least = max(ahead, mixed - self._a_joule * self._start_j)
         return least
 
-    def _least_costs(
-        self, finder: LegFinder, weights: Weights, sources: Sequence[Place], goal: Place
-    ) -> NDArray[np.float64]:
-        """No way from a source to a place costs less; 0 for one that is there."""
-        found = finder.least_costs(weights, sources, goal) * COST_UNIT
-        found[[same_place(source, goal) for source in sources]] = 0.0
-        return found
+    def _straight(self, finder: LegFinder, spots: Sequence[Place], place: Place, *, to: bool) -> NDArray[np.float64]:
+        """No way between stations and a place costs less by the mixed weighting, by the straight line and height."""
+        straight = finder.straight_costs(self._mixed, spots, place)
+        lifts = [finder.lift_cost(self._mixed, *((spot, place) if to else (place, spot))) for spot in spots]
+        return COST_UNIT * (straight + np.array(lifts))
 
-    def keep_below(self, cost: float) -> bool:
-        """Leave out stations over which no journey costs less; whether any was left out that had been looked at."""
-        through = self._through()
-        near = through <= cost
-        changed = bool((near != self._near).any())
-        self._near = near
-        if changed:
+    def _likely(self, cost: float) -> float:
+        """By how much more than the least a best journey hardly costs."""
+        return max(LIKELY_FRAC * abs(cost), LIKELY_S * self._worth.a_second)
+
+    def keep_below(self, cost: float) -> None:
+        """Leave out stations over which no journey costs less."""
+        near = self._through(cost) <= cost
+        if bool((near != self._near).any()):
+            self._near = near
             self._vias.clear()
             self._stops.known[:] = False
-        return changed
 
-    def _through(self) -> NDArray[np.float64]:
-        """The least that a journey over a station costs, float64 (stages, sites)."""
-        if self._least_through is None:
-            spots = [site.station.position for site in self.sites]
-            through = np.empty((self._stages, len(spots)))
-            so_far = -self._a_joule * self._start_j
-            for stage in range(self._stages):
-                onward = self.places[stage + 1]
-                least = np.full(len(spots) + 1, math.inf)
-                for finder in self._finders:
-                    pairs = finder.pairs(self.places[stage], [*spots, onward])
-                    costs = [
-                        min((line.cost for line in pair.lines if line.is_of(self._mixed)), default=math.inf)
-                        for pair in pairs
-                    ]
-                    costs = [
-                        0.0 if pair.whole_s == math.inf and pair.ways else cost
-                        for pair, cost in zip(pairs, costs, strict=True)
-                    ]
-                    least = np.minimum(least, np.array(costs) * COST_UNIT)
-                rows = self._stops.number[1 + stage * len(spots) : 1 + (stage + 1) * len(spots)]
-                through[stage] = so_far + least[:-1] + rows[:, kernels.AHEAD_MIX]
-                so_far += float(least[-1])
-                stay = self.stay_at(stage)
-                if stay is not None:
-                    so_far += self._worth.a_second * stay.seconds - self._a_joule * self.stay_gain_j(stay)
-            self._least_through = through
-        return self._least_through
+    def _through(self, cost: float) -> NDArray[np.float64]:
+        """The least that a journey over a station costs, float64 (stages, sites); less than that only above a cost."""
+        spots = [site.station.position for site in self.sites]
+        so_far = -self._a_joule * self._start_j
+        through = np.full((self._stages, len(spots)), math.inf)
+        for stage in range(self._stages):
+            here, there = self.places[stage], self.places[stage + 1]
+            onward = math.inf
+            ahead = self._stops.number[1 + stage * len(spots) : 1 + (stage + 1) * len(spots), kernels.AHEAD_MIX]
+            for finder in self._finders:
+                least = self._straight(finder, spots, here, to=False)
+                chosen = np.flatnonzero(so_far + least + ahead <= cost)
+                pairs = finder.pairs(here, [*(spots[k] for k in chosen.tolist()), there], (self._mixed,))
+                costs = COST_UNIT * np.array([pair.least_cost(self._mixed) for pair in pairs])
+                least[chosen] = costs[:-1]
+                through[stage] = np.minimum(through[stage], so_far + least + ahead)
+                onward = min(onward, float(costs[-1]))
+            so_far += onward
+            stay = self.stay_at(stage)
+            if stay is not None:
+                so_far += self._worth.a_second * stay.seconds - self._a_joule * self.stay_gain_j(stay)
+        return through
 
     def site_at(self, place: int) -> Site:
         """The station at a place of the station graph."""
@@ -307,7 +318,7 @@ class Task:
         for cap, finder in enumerate(self._finders):
             for to, there, pair in zip(targets, spots, finder.pairs(here, spots), strict=True):
                 climb_m = finder.climb_m(here, there) if self._margin_j is not None else 0.0
-                for way in (*pair.ways, *pair.bounds()):
+                for way in (*pair.ways, *(pair.bounds() if finder.is_bounded else ())):
                     if way.longest_j > longest_j:
                         if not way.is_bound:
                             self._beyond.setdefault(place, []).append((to, way))
@@ -357,7 +368,7 @@ class Task:
         if len(self.sites) <= FEW_SITES:
             best = self.best()
         else:
-            slack = max(LIKELY_FRAC * abs(self.least_cost), LIKELY_S * self._worth.a_second)
+            slack = self._likely(self.least_cost)
             while True:
                 self.keep_below(self.least_cost + slack)
                 best = self.best()

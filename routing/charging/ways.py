@@ -113,12 +113,17 @@ class Pair:
         """Memory of it [B]."""
         return 200 + sum(way.held_bytes for way in self.ways) + 100 * len(self.lines)
 
+    def holds(self, weights: Weights) -> bool:
+        """Whether the best way by weights is among those known."""
+        return self.whole_s == math.inf or any(line.is_of(weights) for line in self.lines)
+
     def least_cost(self, weights: Weights) -> float:
         """No way costs less by weights; inf where there is no way, −inf where nothing is known by these weights."""
         if not self.ways:
             return math.inf
-        if self.whole_s == math.inf and not self.lines:
-            return 0.0  # a place and itself
+        if self.whole_s == math.inf:
+            unit = Line.of(weights, 0.0)
+            return min(unit.a_second * way.time_s + unit.a_joule * way.energy_j for way in self.ways)
         return max((line.cost for line in self.lines if line.is_of(weights)), default=-math.inf)
 
     def bounds(self) -> tuple[Way, ...]:

@@ -362,39 +362,51 @@ def least_costs(
     space: SearchSpace,
     pool: WorkspacePool,
     weights: Weights,
-    sources: Sequence[Sequence[LinkPosition]],
+    first: Sequence[LinkPosition],
+    others: Callable[[float], Sequence[Sequence[LinkPosition]]],
     goals: Sequence[LinkPosition],
     *,
     labels: int = 256,
 ) -> NDArray[np.float64]:
     """No way from a source to the goals costs less, float64 (n,); inf where none leads there.
 
-    Each by a directed search that ends after some labels: the least key in its heap is then the bound, since keys never
-    fall. The search back is one for all; it is led to the first source. All goals are one place.
+    first: a source; others: further ones, given the bound for the first. Each by a directed search that ends after some
+    labels: the least key in its heap is then the bound, since keys never fall. The search back is one for all; it is
+    led to the first source. All goals are one place.
     """
     rules = _rules(space, weights, Limits(), False, labels)
-    found = np.full(len(sources), -math.inf)
-    if rules.correcting or not sources:
-        return found
-    goal_link, goal_m = goals[0].link_idx, goals[0].offset_m
-    goal_height_m = float(space.arrays.tail_height_m[goal_link] + space.arrays.grade_frac[goal_link] * goal_m)
-    gained = rules.energy_weight * rules.alpha * space.physics.weight_n * goal_height_m
-    with space.drives.lent() as lent, pool.directed(space, sources[0], goals) as bound:
-        for k, starts in enumerate(sources):
-            ws, epoch = pool.take()
-            _begin(space, rules, ws, starts)
-            ws, status = _settle(space, rules, ws, goals, lent, bound, epoch)
-            if status == kernels_workspace.FOUND:
-                found[k] = ws.number[int(ws.counter[kernels_workspace.GOAL]), kernels_workspace.COST]
-            elif status == kernels_workspace.TOO_MANY:
-                found[k] = ws.heap_key[0] + gained
-            elif status == kernels_workspace.DONE:
-                found[k] = math.inf
-            else:
-                _check_settled(status, space, ws, pool, rules, epoch)
-                continue
-            pool.give_back(ws, epoch)
-    return found
+    if rules.correcting:
+        return np.full(1 + len(others(-math.inf)), -math.inf)
+    with space.drives.lent() as lent, pool.directed(space, first, goals) as bound:
+        found = [_least_cost(space, pool, rules, first, goals, lent, bound)]
+        found += [_least_cost(space, pool, rules, source, goals, lent, bound) for source in others(found[0])]
+    return np.array(found)
+
+
+def _least_cost(
+    space: SearchSpace,
+    pool: WorkspacePool,
+    rules: SearchRules,
+    starts: Sequence[LinkPosition],
+    goals: Sequence[LinkPosition],
+    lent: LentDrives,
+    bound: GoalBound,
+) -> float:
+    """The cost of the best way, or what no way is below where that takes more labels than the rules allow."""
+    ws, epoch = pool.take()
+    _begin(space, rules, ws, starts)
+    ws, status = _settle(space, rules, ws, goals, lent, bound, epoch)
+    if status == kernels_workspace.TOO_MANY:
+        height_m = space.arrays.tail_height_m[goals[0].link_idx]
+        height_m += space.arrays.grade_frac[goals[0].link_idx] * goals[0].offset_m
+        gained_j = rules.alpha * space.physics.weight_n * float(height_m)
+        least = float(ws.heap_key[0]) + rules.energy_weight * gained_j
+    else:
+        _check_settled(status, space, ws, pool, rules, epoch)
+        goal = int(ws.counter[kernels_workspace.GOAL])
+        least = math.inf if goal < 0 else float(ws.number[goal, kernels_workspace.COST])
+    pool.give_back(ws, epoch)
+    return least
 
 
 def _labels_at_goals(ws: Workspace, rules: SearchRules) -> list[int]:

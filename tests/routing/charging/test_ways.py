@@ -65,7 +65,9 @@ def test_the_bound_of_an_ended_search_is_never_above_the_best_way(seed: int, wei
     space = search.space_of(world.query, world.query.vehicle)
     sources = [world.places[0], *(station.position for station in world.stations)]
     for labels in (1, 4, 10_000):
-        found = least_costs(space, search.pool, weights, sources, world.places[-1], labels=labels)
+        found = least_costs(
+            space, search.pool, weights, sources[0], lambda _: sources[1:], world.places[-1], labels=labels
+        )
         for bound, source in zip(found.tolist(), sources, strict=True):
             path, _ = find_path(space, search.pool, weights, Limits(), source, world.places[-1])
             least = math.inf if path is None else path.cost
