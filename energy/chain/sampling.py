@@ -77,6 +77,26 @@ def residual_fracs(count: int, seed: int = SEED, sd_frac: float = RESIDUAL_SD_FR
     return np.maximum(sd_frac * _normals("residual", seed, (count,)), -1.0)
 
 
+def shifted_vehicle(
+    vehicle: Vehicle | ConsumptionTableVehicle, shifts: Mapping[str, float]
+) -> Vehicle | ConsumptionTableVehicle:
+    """The vehicle with numbers moved by shifts, by the names and in the units of its `sd`; arrays as a whole.
+
+    Raises VehicleError or ConditionsError where no vehicle can be so.
+    """
+    own: dict[str, Any] = {}
+    effects: dict[str, Any] = {}
+    for name, shift in shifts.items():
+        if isinstance(vehicle, Vehicle) and name.startswith("effects."):
+            field = name.removeprefix("effects.")
+            effects[field] = getattr(vehicle.effects, field) + shift
+        else:
+            own[name] = getattr(vehicle, name) + shift
+    if isinstance(vehicle, Vehicle) and effects:
+        own["effects"] = replace(vehicle.effects, **effects)
+    return replace(vehicle, **own)
+
+
 def check_within(field: str, value: float, low: float, high: float) -> None:
     """Raise ConditionsError unless a value is within a range, both ends included."""
     if not low <= value <= high:
@@ -104,24 +124,8 @@ def _first_possible(
     refused = None
     for row in shifts:
         try:
-            return _shifted(vehicle, dict(zip(names, row.tolist(), strict=True)))
+            return shifted_vehicle(vehicle, dict(zip(names, row.tolist(), strict=True)))
         except (VehicleError, ConditionsError) as error:
             refused = error
     allowed = f"small enough that one of {TRIES} draws can be a vehicle; the last was refused: {refused}"
     raise VehicleError("sd", dict(vehicle.sd), allowed, vehicle.id)
-
-
-def _shifted(
-    vehicle: Vehicle | ConsumptionTableVehicle, shifts: Mapping[str, float]
-) -> Vehicle | ConsumptionTableVehicle:
-    own: dict[str, Any] = {}
-    effects: dict[str, Any] = {}
-    for name, shift in shifts.items():
-        if isinstance(vehicle, Vehicle) and name.startswith("effects."):
-            field = name.removeprefix("effects.")
-            effects[field] = getattr(vehicle.effects, field) + shift
-        else:
-            own[name] = getattr(vehicle, name) + shift
-    if isinstance(vehicle, Vehicle) and effects:
-        own["effects"] = replace(vehicle.effects, **effects)
-    return replace(vehicle, **own)

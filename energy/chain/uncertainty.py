@@ -10,7 +10,7 @@ the same vehicles and residuals. docs/uncertainty.md holds the quantiles beside 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from energy.units import JOULE_PER_WH
 from energy.vehicle.vehicle import MOST_RESIDUAL_SD_FRAC
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -149,7 +149,7 @@ def dissipation_sd_frac(
 
 
 # samples at a time: which they are, energy and dissipated energy of each link (samples, n) [J], capacity [J], time [s]
-_Driven = tuple[slice, "NDArray[np.float64]", "NDArray[np.float64]", "NDArray[np.float64]", float]
+Driven: TypeAlias = tuple[slice, "NDArray[np.float64]", "NDArray[np.float64]", "NDArray[np.float64]", float]
 
 
 def _driven(
@@ -158,13 +158,22 @@ def _driven(
     drive: DriveSettings,
     sampling: Sampling,
     soc_start_frac: float | None = None,
-) -> Iterator[_Driven]:
+) -> Iterator[Driven]:
     """Energies of the chain with each sampled vehicle, without residual."""
     check_chain(chain, drive.start_speed_mps)
-    vehicles = sampled_vehicles(vehicle, sampling.samples, sampling.seed)
-    same = vehicles[0] is vehicle
+    yield from driven_by(sampled_vehicles(vehicle, sampling.samples, sampling.seed), chain, drive, soc_start_frac)
+
+
+def driven_by(
+    vehicles: Sequence[Vehicle | ConsumptionTableVehicle],
+    chain: Chain,
+    drive: DriveSettings = AS_USUAL,
+    soc_start_frac: float | None = None,
+) -> Iterator[Driven]:
+    """Energies of a chain with each of some vehicles, CHUNK of them at a time."""
+    same = all(vehicle is vehicles[0] for vehicle in vehicles)
     n = chain.length_m.size
-    for begin in range(0, sampling.samples, CHUNK):
+    for begin in range(0, len(vehicles), CHUNK):
         chosen = vehicles[begin : begin + CHUNK]
         energy, lost = np.empty((len(chosen), n)), np.empty((len(chosen), n))
         driven = undriven(n, with_parts=False)
