@@ -64,6 +64,22 @@ class JourneyMaker:
             for k, link in enumerate(way.links.tolist())
         )
 
+    def stretches(self, steps: Sequence[Step]) -> list[tuple[list[Step], int]]:
+        """Steps that are driven from one stop that is charged as planned to the next, and how many legs each makes."""
+        found: list[tuple[list[Step], int]] = []
+        driven: list[Step] = []
+        for k, step in enumerate(steps[1:], start=1):
+            driven.append(step)
+            if k + 1 == len(steps) or self._is_charged(step, steps[k + 1]):
+                parts = [part for each in driven if each.arc is not None for part in each.arc.parts]
+                stays = sum(part.there < 0 and self._task.stay_at(-1 - part.there) is not None for part in parts)
+                found.append((driven, 1 + stays))
+                driven = []
+        return found
+
+    def _is_charged(self, step: Step, after: Step) -> bool:
+        return after.depart_j > step.charge_j + NOTHING_FRAC * self._task.capacity_j
+
     def _drives(self, steps: Sequence[Step]) -> list[_Drive]:
         drives: list[_Drive] = []
         parts: list[Part] = []

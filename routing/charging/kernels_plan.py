@@ -240,10 +240,9 @@ def settle(
             if number[WAY_BOUND] > 0.0 and not rules.bounded:
                 continue
             energy, full = number[WAY_J], curves.capacity_j - number[WAY_SPILL]
-            least = there[LEAST_J] + number[WAY_MARGIN]
-            if full < least:
+            if full < there[LEAST_J]:
                 continue
-            low = max(least + energy, rules.reserve_j + number[WAY_NEED] + number[WAY_MARGIN])
+            low = max(there[LEAST_J] + energy, rules.reserve_j + number[WAY_NEED]) + number[WAY_MARGIN]
             if low > (max(charge, here[CAP]) if charges else charge) + ROUNDING:
                 continue
             low = max(low, charge)

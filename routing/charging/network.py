@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -13,7 +14,7 @@ from routing.charging.kernels_plan import Labels, Rules, Stops, Ways
 from routing.time_budget import time_budget
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
 
     from energy.charging.kernels_charging import ChargeCurves
     from routing.charging.ways import Way
@@ -26,7 +27,8 @@ LEAST_WAYS: Final = 4096
 class Arc:
     """A way of the station graph to a place, of one part or more between via points; its cost and margin [J].
 
-    way: all parts together, with what is charged at fixed stays.
+    way: all parts together, with what is charged at fixed stays. margin_j: the least that is kept beyond what it takes
+    by the mean.
     """
 
     to: int
@@ -71,17 +73,30 @@ class Work:
     settled: int = 0
 
 
+class UndecidedError(Exception):
+    """A search on the station graph was to ask for more arcs after its time."""
+
+
 class StationGraph:
     """Places and arcs, which are asked for as searches come to a place.
 
-    stops: of kernels_plan, its known all false. arcs_of: all arcs from a place, bounds among them.
+    stops: of kernels_plan, its known all false. arcs_of: all arcs from a place, bounds among them. margin_j: of an arc,
+    its own where None.
     """
 
-    def __init__(self, curves: ChargeCurves, stops: Stops, arcs_of: Callable[[int], Sequence[Arc]]) -> None:
+    def __init__(
+        self,
+        curves: ChargeCurves,
+        stops: Stops,
+        arcs_of: Callable[[int], Sequence[Arc]],
+        margin_j: Callable[[Arc], float] | None = None,
+    ) -> None:
         self._curves, self._stops, self._arcs_of = curves, stops, arcs_of
+        self._margin_j = margin_j
         self._arcs: list[Arc] = []
         self._number = np.zeros((LEAST_WAYS, 7))
         self._to = np.zeros(LEAST_WAYS, np.int32)
+        self._least_j = np.zeros(LEAST_WAYS)
         self.work = Work()
         self.reached: dict[int, float] = {}  # most charge on arrival by place, of the last search that found nothing
 
@@ -93,8 +108,32 @@ class StationGraph:
         """Ask for the arcs of a place anew."""
         self._stops.known[place] = False
 
-    def best(self, start: int, charge_j: float, goal: int, rules: Rules, bound: float = math.inf) -> list[Step] | None:
-        """The journey of least cost, None where none costs less than a bound; raises TimeUpError, AbandonedError."""
+    def weigh(self, factor: float, places: Iterable[int]) -> None:
+        """Ask anew for margins of arcs from some places; those of all others are a factor times their own."""
+        count = len(self._arcs)
+        self._number[:count, kernels.WAY_MARGIN] = factor * self._least_j[:count]
+        if self._margin_j is not None:
+            for place in places:
+                for k in range(int(self._stops.first[place]), int(self._stops.last[place])):
+                    self._number[k, kernels.WAY_MARGIN] = self._margin_j(self._arcs[k])
+
+    def best(
+        self,
+        start: int,
+        charge_j: float,
+        goal: int,
+        rules: Rules,
+        bound: float = math.inf,
+        *,
+        until: float = math.inf,
+        known_only: bool = False,
+    ) -> list[Step] | None:
+        """The journey of least cost, None where none costs less than a bound; raises TimeUpError, AbandonedError.
+
+        until: of time.perf_counter, after which no arcs are asked for any more: UndecidedError is raised instead.
+        known_only: along arcs that were asked for before.
+        """
+        passed: list[int] = []
         labels = _labels(LEAST_LABELS, self._stops.known.size)
         labels.number[0] = 0.0
         labels.number[0, kernels.CHARGE] = charge_j
@@ -106,7 +145,14 @@ class StationGraph:
         while True:
             ways = Ways(self._number, self._to)
             status = kernels.settle(self._curves, self._stops, ways, rules, labels, bound, goal)
-            if status == kernels.UNKNOWN:
+            if status == kernels.UNKNOWN and known_only:
+                place = int(labels.counter[kernels.ASKED])
+                self._stops.first[place] = self._stops.last[place] = 0
+                self._stops.known[place] = True
+                passed.append(place)
+            elif status == kernels.UNKNOWN:
+                if time.perf_counter() > until:
+                    raise UndecidedError
                 self._add(int(labels.counter[kernels.ASKED]))
             elif status == kernels.FULL:
                 labels = _grown(labels)
@@ -114,6 +160,7 @@ class StationGraph:
                 time_budget().check()
             else:
                 break
+        self._stops.known[passed] = False
         self.work.made += int(labels.counter[kernels.MADE])
         self.work.settled += int(labels.counter[kernels.SETTLED])
         if status == kernels.NONE:
@@ -128,6 +175,7 @@ class StationGraph:
         while last > self._to.size:
             self._number = np.concatenate((self._number, np.zeros_like(self._number)))
             self._to = np.concatenate((self._to, np.zeros_like(self._to)))
+            self._least_j = np.concatenate((self._least_j, np.zeros_like(self._least_j)))
         for k, arc in enumerate(arcs, start=first):
             way = arc.way
             self._number[k] = (
@@ -136,10 +184,11 @@ class StationGraph:
                 way.energy_j,
                 way.need_j,
                 way.spill_j,
-                arc.margin_j,
+                arc.margin_j if self._margin_j is None else self._margin_j(arc),
                 1.0 if way.is_bound else 0.0,
             )
             self._to[k] = arc.to
+            self._least_j[k] = arc.margin_j
         self._arcs += arcs
         self._stops.first[place], self._stops.last[place] = first, last
         self._stops.known[place] = True

@@ -75,8 +75,10 @@ class ChargeStop:
 
     power_bands: seconds at power from..to [W], of the charging alone. charged_j: into the battery; drawn_j: from the
     wall. price: in the currency of the station, None where it has none in numbers.
-    station is None at a fixed stay. arrive_quantiles_frac: charge on arrival at 10, 50 and 90 %; kept_probability: of
-    arriving with at least what was asked.
+    station is None at a fixed stay. arrive_quantiles_frac: charge on arrival that is not exceeded with 10, 50 and 90 %;
+    kept_probability_frac: of arriving with at least what was asked and of never being below the reserve on the way.
+    fallback: None where there is no other station, and at fixed stays. gatekeeper: without it there is no plan; False
+    where there is one or that could not be told in time.
     """
 
     station: Station | None
@@ -102,7 +104,10 @@ class ChargeStop:
 
 @dataclass(frozen=True, slots=True)
 class Fallback:
-    """The next best station should a stop fail: how long to it, and the charge on arrival there, < 0: not reached."""
+    """The next best station should a stop fail: how long to it, and charge on arrival there, after arriving at P10.
+
+    reached: before the battery is empty, by a vehicle that takes as much as it did to arrive with so little.
+    """
 
     station: Station
     drive_s: float
@@ -112,7 +117,10 @@ class Fallback:
 
 @dataclass(frozen=True, slots=True)
 class PlanLeg:
-    """A drive between two stops: its stretches, time, energy, charge at both ends, and the speed cap that it kept."""
+    """A drive between two stops: its stretches, time, energy, charge at both ends, and the speed cap that it kept.
+
+    soc_min_p10_frac: least charge on the way that is not exceeded with 10 %.
+    """
 
     spans: tuple[LinkSpan, ...]
     time_s: float
@@ -123,6 +131,7 @@ class PlanLeg:
     soc_min_frac: float
     speed_cap_mps: float | None = None
     route: Route | None = None
+    soc_min_p10_frac: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -132,6 +141,7 @@ class Plan:
     short_by_s: by how much at most a better plan is better, in the objective's own unit (s, J or currency); 0: proven
     best for the model, None: nothing is proven, and why is in unproven.
     goal_quantiles_frac, goal_kept_probability_frac: as at stops. goal_stay: what a fixed stay at the goal charges.
+    kept_probability_frac: of keeping all of them in one journey.
     """
 
     name: str
@@ -148,6 +158,7 @@ class Plan:
     goal_kept_probability_frac: float | None = None
     price: float | None = None
     goal_stay: ChargeStop | None = None
+    kept_probability_frac: float | None = None
 
 
 @dataclass(frozen=True, slots=True)

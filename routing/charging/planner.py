@@ -2,21 +2,23 @@
 
 from __future__ import annotations
 
+import math
 import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from energy.chain.chain import LinkModel
-from energy.chain.uncertainty import dissipation_sd_frac
+from energy.chain.sampling import STANDARD_SAMPLING, sampling_of
 from energy.charging.power import at_battery_temperature
 from energy.units import JOULE_PER_KWH, KMH_PER_MPS, ZERO_CELSIUS_K
 from routing.charging.journey import JourneyMaker
 from routing.charging.legs import LegStore
 from routing.charging.plan import ChargingAnswer, NoPlan, Objective, PlanStats
+from routing.charging.promise.keeper import PromiseKeeper
+from routing.charging.promise.promise import DrawStore
 from routing.charging.sites import usable_sites
 from routing.charging.task import Proof, Task, usual_margin_j
 from routing.errors import QueryError, TimeUpError
-from routing.queries import drive_settings
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -31,6 +33,9 @@ if TYPE_CHECKING:
     from routing.stations.station import Station
 
 PROOF_S: Final = 2.0  # after which an answer with a bound beats a proof; assumed
+BEST: Final = "best"  # name of the plan
+NOT_COMPARED: Final = "not all ways were looked at for what they take to be as sure"
+KEPT_ROUNDS: Final = 4  # of proof and promise at most
 CAPS_TRIED_MPS: Final = (110.0 / 3.6, 90.0 / 3.6)  # where no plan is found
 RESERVE_STEP: Final = 0.05
 RESERVE_COST: Final = 1.2  # of the best plan's cost, that one with more reserve may have; assumed
@@ -45,6 +50,7 @@ class ChargingPlanner:
     def __init__(self, search: RouteSearch, chains: ChainMaker, *, proof_s: float = PROOF_S) -> None:
         self._search, self._chains, self._proof_s = search, chains, proof_s
         self._legs = LegStore(search)
+        self._draws = DrawStore()
 
     def plan(
         self,
@@ -113,7 +119,7 @@ class _Asked:
     ) -> None:
         self._began = time.perf_counter()
         self._search, self._chains = planner._search, planner._chains
-        self._legs, self._proof_s = planner._legs, planner._proof_s
+        self._legs, self._proof_s, self._draws = planner._legs, planner._proof_s, planner._draws
         self._query, self._charging, self._stations, self._places = query, charging, stations, places
         if query.conditions.ambient_k is not None:
             vehicle_charging = at_battery_temperature(vehicle_charging, query.conditions.ambient_k - ZERO_CELSIUS_K)
@@ -132,19 +138,21 @@ class _Asked:
     def answer(self) -> ChargingAnswer:
         """The plans, or why there is none."""
         if self._charging.confidence is not None and self._margin_j is None:
-            self._margin_j = self._usual_margin(self._charging.confidence)
+            self._margin_j = self._least_margin(self._charging.confidence)
         task = self._task(self._query, self._charging)
         stage_s = {"set_up": self._since()}
         best = task.found()
         stage_s["first_plan"] = self._since()
-        best, proof = task.proven(best)
+        keeper = self._keeper(task)
+        best, proof = self._kept(keeper, task, best)
         stage_s["proof"] = self._since()
         plans: list[Plan] = []
         missing = None
         if best is None:
             missing = self._no_plan(task)
         else:
-            plans.append(self._made(task, "best", best, self._honest(task, proof)))
+            plans.append(self._made(keeper, task, BEST, best, self._honest(task, proof)))
+            stage_s["promise"] = self._since()
             try:
                 self._add_alternatives(plans, task, best)
             except TimeUpError as error:
@@ -165,8 +173,33 @@ class _Asked:
             stage_s=stage_s,
         )
 
-    def _made(self, task: Task, name: str, steps: list[Step], proof: Proof) -> Plan:
-        return JourneyMaker(self._search, self._chains, task).plan(name, steps, proof.short_by, proof.unproven)
+    def _keeper(self, task: Task) -> PromiseKeeper:
+        return PromiseKeeper(self._search, self._chains, task, self._draws)
+
+    def _kept(self, keeper: PromiseKeeper, task: Task, best: list[Step] | None) -> tuple[list[Step] | None, Proof]:
+        """The best journey that keeps what is asked for, and the proof of it.
+
+        Ways that the proof finds have usual margins at first, so that a better journey over them is to be kept as well.
+        """
+        if self._charging.confidence is None:
+            return task.proven(best)
+        proof = Proof(None)
+        for _ in range(KEPT_ROUNDS):
+            sure = keeper.kept(best)
+            best, proof = task.proven(sure)
+            if best is None or (sure is not None and best[-1].cost >= sure[-1].cost):
+                return best, proof if keeper.is_best else Proof(None, NOT_COMPARED)
+        return keeper.kept(best), Proof(None, NOT_COMPARED)
+
+    def _made(self, keeper: PromiseKeeper, task: Task, name: str, steps: list[Step], proof: Proof) -> Plan:
+        plan = JourneyMaker(self._search, self._chains, task).plan(name, steps, proof.short_by, proof.unproven)
+        known = len(keeper.warnings)
+        try:
+            plan = keeper.promised(plan, gatekeepers=name == BEST)
+        except TimeUpError as error:
+            self._warnings.append(f"what a plan promises is not all told: {error.limit_s:g} s were not enough")
+        self._warnings += keeper.warnings[known:]
+        return plan
 
     def _honest(self, task: Task, proof: Proof) -> Proof:
         """A proof, taken back where the model that it is of is not quite what is driven."""
@@ -184,17 +217,11 @@ class _Asked:
             return Proof(None, "with opening hours a later arrival may be better, which is not looked for")
         return proof
 
-    def _usual_margin(self, confidence: float) -> Callable[[float, float], float] | None:
-        """What a confidence keeps beyond a way's energy, by the spread of the direct way."""
-        plain = replace(self._charging, confidence=None)
-        task = Task(self._legs, self._query, plain, self._vehicle_charging, (), self._places, None, 0.0)
-        way = task.direct_way()
-        spans = () if way is None else JourneyMaker(self._search, self._chains, task).spans(way)
-        if not spans:
-            return None
-        chain = self._chains.chain(spans, self._query.stop_settings, self._query.conditions)
-        sd_frac = dissipation_sd_frac(self._query.vehicle, chain, drive_settings(self._query))
-        weight_n = self._search.space_of(self._query, self._query.vehicle).physics.weight_n
+    def _least_margin(self, confidence: float) -> Callable[[float, float], float]:
+        """What a confidence keeps at least beyond a way's energy; promises tell what it takes more."""
+        query = self._query
+        sd_frac = sampling_of(query.vehicle, STANDARD_SAMPLING).residual_sd_frac
+        weight_n = self._search.space_of(query, query.vehicle).physics.weight_n
         return usual_margin_j(sd_frac, confidence, weight_n)
 
     def _add_alternatives(self, plans: list[Plan], task: Task, best: list[Step]) -> None:
@@ -212,7 +239,11 @@ class _Asked:
             if found is None:
                 continue
             other, steps = found
-            plan = self._made(other, name, steps, Proof(None, "an alternative"))
+            keeper = self._keeper(other)
+            sure = keeper.kept(steps)
+            if sure is None:
+                continue
+            plan = self._made(keeper, other, name, sure, Proof(None, "an alternative"))
             if all(_stops_of(plan) != _stops_of(known) for known in plans):
                 plans.append(plan)
 
@@ -252,16 +283,19 @@ class _Asked:
         try:
             for cap in CAPS_TRIED_MPS:
                 slower = replace(self._charging, speed_caps_mps=(cap,))
-                if self._task(self._query, slower).found() is not None:
+                if self._has_plan(self._query, slower):
                     helps.append(f"driving at most {cap * KMH_PER_MPS:.0f} km/h")
                     break
             if self._charging.max_soc_frac < 1.0:
                 fuller = replace(self._charging, max_soc_frac=1.0)
-                if self._task(self._query, fuller).found() is not None:
+                if self._has_plan(self._query, fuller):
                     helps.append("charging to 100 % at stations")
             charge = self._charge_that_suffices()
             if charge is not None:
                 helps.append(f"departing with {100.0 * charge:.0f} % instead of {100.0 * self._query.soc_frac:.0f} %")
+            confidence = self._confidence_that_is_kept()
+            if confidence is not None:
+                helps.append(f"a confidence of {confidence:g} instead of {self._charging.confidence:g}")
         except TimeUpError:
             self._warnings.append("there was no time to try all that might help")
         station = None if shortage.place <= 0 else task.site_at(shortage.place).station
@@ -277,17 +311,33 @@ class _Asked:
             reason += "; no station may be used"
         return NoPlan(reason, station, missing_j, last, tuple(helps))
 
+    def _has_plan(self, query: RouteQuery, charging: ChargingQuery) -> bool:
+        """Whether there is a plan, of the confidence asked for, along ways that are known by few searches."""
+        task = self._task(query, charging)
+        return self._keeper(task).kept(task.found()) is not None
+
+    def _confidence_that_is_kept(self) -> float | None:
+        """Of the best plan by the mean, charged as far as it may be, rounded down; None where it is below a half."""
+        if self._charging.confidence is None:
+            return None
+        margin_j, self._margin_j = self._margin_j, None
+        task = self._task(self._query, replace(self._charging, confidence=None))
+        self._margin_j = margin_j
+        steps = task.found()
+        kept = 0.0 if steps is None else math.floor(1000.0 * self._keeper(task).most_kept_frac(steps)) / 1000.0
+        return kept if kept >= 0.5 else None
+
     def _charge_that_suffices(self) -> float | None:
         """Least charge at departure, in whole percent, with which there is a plan; None where no charge helps."""
         low, high = int(100.0 * self._query.soc_frac), 100
-        if low >= high or self._task(replace(self._query, soc_frac=1.0), self._charging).found() is None:
+        if low >= high or not self._has_plan(replace(self._query, soc_frac=1.0), self._charging):
             return None
         while high - low > 1:
             middle = (low + high) // 2
-            if self._task(replace(self._query, soc_frac=middle / 100.0), self._charging).found() is None:
-                low = middle
-            else:
+            if self._has_plan(replace(self._query, soc_frac=middle / 100.0), self._charging):
                 high = middle
+            else:
+                low = middle
         return high / 100.0
 
 

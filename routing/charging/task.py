@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import time
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from statistics import NormalDist
 from typing import TYPE_CHECKING, Final
@@ -15,6 +16,7 @@ from energy.units import JOULE_PER_KWH, JOULE_PER_WH, SECOND_PER_HOUR, SECOND_PE
 from routing.charging import kernels_plan as kernels
 from routing.charging.kernels_plan import Rules, Stops
 from routing.charging.legs import LegCounts, LegFinder, LegStore, usual_weightings
+from routing.charging.margins import Margins
 from routing.charging.network import Arc, Part, StationGraph
 from routing.charging.sites import least_cost_a_joule, worth_of
 from routing.charging.ways import joined, stay_of
@@ -24,7 +26,7 @@ from routing.stations.opening import open_times
 from routing.weights import Weights
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Iterator, Sequence
 
     from numpy.typing import NDArray
 
@@ -97,8 +99,9 @@ class Task:
         self._start_j = query.soc_frac * self.capacity_j
         self.goal = 1 + self._stages * len(sites)
         self._stops = self._made_stops()
+        self.margins = Margins()
         curves = charge_times(list(kinds.values()), self.capacity_j).curves
-        self.graph = StationGraph(curves, self._stops, self._arcs_from)
+        self.graph = StationGraph(curves, self._stops, self._arcs_from, self.margins.of)
         self._a_joule = least_cost_a_joule(sites, query.vehicle.usable_capacity_wh, charging.max_soc_frac)
         self._mixed = weights_of(self._worth.a_second, self._worth.a_joule + self._a_joule)
         weightings = usual_weightings(self._mixed, legs.search.graph.link_count)
@@ -357,7 +360,14 @@ class Task:
 
     def _arc(self, to: int, way: Way, parts: tuple[Part, ...]) -> Arc:
         cost = self._worth.a_second * way.time_s + self._worth.a_joule * sum(part.way.energy_j for part in parts)
-        return Arc(to, way, cost, sum(part.margin_j for part in parts), parts)
+        return Arc(to, way, cost, self._arc_margin_j(to, way, parts), parts)
+
+    def _arc_margin_j(self, to: int, way: Way, parts: tuple[Part, ...]) -> float:
+        """The least margin of an arc: what is kept at its end may have been needed on the way anyway."""
+        if any(part.there < 0 and self.stay_at(-1 - part.there) is not None for part in parts):
+            return 0.0  # of which promises tell more
+        arrive_j = float(self._stops.number[to, kernels.LEAST_J]) + way.energy_j
+        return max(arrive_j + sum(part.margin_j for part in parts) - self.needs_j(to, way), 0.0)
 
     def found(self) -> list[Step] | None:
         """The best journey along known ways, of stations over which a journey may be the best; None where none is.
@@ -381,23 +391,25 @@ class Task:
                 else:
                     slack = MORE_LIKELY * slack if slack < FAR_FRAC * abs(self.least_cost) + DAY_S else math.inf
             self.keep_below(best[-1].cost)
-        if not all(finder.is_bounded for finder in self._finders):
+        if not self.is_bounded:
             best = self._with_other_ways(best)
         return best
 
     def _with_other_ways(self, best: list[Step] | None) -> list[Step] | None:
         """The best journey with the fastest and least-energy ways between the stops of those before it."""
-        while best is not None:
-            changed = False
-            for step in best[1:]:
-                for part in step.arc.parts if step.arc is not None else ():
-                    if self._finders[part.cap].more(self.position(part.here), self.position(part.there)):
-                        changed = True
-                        self._forget(part.here)
-            if not changed:
-                break
+        while best is not None and self.with_more_ways(best):
             best = self.best()
         return best
+
+    def with_more_ways(self, journey: list[Step]) -> bool:
+        """Learn the fastest and the least-energy ways between the stops of a journey; whether one was not known."""
+        changed = False
+        for step in journey[1:]:
+            for part in step.arc.parts if step.arc is not None else ():
+                if self._finders[part.cap].more(self.position(part.here), self.position(part.there)):
+                    changed = True
+                    self._forget(part.here)
+        return changed
 
     def _forget(self, place: int) -> None:
         """Ask for the arcs of a place anew."""
@@ -407,9 +419,50 @@ class Task:
         else:
             self.graph.forget(place)
 
-    def best(self, *, bounded: bool = False, below: float = math.inf) -> list[Step] | None:
-        """The best journey along known ways, or along bounds as well; None where none costs less."""
-        return self.graph.best(0, self._start_j, self.goal, self._rules(bounded=bounded), below)
+    def best(
+        self,
+        *,
+        bounded: bool = False,
+        below: float = math.inf,
+        until: float = math.inf,
+        known_only: bool = False,
+    ) -> list[Step] | None:
+        """The best journey along known ways, or along bounds as well; None where none costs less.
+
+        until, known_only: as of StationGraph.best.
+        """
+        rules = self._rules(bounded=bounded)
+        return self.graph.best(0, self._start_j, self.goal, rules, below, until=until, known_only=known_only)
+
+    def weigh(self) -> None:
+        """Take margins as they are known now."""
+        self.graph.weigh(self.margins.factor, self.margins.places())
+
+    @property
+    def is_bounded(self) -> bool:
+        """Whether it is known of all ways what none is better than."""
+        return all(finder.is_bounded for finder in self._finders)
+
+    @property
+    def finder(self) -> LegFinder:
+        """Ways without a cap on speed."""
+        return self._finders[0]
+
+    @property
+    def goal_least_frac(self) -> float:
+        """Charge on arrival at the goal that is asked for."""
+        return self._goal_least_j() / self.capacity_j
+
+    @contextmanager
+    def closed(self, station_id: str) -> Iterator[None]:
+        """Searches as if a station were not there."""
+        places = [place for place in range(1, self.goal) if self.site_at(place).station.id == station_id]
+        least_j = self._stops.number[places, kernels.LEAST_J]
+        self._stops.number[places, kernels.LEAST_J] = math.inf
+        try:
+            yield
+        finally:
+            self._stops.number[places, kernels.LEAST_J] = least_j
 
     def proven(self, best: list[Step] | None) -> tuple[list[Step] | None, Proof]:
         """The best journey that is found, where one is known that may not be the best, and the proof of it.
@@ -431,7 +484,7 @@ class Task:
                 short_by = cost - bound[-1].cost
                 if time.perf_counter() > until:
                     break
-                if not self._refined(bound, cost):
+                if not self.refined(bound, cost):
                     why = "ways between stations could not be compared in all that they do to a battery"
                     break
                 best = self.best()
@@ -443,8 +496,8 @@ class Task:
             short_by = min(short_by, best[-1].cost - self.least_cost)
         return best, Proof(short_by if math.isfinite(short_by) else None, why)
 
-    def _refined(self, journey: list[Step], cost: float) -> bool:
-        """Learn more of the ways at the bounds of a journey; whether there was anything to be learnt."""
+    def refined(self, journey: list[Step], cost: float = math.inf) -> bool:
+        """Learn more of ways at the bounds of a journey that may cost so much; whether anything was to be learnt."""
         learnt = False
         most_s = math.inf
         if self._worth.a_joule == 0.0 and self._worth.a_second > 0.0:
@@ -466,20 +519,23 @@ class Task:
         least, last, last_s = Shortage(0, math.inf, 0), 0, math.inf
         for place, charge_j in reached.items():
             depart_j = max(charge_j, self.charging.max_soc_frac * self.capacity_j) if place > 0 else charge_j
-            onward = [(arc.to, arc.way, arc.margin_j) for arc in self.graph.arcs(place) if not arc.way.is_bound]
+            onward = [(arc.to, arc.way, self.margins.of(arc)) for arc in self.graph.arcs(place) if not arc.way.is_bound]
             onward += [(to, way, 0.0) for to, way in self._beyond.get(place, ())]
             for to, way, margin_j in onward:
                 if to in reached:
                     continue
-                need_j = self.reserve_j + way.need_j
-                arrive_j = float(self._stops.number[to, kernels.LEAST_J]) + way.energy_j
-                missing_j = max(need_j, arrive_j) + margin_j - depart_j
+                missing_j = self.needs_j(to, way) + margin_j - depart_j
                 if missing_j < least.missing_j:
                     least = Shortage(place, missing_j, 0)
             ahead_s = float(self._stops.number[place, kernels.AHEAD])
             if place > 0 and ahead_s < last_s:
                 last, last_s = place, ahead_s
         return replace(least, last=last)
+
+    def needs_j(self, to: int, way: Way) -> float:
+        """Charge that a way to a place begins with at least, without a margin [J]."""
+        arrive_j = float(self._stops.number[to, kernels.LEAST_J]) + way.energy_j
+        return max(self.reserve_j + way.need_j, arrive_j)
 
 
 def weights_of(a_second: float, a_joule: float) -> Weights:
@@ -498,9 +554,10 @@ def capped(query: RouteQuery, caps_mps: Sequence[float]) -> tuple[RouteQuery, ..
 
 
 def usual_margin_j(sd_frac: float, confidence: float, weight_n: float) -> Callable[[float, float], float]:
-    """What is kept beyond a way's energy so that it suffices with a probability.
+    """What is kept at least beyond a way's energy so that it suffices with a probability.
 
-    sd_frac: standard deviation of the dissipated energy over its mean. What height stores is certain.
+    sd_frac: standard deviation of the model's residual over the dissipated energy; parameters only add to it. What
+    height stores is certain.
     """
     share = NormalDist().inv_cdf(confidence) * sd_frac
     return lambda energy_j, climb_m: share * max(energy_j - weight_n * climb_m, 0.0)

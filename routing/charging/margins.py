@@ -1,0 +1,71 @@
+"""What is kept beyond the energy of ways so that a plan is as sure as it was asked to be."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from routing.charging.network import Arc, Part
+
+SAME_FRAC: Final = 1e-7  # of the capacity, by which margins may differ
+OPTIMISM: Final = 0.98  # of the least of the margins that were needed, compared with least ones; assumed
+
+
+class Margins:
+    """Margins of arcs: of those that a plan has taken, what its promise needed; of others, factor times the least.
+
+    The factor is 1, with which no way's margin is too large, or below what the plans so far have needed, so that ways
+    that may be better are tried and a plan is found soon.
+    """
+
+    def __init__(self) -> None:
+        self.factor = 1.0
+        self._known: dict[tuple[tuple[int, int, int, float, float], ...], float] = {}
+
+    def of(self, arc: Arc) -> float:
+        """Margin of an arc [J]."""
+        known = self._known.get(_key(arc.parts)) if self._known else None
+        return self.factor * arc.margin_j if known is None else known
+
+    def places(self) -> set[int]:
+        """Places from which arcs of known margins lead."""
+        return {here for here, *_ in (key[0] for key in self._known)}
+
+    def learn(self, taken: Sequence[Taken], confidence: float, capacity_j: float) -> bool:
+        """Take what each arc of a plan needs from its promise; whether all that was known before."""
+        settled = True
+        for drive in taken:
+            used, margin_j = self.of(drive.arc), max(drive.needed_j - drive.nominal_j, 0.0)
+            if drive.kept_frac < confidence:
+                margin_j = max(margin_j, used)
+                settled = False
+            settled &= abs(margin_j - used) <= SAME_FRAC * capacity_j
+            self._known[_key(drive.arc.parts)] = margin_j
+        return settled
+
+    def expect(self, taken: Sequence[Taken]) -> None:
+        """Expect of all ways what those taken have needed, a little less."""
+        factors = [OPTIMISM * self.of(drive.arc) / least for drive in taken if (least := drive.arc.margin_j) > 0.0]
+        self.factor = max(min(factors, default=1.0), 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Taken:
+    """An arc that a plan takes: the charge that it begins with at least by the mean and by the promise [J].
+
+    kept_frac: probability of its leg that is least sure; most_kept_frac: with as much charge as there may be before it.
+    """
+
+    arc: Arc
+    nominal_j: float
+    needed_j: float
+    kept_frac: float
+    most_kept_frac: float
+
+
+def _key(parts: Sequence[Part]) -> tuple[tuple[int, int, int, float, float], ...]:
+    """What tells an arc, whichever search found its ways."""
+    return tuple((part.here, part.there, part.cap, part.way.time_s, part.way.energy_j) for part in parts)

@@ -1,0 +1,1 @@
+"""What a plan with charging stops promises: how sure each stop is, and what is there if one fails."""

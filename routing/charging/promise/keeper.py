@@ -1,0 +1,172 @@
+"""Plans that keep what is asked with the confidence that is asked for, and say how sure they are."""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import replace
+from typing import TYPE_CHECKING, Final
+
+from routing.charging.journey import JourneyMaker
+from routing.charging.margins import Taken
+from routing.charging.network import UndecidedError
+from routing.charging.promise.fallback import FallbackFinder
+from routing.charging.promise.promise import PromiseMaker, with_promise
+from routing.errors import TimeUpError
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from routing.charging.network import Step
+    from routing.charging.plan import ChargeStop, Plan
+    from routing.charging.promise.promise import DrawStore, Promise
+    from routing.charging.task import Task
+    from routing.links.spans import ChainMaker
+    from routing.route.best_path import RouteSearch
+
+ROUNDS: Final = 32  # of search and promise at most
+SAME_FRAC: Final = 1e-9  # of a cost
+MOST_LINKS: Final = 5000  # of graphs on which all ways are compared to tell a gatekeeper; assumed
+GATE_S: Final = 0.5  # for all gatekeepers of a plan, after which the rest is not told; assumed
+OUTER_NORMAL: Final = 1.2815515655446004  # P90 of the standard normal distribution
+
+
+class PromiseKeeper:
+    """Promises of one task's plans. draws: drawn vehicles, kept from query to query."""
+
+    def __init__(self, search: RouteSearch, chains: ChainMaker, task: Task, draws: DrawStore) -> None:
+        self._search, self._task = search, task
+        self._journeys = JourneyMaker(search, chains, task)
+        query = task.query
+        shifts = draws.shifts(search.space_key(query, query.vehicle), query.vehicle)
+        self._promises = PromiseMaker(chains, task.queries, task.charging, task.goal_least_frac, shifts)
+        self.is_best = True  # of all journeys along known ways that are as sure
+        self.warnings: list[str] = []
+
+    def kept(self, best: list[Step] | None) -> list[Step] | None:
+        """The best journey that keeps what is asked with the confidence asked for, from the best one by least margins.
+
+        Margins of ways that a plan takes become what its promise needs, and the search is run again, until the plan
+        needs no more. Other ways count by what those taken have needed, so that a plan is found soon, and then by least
+        margins, with which all ways are tried that may be better. None where there is none.
+        """
+        task, confidence = self._task, self._task.charging.confidence
+        self.is_best = True
+        if confidence is None:
+            return best
+        sure: list[Step] | None = None
+        for k in range(ROUNDS):
+            cost = math.inf if sure is None else sure[-1].cost - SAME_FRAC * abs(sure[-1].cost)
+            if best is None or best[-1].cost >= cost:
+                if task.margins.factor == 1.0 or (sure is not None and not task.is_bounded):
+                    self.is_best = task.margins.factor == 1.0
+                    return sure
+                task.margins.factor = 1.0
+            else:
+                promise = self._promises.of(self._journeys.plan("", best, None, ""))
+                taken = self._taken(best, promise)
+                settled = task.margins.learn(taken, confidence, task.capacity_j)
+                if promise.least_kept_frac >= confidence:
+                    sure = best
+                if k == 0:
+                    task.margins.expect(taken)
+                elif settled and task.margins.factor > 1.0:
+                    continue
+            task.weigh()
+            try:
+                best = task.found()
+            except TimeUpError:
+                if sure is None:
+                    raise
+                break
+        self.is_best = False
+        return sure
+
+    def most_kept_frac(self, steps: list[Step]) -> float:
+        """Probability that the stop which is least sure could have, if all were charged as far as they may be."""
+        promise = self._promises.of(self._journeys.plan("", steps, None, ""))
+        return min((drive.most_kept_frac for drive in self._taken(steps, promise)), default=1.0)
+
+    def promised(self, plan: Plan, *, gatekeepers: bool) -> Plan:
+        """A plan with what it promises, fallbacks, and stations marked without which there is none."""
+        promise = self._promises.of(plan)
+        plan = with_promise(plan, promise)
+        gates = self._gatekeepers(plan) if gatekeepers else frozenset()
+        return replace(plan, stops=self._with_fallbacks(plan, promise.spread_frac, gates))
+
+    def _taken(self, steps: Sequence[Step], promise: Promise) -> list[Taken]:
+        """Arcs that end at stops which are charged, and what they need after those that lead to stations passed."""
+        taken, first = [], 0
+        for driven, count in self._journeys.stretches(steps):
+            legs = promise.legs[first : first + count]
+            first += count
+            before_j = sum(step.arc.way.energy_j for step in driven[:-1] if step.arc is not None)
+            last = driven[-1]
+            if last.arc is not None:
+                taken.append(
+                    Taken(
+                        last.arc,
+                        nominal_j=self._task.needs_j(last.place, last.arc.way),
+                        needed_j=legs[0].needed_frac * self._task.capacity_j - before_j,
+                        kept_frac=min(leg.kept_frac for leg in legs),
+                        most_kept_frac=legs[0].most_kept_frac,
+                    )
+                )
+        return taken
+
+    def _with_fallbacks(self, plan: Plan, spread_frac: float, gates: frozenset[str]) -> tuple[ChargeStop, ...]:
+        task = self._task
+        finder = FallbackFinder(self._search.graph, task.finder, task.sites, task.capacity_j)
+        planned = frozenset(stop.station.id for stop in plan.stops if stop.station is not None)
+        stops = []
+        for stop in plan.stops:
+            if stop.station is not None and stop.arrive_quantiles_frac is not None:
+                at, low_frac = stop.station.position, stop.arrive_quantiles_frac[0]
+                fallback = finder.fallback(at, planned, low_frac, OUTER_NORMAL * spread_frac)
+                stop = replace(stop, fallback=fallback, gatekeeper=stop.station.id in gates)
+            stops.append(stop)
+        return tuple(stops)
+
+    def _gatekeepers(self, plan: Plan) -> frozenset[str]:
+        """Ids of the plan's stations without which there is no plan, as far as that can be told in time."""
+        until = time.perf_counter() + GATE_S
+        found: set[str] = set()
+        unknown = 0
+        for station in dict.fromkeys(stop.station.id for stop in plan.stops if stop.station is not None):
+            gate = self._is_gatekeeper(station, until)
+            if gate:
+                found.add(station)
+            unknown += gate is None
+        if unknown:
+            self.warnings.append(
+                f"whether there is a plan without it could not be told in time of {unknown} station(s)"
+            )
+        return frozenset(found)
+
+    def _is_gatekeeper(self, station_id: str, until: float) -> bool | None:
+        """Whether no journey does without a station; None where time was up.
+
+        First along ways that the search knows already, then along all, and then along bounds that no way is better
+        than: only without these there is none.
+        """
+        task = self._task
+        with task.closed(station_id):
+            try:
+                if task.best(known_only=True) is not None:
+                    return False
+                task.keep_below(math.inf)
+                while task.best(until=until) is None:
+                    bound = task.best(bounded=True, until=until)
+                    if bound is None:
+                        return True
+                    if time.perf_counter() > until or not self._learnt(bound):
+                        return None
+            except UndecidedError:
+                return None
+        return False
+
+    def _learnt(self, bound: list[Step]) -> bool:
+        """Learn more of the ways at the bounds of a journey; whether there was anything to be learnt."""
+        if self._task.with_more_ways(bound):
+            return True
+        return self._search.graph.link_count <= MOST_LINKS and self._task.refined(bound)

@@ -1,0 +1,56 @@
+"""Plans driven by vehicles and residuals that are drawn anew, each of them along every link."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from energy.chain.chain import DriveSettings
+from energy.chain.sampling import STANDARD_SAMPLING, residual_fracs, sampled_vehicles, sampling_of
+from energy.chain.uncertainty import driven_by
+from energy.units import JOULE_PER_WH
+from routing.charging.plan import ChargingQuery, Plan
+from routing.graph.road_graph import RoadGraph
+from routing.links.spans import ChainMaker
+from routing.queries import RouteQuery
+
+
+def kept_drives(
+    graph: RoadGraph, query: RouteQuery, charging: ChargingQuery, plan: Plan, drives: int, seed: int
+) -> NDArray[np.bool_]:
+    """Whether each drive arrives with what was asked and is never below the reserve, (legs, drives).
+
+    Every drive is that of a vehicle of its own, drawn by the seed, and of one residual. Stops charge up to what the
+    plan says; who arrives with more leaves with more.
+    """
+    residual_sd = sampling_of(query.vehicle, STANDARD_SAMPLING).residual_sd_frac
+    vehicles = sampled_vehicles(query.vehicle, drives, seed)
+    residual = residual_fracs(drives, seed, residual_sd)
+    capacity_j = np.array([vehicle.usable_capacity_wh for vehicle in vehicles]) * JOULE_PER_WH
+    spans = [span for leg in plan.legs for span in leg.spans]
+    spans[-1] = replace(spans[-1], rest=False)
+    chain = ChainMaker(graph).chain(tuple(spans), query.stop_settings, query.conditions)
+    rows = list(driven_by(vehicles, chain, DriveSettings(query.conditions, query.link_model, query.stop_rule)))
+    energy_j = np.concatenate([row[1] + residual[row[0], None] * row[2] for row in rows])
+    kept = np.empty((len(plan.legs), drives), np.bool_)
+    soc = np.zeros(drives)
+    link = 0
+    for k, leg in enumerate(plan.legs):
+        soc = np.maximum(soc, leg.soc_start_frac)
+        lowest = soc.copy()
+        for _ in leg.spans:
+            soc = np.minimum(soc - energy_j[:, link] / capacity_j, 1.0)
+            lowest = np.minimum(lowest, soc)
+            link += 1
+        asked = charging.goal_soc_frac if k == len(plan.legs) - 1 else charging.arrive_soc_frac
+        kept[k] = (soc >= asked - 1e-9) & (lowest >= query.reserve_soc_frac - 1e-9)
+    return kept
+
+
+def promised(plan: Plan) -> list[float]:
+    """What a plan promises of each of its legs."""
+    found = [stop.kept_probability_frac for stop in plan.stops] + [plan.goal_kept_probability_frac]
+    assert all(share is not None for share in found)
+    return [share for share in found if share is not None]
