@@ -18,22 +18,39 @@ from routing.queries import RouteQuery
 
 
 def kept_drives(
-    graph: RoadGraph, query: RouteQuery, charging: ChargingQuery, plan: Plan, drives: int, seed: int
+    graph: RoadGraph,
+    query: RouteQuery,
+    charging: ChargingQuery,
+    plan: Plan,
+    drives: int,
+    seed: int,
+    *,
+    halts: bool = False,
 ) -> NDArray[np.bool_]:
     """Whether each drive arrives with what was asked and is never below the reserve, (legs, drives).
 
     Every drive is that of a vehicle of its own, drawn by the seed, and of one residual. Stops charge up to what the
-    plan says; who arrives with more leaves with more.
+    plan says; who arrives with more leaves with more. halts: whether each drive halts at each crossing or does not, by
+    its probability, instead of by expectation, on top of the residual, which holds that already.
     """
-    residual_sd = sampling_of(query.vehicle, STANDARD_SAMPLING).residual_sd_frac
     vehicles = sampled_vehicles(query.vehicle, drives, seed)
-    residual = residual_fracs(drives, seed, residual_sd)
+    residual = residual_fracs(drives, seed, sampling_of(query.vehicle, STANDARD_SAMPLING).residual_sd_frac)
     capacity_j = np.array([vehicle.usable_capacity_wh for vehicle in vehicles]) * JOULE_PER_WH
     spans = [span for leg in plan.legs for span in leg.spans]
     spans[-1] = replace(spans[-1], rest=False)
     chain = ChainMaker(graph).chain(tuple(spans), query.stop_settings, query.conditions)
-    rows = list(driven_by(vehicles, chain, DriveSettings(query.conditions, query.link_model, query.stop_rule)))
-    energy_j = np.concatenate([row[1] + residual[row[0], None] * row[2] for row in rows])
+    drive = DriveSettings(query.conditions, query.link_model, query.stop_rule)
+    if halts:
+        rng = np.random.default_rng(seed)
+        drawn = [
+            replace(chain, stop_probability_frac=(rng.random(len(spans)) < chain.stop_probability_frac).astype(float))
+            for _ in vehicles
+        ]
+        rows = [row for of, own in zip(vehicles, drawn, strict=True) for row in driven_by((of,), own, drive)]
+    else:
+        rows = list(driven_by(vehicles, chain, drive))
+    lost_j = np.concatenate([row[2] for row in rows])
+    energy_j = np.concatenate([row[1] for row in rows]) + residual[:, None] * lost_j
     kept = np.empty((len(plan.legs), drives), np.bool_)
     soc = np.zeros(drives)
     link = 0
