@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from app.conversions.charging import no_plan_answer, plan_answer, planning_stats
 from app.conversions.conditions import conditions_from
 from app.conversions.graph import terrain_note
 from app.conversions.place import DECIMALS, lat_lon, place_feature, point_from_place, snapped
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from app.conversions.charging import PlannedStops
     from app.schemas.route import RouteRequest
     from energy.chain.uncertainty import EnergyDistribution
     from energy.force.parts import EnergyParts
@@ -39,6 +41,7 @@ if TYPE_CHECKING:
     Coordinates = Callable[[NDArray[np.float64]], object]
 
 CUSTOM: Final = "custom"
+SPEED_DIGITS: Final = 9  # of km/h, so that a cap comes back as it was sent
 
 NO_PARTS: Final[Mapping[str, Any]] = dict.fromkeys(PART_NAMES, 0.0)
 ALL_PARTS_J: Final = attrgetter(*(f"{name}_j" for name in PART_NAMES))
@@ -68,53 +71,118 @@ def _weightings(sent: RouteRequest) -> tuple[tuple[str, Weights], ...]:
     return tuple((name, NAMED_WEIGHTS[name]) for name in sent.alternatives or ("eco",))
 
 
-def route_response(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -> RouteResponse:
-    """Routes with geometry and state of charge."""
-    return RouteResponse.model_validate(_response(answer, understood, graph, np.ndarray.tolist))
+def route_response(
+    answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph, planned: PlannedStops | None = None
+) -> RouteResponse:
+    """Routes with geometry and state of charge; planned: their charging stops, where these were asked for."""
+    return RouteResponse.model_validate(_response(answer, understood, graph, planned, np.ndarray.tolist))
 
 
-def route_json(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -> bytes:
+def route_json(
+    answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph, planned: PlannedStops | None = None
+) -> bytes:
     """The JSON of route_response, made without an object for each link, which would take several times as long."""
-    return as_json(_response(answer, understood, graph, np.asarray))
+    return as_json(_response(answer, understood, graph, planned, np.asarray))
 
 
-def route_features_json(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -> bytes:
+def route_features_json(
+    answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph, planned: PlannedStops | None = None
+) -> bytes:
     """The same as GeoJSON: the JSON of a RouteFeatureCollection."""
+    stops = _stops_of(answer, understood, graph, planned)
     features = [
         *(
             {
                 "type": "Feature",
                 "geometry": _line(route, np.asarray),
-                "properties": _properties(route, with_links=understood.links),
+                "properties": _properties(route, charging, with_links=understood.links),
             }
-            for route in answer.routes
+            for route, charging in zip(answer.routes, stops, strict=True)
+        ),
+        *(
+            feature
+            for route, charging in zip(answer.routes, stops, strict=True)
+            if charging is not None
+            for feature in (*_leg_features(route), *_stop_features(route, charging))
         ),
         place_feature(answer.start, "start"),
         *(place_feature(place, "via") for place in answer.via),
         place_feature(answer.goal, "goal"),
     ]
-    return as_json(_answered(answer, understood, graph) | {"type": "FeatureCollection", "features": features})
+    fields = _answered(answer, understood, graph, planned)
+    return as_json(fields | {"type": "FeatureCollection", "features": features})
+
+
+def _leg_features(route: Route) -> list[dict[str, object]]:
+    """The fields of a LegFeature for each leg that something is driven on."""
+    features = []
+    for k, leg in enumerate(route.legs):
+        if leg.first_link is None or leg.last_link is None:
+            continue
+        begin = 0 if leg.first_link == 0 else route.links.geometry_end_idx[leg.first_link - 1]
+        line = route.geometry[begin : route.links.geometry_end_idx[leg.last_link] + 1]
+        features.append(
+            {
+                "type": "Feature",
+                "geometry": {"type": "LineString", "coordinates": line.round(DECIMALS)},
+                "properties": {**_leg(leg), "kind": "leg", "route": route.name, "leg": k},
+            }
+        )
+    return features
+
+
+def _stop_features(route: Route, charging: Mapping[str, Any]) -> list[dict[str, object]]:
+    """The fields of a ChargingStopFeature for each stop."""
+    return [
+        {
+            "type": "Feature",
+            "geometry": {"type": "Point", "coordinates": [stop["at"]["lon"], stop["at"]["lat"]]},
+            "properties": {**stop, "kind": "stop", "route": route.name},
+        }
+        for stop in charging["stops"]
+    ]
 
 
 def _response(
-    answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph, coordinates: Coordinates
+    answer: RouteAnswer,
+    understood: RouteRequest,
+    graph: RoadGraph,
+    planned: PlannedStops | None,
+    coordinates: Coordinates,
 ) -> dict[str, object]:
     """The fields of a RouteResponse in their order; coordinates: as which form of an array they are given."""
     routes = [
-        {**_properties(route, with_links=understood.links), "geometry": _line(route, coordinates)}
-        for route in answer.routes
+        {**_properties(route, charging, with_links=understood.links), "geometry": _line(route, coordinates)}
+        for route, charging in zip(answer.routes, _stops_of(answer, understood, graph, planned), strict=True)
     ]
-    return _answered(answer, understood, graph) | {"routes": routes}
+    return _answered(answer, understood, graph, planned) | {"routes": routes}
 
 
-def _answered(answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph) -> dict[str, object]:
+def _stops_of(
+    answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph, planned: PlannedStops | None
+) -> list[dict[str, object] | None]:
+    """The fields of a ChargingPlanAnswer for each route, None where it has no plan."""
+    if planned is None or not planned.plans:
+        return [None] * len(answer.routes)
+    return [
+        plan_answer(planned, plan, route, understood, graph)
+        for plan, route in zip(planned.plans, answer.routes, strict=True)
+    ]
+
+
+def _answered(
+    answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph, planned: PlannedStops | None
+) -> dict[str, object]:
     """The fields of RouteAnswered in their order."""
+    no_plan = None if planned is None else planned.no_plan
     return {
         "snapped": _snapped_ends(answer),
         "request": understood,
         "warnings": list(answer.warnings),
         "stats": [search_stats(stats) for stats in answer.stats],
         "pareto": None if answer.pareto is None else _pareto(answer.pareto),
+        "no_plan": None if planned is None or no_plan is None else no_plan_answer(no_plan, planned.sources),
+        "planning": None if planned is None else planning_stats(planned.stats),
         "terrain": terrain_note(graph),
     }
 
@@ -185,8 +253,8 @@ def rows_of(
     return rows
 
 
-def _properties(route: Route, *, with_links: bool) -> dict[str, object]:
-    """The fields of RouteProperties in their order."""
+def _properties(route: Route, charging: Mapping[str, object] | None, *, with_links: bool) -> dict[str, object]:
+    """The fields of RouteProperties in their order; charging: those of a ChargingPlanAnswer."""
     remedy = route.remedy
     return {
         "name": route.name,
@@ -194,6 +262,7 @@ def _properties(route: Route, *, with_links: bool) -> dict[str, object]:
         "feasible": route.feasible,
         "distance_m": route.distance_m,
         "duration_s": route.duration_s,
+        "total_s": route.duration_s + route.stop_s,
         "energy_kwh": route.energy_j / JOULE_PER_KWH,
         "battery_kwh": route.battery_j / JOULE_PER_KWH,
         "energy_parts_kwh": parts_kwh(route.parts),
@@ -213,6 +282,7 @@ def _properties(route: Route, *, with_links: bool) -> dict[str, object]:
         ),
         "uncertainty": None if route.uncertainty is None else _uncertainty(route.uncertainty),
         "hot_links": [_hot_links(stretch) for stretch in route.hot_links],
+        "charging": charging,
         "legs": [_leg(leg) for leg in route.legs],
         "links": _links(route.links) if with_links else None,
     }
@@ -255,13 +325,17 @@ def _hot_links(stretch: HotStretch) -> dict[str, object]:
 
 def _leg(leg: RouteLeg) -> dict[str, object]:
     """The fields of a RouteLegAnswer in their order."""
+    cap_mps = leg.speed_cap_mps
     return {
+        "ends_at": leg.ends_at,
         "from_m": leg.from_m,
         "to_m": leg.to_m,
         "duration_s": leg.duration_s,
         "energy_kwh": leg.energy_j / JOULE_PER_KWH,
         "battery_kwh": leg.battery_j / JOULE_PER_KWH,
+        "soc_start": leg.soc_start_frac,
         "soc_end": leg.soc_end_frac,
+        "speed_cap_kmh": None if cap_mps is None else round(cap_mps * KMH_PER_MPS, SPEED_DIGITS),
         "first_link": leg.first_link,
         "last_link": leg.last_link,
     }

@@ -7,13 +7,21 @@ from typing import Any, ClassVar, Final, Literal
 from pydantic import Field, create_model, model_validator
 
 from app.schemas.base import Answered, Flag, Number, Sent, refusal
+from app.schemas.charging import (
+    ChargingPlanAnswer,
+    ChargingRequest,
+    ChargingStopFeature,
+    NoPlanAnswer,
+    PlanningStats,
+)
 from app.schemas.drive import SearchRequest
 from app.schemas.graph import TerrainNote
 from app.schemas.place import LatLon, LineString, Place, PlaceFeature, Snapped
+from energy.chain.chain import StopRule
 from energy.force.parts import Part
 from routing.queries import EPSILON_RANGE, MOST_RANGE, ParetoSettings
 from routing.route.hot_links import HotReason
-from routing.route.route import ParetoProof
+from routing.route.route import LegEnd, ParetoProof
 
 MAX_VIA: Final = 20
 BATTERY_MEANS: Final = "that the battery gave, what its charge fell by: energy_kwh and what was braked away [kWh]"
@@ -61,6 +69,7 @@ class RouteRequest(SearchRequest):
         "weights",
         "alternatives",
         "pareto",
+        "charging",
         "reserve_soc",
         "link_model",
         "stops",
@@ -86,6 +95,11 @@ class RouteRequest(SearchRequest):
     pareto: ParetoSent | None = Field(
         default=None, description="the Pareto set of time and energy; excludes weights and alternatives"
     )
+    charging: ChargingRequest | None = Field(
+        default=None,
+        description="has charging stops planned where the charge does not suffice; excludes weights, alternatives and "
+        "pareto",
+    )
     uncertainty: Flag = Field(default=False, description="true adds quantiles of energy and arrival charge")
     links: Flag = Field(default=True, description="false leaves the list of links out of the answer")
 
@@ -98,7 +112,29 @@ class RouteRequest(SearchRequest):
         if self.alternatives is not None and len(set(self.alternatives)) != len(self.alternatives):
             raise refusal("alternatives", self.alternatives, "each at most once")
         self.check_reserve()
+        if self.charging is not None:
+            self._check_charging(self.charging)
         return self
+
+    def _check_charging(self, charging: ChargingRequest) -> None:
+        """Refuse what contradicts a plan with charging stops."""
+        for name in ("weights", "alternatives", "pareto"):
+            if getattr(self, name) is not None:
+                allowed = f"{name} without charging, whose objective says what is best"
+                raise refusal(name, "sent with charging", allowed)
+        if self.stops is StopRule.COUNTED:
+            raise refusal("stops", self.stops.value, "with charging expected, none or crossings")
+        for k, stay in enumerate(charging.stays):
+            if stay.at != "goal" and stay.at >= len(self.via):
+                places = "goal" if not self.via else f"0..{len(self.via) - 1}, a position in via, or goal"
+                raise refusal(f"charging.stays[{k}].at", stay.at, places)
+        departure = None if self.conditions is None else self.conditions.departure
+        if None not in (departure, charging.departure_time) and departure != charging.departure_time:
+            raise refusal(
+                "charging.departure_time",
+                str(charging.departure_time),
+                f"that of conditions.departure, {departure}, or one of them alone",
+            )
 
 
 _PART_FIELDS: Final[Any] = {part.value: (float, Field(description=part.meaning)) for part in Part}
@@ -143,14 +179,17 @@ class RouteLinkAnswer(Answered):
 
 
 class RouteLegAnswer(Answered):
-    """A route from one of its places to the next: start, via points in order, goal."""
+    """A route from one of its places to the next: start, via points and charging stops in order, goal."""
 
+    ends_at: LegEnd = Field(description="what it leads to")
     from_m: float = Field(description="along the route [m]")
     to_m: float = Field(description="along the route [m]")
     duration_s: float
     energy_kwh: float
     battery_kwh: float = Field(description=BATTERY_MEANS)
+    soc_start: float = Field(description="state of charge at its beginning: after charging where it begins at a stop")
     soc_end: float = Field(description="state of charge at its end; below 0 is missing energy")
+    speed_cap_kmh: float | None = Field(description="highest speed that it is driven at by plan; null: none")
     first_link: int | None = Field(description="position of its first link in links; null where nothing is driven")
     last_link: int | None = Field(description="position of its last link in links; null where nothing is driven")
 
@@ -207,7 +246,8 @@ class RouteProperties(Answered):
     )
     feasible: bool = Field(description="whether the charge stays above the reserve")
     distance_m: float
-    duration_s: float
+    duration_s: float = Field(description="of driving, with standing still at crossings [s]")
+    total_s: float = Field(description="with charging stops and their overhead [s]; duration_s without any")
     energy_kwh: float = Field(description="with what is braked away counted as given back [kWh]; the sum of its parts")
     battery_kwh: float = Field(description=BATTERY_MEANS)
     energy_parts_kwh: EnergyPartsKwh
@@ -223,7 +263,10 @@ class RouteProperties(Answered):
     remedy: RemedyAnswer | None
     uncertainty: UncertaintyAnswer | None = Field(description="null unless asked for")
     hot_links: list[HotLinks] = Field(description="where the energy goes: the most energy-intensive stretches")
-    legs: list[RouteLegAnswer] = Field(description="from place to place; one where there are no via points")
+    charging: ChargingPlanAnswer | None = Field(description="stops, totals and proof; null unless asked for")
+    legs: list[RouteLegAnswer] = Field(
+        description="from place to place; one where there are neither via points nor charging stops"
+    )
     links: list[RouteLinkAnswer] | None = Field(description="in driving order; null if not asked for")
 
 
@@ -279,11 +322,18 @@ class RouteAnswered(Answered):
     warnings: list[str]
     stats: list[SearchStatsAnswer] = Field(description="one for each search")
     pareto: ParetoAnswer | None = Field(description="what is proven of a Pareto set; null unless asked for")
+    no_plan: NoPlanAnswer | None = Field(
+        description="why no charging stops make the goal reachable; routes then shows the way without charging"
+    )
+    planning: PlanningStats | None = Field(description="what planning stops took; null unless asked for")
     terrain: TerrainNote
 
 
 class RouteResponse(RouteAnswered):
-    """Routes, in the order of the weightings asked; those of a Pareto set from the fastest to the thriftiest."""
+    """Routes, in the order of the weightings asked; those of a Pareto set from the fastest to the thriftiest.
+
+    With charging, one for each plan, the best first.
+    """
 
     routes: list[RouteFound]
 
@@ -296,8 +346,27 @@ class RouteFeature(Answered):
     properties: RouteProperties
 
 
+class LegProperties(RouteLegAnswer):
+    """What a LineString feature says of a leg between charging stops."""
+
+    kind: Literal["leg"] = "leg"
+    route: str = Field(description="name of its route")
+    leg: int = Field(description="position in its legs")
+
+
+class LegFeature(Answered):
+    """GeoJSON Feature of a leg."""
+
+    type: Literal["Feature"] = "Feature"
+    geometry: LineString
+    properties: LegProperties
+
+
 class RouteFeatureCollection(RouteAnswered):
-    """The same answer as GeoJSON: a LineString a route, then Points for start, via points and goal."""
+    """The same answer as GeoJSON: a LineString a route, then Points for start, via points and goal.
+
+    With charging, LineStrings for the legs of each route and Points for its stops follow.
+    """
 
     type: Literal["FeatureCollection"] = "FeatureCollection"
-    features: list[RouteFeature | PlaceFeature]
+    features: list[RouteFeature | LegFeature | ChargingStopFeature | PlaceFeature]

@@ -18,7 +18,7 @@ from routing.graph.snap import part_of_line
 from routing.places import Point
 from routing.queries import drive_settings
 from routing.route.hot_links import RouteLinks, hot_stretches
-from routing.route.route import DrivenLinks, Remedy, Route, RouteLeg
+from routing.route.route import DrivenLinks, LegEnd, Remedy, Route, RouteLeg
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -35,6 +35,14 @@ if TYPE_CHECKING:
     from routing.weights import Weights
 
 
+class Refill(NamedTuple):
+    """A charging stop of a route: the leg that ends there, the charge that it is left with, how long it takes [s]."""
+
+    leg: int
+    depart_soc_frac: float
+    stop_s: float
+
+
 def route_of(
     chains: ChainMaker,
     name: str,
@@ -42,13 +50,19 @@ def route_of(
     query: RouteQuery,
     spans: tuple[LinkSpan, ...],
     leg_first: tuple[int, ...],
+    refills: Sequence[Refill] = (),
+    speed_caps_mps: Sequence[float | None] = (),
 ) -> Route:
     """The route along stretches of links, as a query's vehicle drives them.
 
-    leg_first: for each leg, the position of its first stretch, and the number of stretches at the end.
+    leg_first: for each leg, the position of its first stretch, and the number of stretches at the end. refills: its
+    charging stops in order; with any, it has no distribution. speed_caps_mps: of each leg, or none at all.
     """
     graph = chains.graph
     chain = chains.chain(spans, query.stop_settings, query.conditions)
+    limit_mps = chain.speed_limit_mps
+    if any(cap is not None for cap in speed_caps_mps):
+        chain = replace(chain, speed_limit_mps=_capped(limit_mps, leg_first, speed_caps_mps, query))
     result = simulate_chain(
         query.vehicle,
         chain,
@@ -59,8 +73,9 @@ def route_of(
     )
     capacity_wh = query.vehicle.usable_capacity_wh
     energy_j = result.links.energy_j
-    soc, braked = soc_along(energy_j, query.soc_frac, capacity_wh)
-    spread = _distribution(query, chain) if query.uncertainty else None
+    departs = [(leg_first[refill.leg + 1], refill.depart_soc_frac) for refill in refills]
+    soc, braked = _charge_along(energy_j, query.soc_frac, capacity_wh, departs)
+    spread = _distribution(query, chain) if query.uncertainty and not refills else None
     stretches = _stretches(spans)
     geometry, line_end = _line(graph, stretches)
     low, high = _quantiles_along(spread, len(spans))
@@ -70,7 +85,7 @@ def route_of(
         from_m=stretches.from_m.tolist(),
         to_m=stretches.to_m.tolist(),
         grade_frac=chain.grade_frac.tolist(),
-        speed_limit_mps=chain.speed_limit_mps.tolist(),
+        speed_limit_mps=limit_mps.tolist(),
         road_name=[graph.names[k] for k in graph.name_idx[stretches.link_idx].tolist()],
         results=result.links,
         soc_end_frac=soc.tolist(),
@@ -82,7 +97,7 @@ def route_of(
         soc_end_p90_frac=high,
     )
     climb = chain.grade_frac * chain.length_m
-    soc_min = float(min(soc.min(), query.soc_frac))
+    soc_min = float(min(soc.min(), query.soc_frac, *(refill.depart_soc_frac for refill in refills)))
     # the figures decide, not the search: it rounds differently, and `counted` stops are not those it saw
     feasible = soc_min >= query.reserve_soc_frac - 1e-9
     route = Route(
@@ -101,10 +116,11 @@ def route_of(
         descent_m=float(-climb[climb < 0.0].sum()),
         geometry=geometry,
         links=links,
-        legs=_legs(leg_first, result, soc, query.soc_frac, chain.length_m, energy_j + braked),
+        legs=_legs(leg_first, result, soc, query.soc_frac, chain.length_m, energy_j + braked, refills, speed_caps_mps),
         height_start_m=height_m(graph, spans[0].link_idx, spans[0].from_m),
         hot_links=_hot_links(chain, result, links.road_name),
         uncertainty=spread,
+        stop_s=sum(refill.stop_s for refill in refills),
     )
     if feasible:
         return route
@@ -118,6 +134,33 @@ def route_of(
             missing * capacity_wh,
         ),
     )
+
+
+def _capped(
+    limit_mps: NDArray[np.float64],
+    leg_first: tuple[int, ...],
+    speed_caps_mps: Sequence[float | None],
+    query: RouteQuery,
+) -> NDArray[np.float64]:
+    """Limits under which each leg is driven no faster than its cap, float64 (n,) [m/s]."""
+    capped = limit_mps.copy()
+    for (begin, end), cap_mps in zip(pairwise(leg_first), speed_caps_mps, strict=True):
+        if cap_mps is not None:
+            capped[begin:end] = np.minimum(capped[begin:end], cap_mps / query.conditions.speed_factor)
+    return capped
+
+
+def _charge_along(
+    energy_j: NDArray[np.float64], soc_frac: float, capacity_wh: float, departs: Sequence[tuple[int, float]]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """What soc_along says where the charge is set to another value before some links: position and charge of each."""
+    if not departs:
+        return soc_along(energy_j, soc_frac, capacity_wh)
+    starts = [(0, soc_frac), *departs, (energy_j.size, 0.0)]
+    parts = [
+        soc_along(energy_j[begin:end], start_frac, capacity_wh) for (begin, start_frac), (end, _) in pairwise(starts)
+    ]
+    return np.concatenate([soc for soc, _ in parts]), np.concatenate([braked for _, braked in parts])
 
 
 def _distribution(query: RouteQuery, chain: Chain) -> EnergyDistribution:
@@ -201,25 +244,35 @@ def _legs(
     soc_start_frac: float,
     length_m: NDArray[np.float64],
     battery_j: NDArray[np.float64],
+    refills: Sequence[Refill],
+    speed_caps_mps: Sequence[float | None],
 ) -> tuple[RouteLeg, ...]:
     """What each leg takes, from the links of the whole; soc: float64 (n,) at each link's end."""
     way_m = np.concatenate(([0.0], np.cumsum(length_m)))
     charge = np.concatenate(([soc_start_frac], soc))
     duration_s, energy_j = result.links.duration_s.tolist(), result.links.energy_j.tolist()
-    legs = []
-    for begin, end in pairwise(first):
+    departs = {refill.leg: refill.depart_soc_frac for refill in refills}
+    legs: list[RouteLeg] = []
+    start_frac = soc_start_frac
+    for k, (begin, end) in enumerate(pairwise(first)):
+        end_frac = float(charge[end]) if begin < end else start_frac
+        goal = k == len(first) - 2
         legs.append(
             RouteLeg(
                 from_m=float(way_m[begin]),
                 to_m=float(way_m[end]),
                 duration_s=sum(duration_s[begin:end], 0.0),
                 energy_j=sum(energy_j[begin:end], 0.0),
-                soc_end_frac=float(charge[end]),
+                soc_end_frac=end_frac,
                 first_link=begin if begin < end else None,
                 last_link=end - 1 if begin < end else None,
                 battery_j=float(battery_j[begin:end].sum()),
+                soc_start_frac=start_frac,
+                ends_at=LegEnd.GOAL if goal else LegEnd.STOP if k in departs else LegEnd.VIA,
+                speed_cap_mps=speed_caps_mps[k] if speed_caps_mps else None,
             )
         )
+        start_frac = departs.get(k, end_frac)
     return tuple(legs)
 
 
@@ -272,7 +325,7 @@ def no_route(graph: RoadGraph, name: str, weights: Weights | None, query: RouteQ
     """The route from a place to itself."""
     here = np.array([[start.on_road.lon_deg, start.on_road.lat_deg]] * 2)
     soc = query.soc_frac
-    nothing = RouteLeg(0.0, 0.0, 0.0, 0.0, soc, None, None)
+    to_via = RouteLeg(0.0, 0.0, 0.0, 0.0, soc, None, None, soc_start_frac=soc, ends_at=LegEnd.VIA)
     return Route(
         name=name,
         weights=weights,
@@ -289,7 +342,7 @@ def no_route(graph: RoadGraph, name: str, weights: Weights | None, query: RouteQ
         descent_m=0.0,
         geometry=here,
         links=_no_links(),
-        legs=(nothing,) * (len(query.via) + 1),
+        legs=(*(to_via,) * len(query.via), replace(to_via, ends_at=LegEnd.GOAL)),
         height_start_m=height_m(graph, start.link_idx, start.offset_m),
     )
 

@@ -28,6 +28,14 @@ class ParetoProof(StrEnum):
     NONE = "none"
 
 
+class LegEnd(StrEnum):
+    """What a leg leads to."""
+
+    VIA = "via"
+    STOP = "stop"
+    GOAL = "goal"
+
+
 @dataclass(frozen=True, slots=True)
 class RouteLink:
     """One link of a route, driven from from_m to to_m of its length; result has energy, parts, time, speeds.
@@ -113,7 +121,8 @@ class RouteLeg:
     """A route from one of its places to the next, from_m to to_m along the route [m].
 
     first_link, last_link: positions in the route's links; None where the places are the same and nothing is driven.
-    battery_j: that the battery gave, as of Route.
+    battery_j: that the battery gave, as of Route. soc_start_frac: after charging where it begins at a charging stop.
+    speed_cap_mps: highest speed that it was planned for, None without.
     """
 
     from_m: float
@@ -124,6 +133,9 @@ class RouteLeg:
     first_link: int | None
     last_link: int | None
     battery_j: float = 0.0
+    soc_start_frac: float = 0.0
+    ends_at: LegEnd = LegEnd.GOAL
+    speed_cap_mps: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,7 +156,8 @@ class Route:
 
     weights: what it is best in; None where it is of a Pareto set and no weighting found it.
 
-    legs: from start to first via point and so on to the goal, one where there are no via points.
+    legs: from start to first via point or charging stop and so on to the goal, one where there are neither.
+    stop_s: what charging stops take beside driving [s].
     """
 
     name: str
@@ -169,6 +182,7 @@ class Route:
     remedy: Remedy | None = None
     hot_links: tuple[HotStretch, ...] = ()
     uncertainty: EnergyDistribution | None = None
+    stop_s: float = 0.0
 
     @property
     def battery_j(self) -> float:

@@ -1,0 +1,257 @@
+"""Charging stops between schemas and routing.charging: what is asked for, and the plans that are answered."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from datetime import timedelta
+from typing import TYPE_CHECKING, Final
+
+from app.conversions.place import lat_lon
+from energy.units import JOULE_PER_KWH
+from routing.charging.plan import Objective
+from routing.graph.snap import part_of_line
+from routing.places import Point
+from routing.route.route import LegEnd
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+    from datetime import datetime
+
+    from app.schemas.route import RouteRequest
+    from routing.charging.plan import ChargeStop, Fallback, NoPlan, Plan, PlanStats
+    from routing.graph.road_graph import RoadGraph
+    from routing.places import LinkPosition
+    from routing.route.route import Route
+    from routing.stations.station import Socket, Station, StationSource
+
+W_PER_KW: Final = 1000.0
+DIGITS: Final = 9  # of kW and km/h, so that a number comes back as it was sent
+
+
+@dataclass(frozen=True, slots=True)
+class PlannedStops:
+    """What planning charging stops adds to the routes of an answer.
+
+    plans: one for each route, or none where there is no plan. sources: of the graph's stations, by key.
+    """
+
+    plans: tuple[Plan, ...]
+    no_plan: NoPlan | None
+    stats: PlanStats
+    sources: Mapping[str, StationSource]
+
+
+def plan_answer(
+    planned: PlannedStops, plan: Plan, route: Route, understood: RouteRequest, graph: RoadGraph
+) -> dict[str, object]:
+    """The fields of a ChargingPlanAnswer in their order."""
+    departure = departure_of(understood)
+    legs = [k for k, leg in enumerate(route.legs) if leg.ends_at is LegEnd.STOP]
+    stops = [
+        _stop(stop, leg, route.legs[leg].to_m, departure, graph) for stop, leg in zip(plan.stops, legs, strict=True)
+    ]
+    total_s = plan.driving_s + plan.charging_s + plan.overhead_s
+    quantiles = plan.goal_quantiles_frac or (None, None, None)
+    currency = _currency(plan)
+    assert understood.charging is not None
+    objective = understood.charging.objective
+    per_unit = JOULE_PER_KWH if objective is Objective.ENERGY else 1.0
+    units = {Objective.TIME: "s", Objective.ENERGY: "kWh", Objective.COST: currency}
+    stations = [place for stop in plan.stops for place in (stop.station, _elsewhere(stop)) if place is not None]
+    return {
+        "objective": objective,
+        "objective_value": plan.objective / per_unit,
+        "objective_unit": units[objective],
+        "proof": {
+            "proven": plan.short_by == 0.0,
+            "short_by": None if plan.short_by is None else plan.short_by / per_unit,
+            "unproven": plan.unproven or None,
+        },
+        "totals": {
+            "total_s": total_s,
+            "driving_s": plan.driving_s,
+            "charging_s": plan.charging_s,
+            "overhead_s": plan.overhead_s,
+            "charged_kwh": sum(stop.charged_j for stop in plan.stops) / JOULE_PER_KWH,
+            "drawn_kwh": sum(stop.drawn_j for stop in plan.stops) / JOULE_PER_KWH,
+            "price": plan.price,
+            "currency": "" if plan.price is None else currency,
+        },
+        "stops": stops,
+        "goal": {
+            "arrive_s": total_s,
+            "arrive_time": _local_time(departure, total_s),
+            "arrive_soc": route.soc_end_frac,
+            "arrive_soc_p10": quantiles[0],
+            "arrive_soc_p50": quantiles[1],
+            "arrive_soc_p90": quantiles[2],
+            "probability_kept": plan.goal_kept_probability_frac,
+        },
+        "sources": _sources(stations, planned.sources),
+    }
+
+
+def no_plan_answer(no_plan: NoPlan, sources: Mapping[str, StationSource]) -> dict[str, object]:
+    """The fields of a NoPlanAnswer in their order."""
+    named = [station for station in (no_plan.from_station, no_plan.last_reached) if station is not None]
+    return {
+        "reason": no_plan.reason,
+        "from_station": None if no_plan.from_station is None else _station(no_plan.from_station),
+        "missing_kwh": no_plan.missing_j / JOULE_PER_KWH,
+        "last_reached": None if no_plan.last_reached is None else _station(no_plan.last_reached),
+        "helps": list(no_plan.helps),
+        "sources": _sources(named, sources),
+    }
+
+
+def planning_stats(stats: PlanStats) -> dict[str, object]:
+    """The fields of a PlanningStats in their order."""
+    return {
+        "leg_searches": stats.leg_searches,
+        "legs_cached": stats.legs_cached,
+        "labels_made": stats.labels_made,
+        "labels_settled": stats.labels_settled,
+        "seconds": stats.seconds,
+    }
+
+
+def departure_of(understood: RouteRequest) -> datetime | None:
+    """Local time of departure of a request with charging stops, None where it has none."""
+    if understood.charging is not None and understood.charging.departure_time is not None:
+        return understood.charging.departure_time
+    return None if understood.conditions is None else understood.conditions.departure
+
+
+def road_point(graph: RoadGraph, place: LinkPosition) -> Point:
+    """Where a place on a link is on the map."""
+    share = min(max(place.offset_m / float(graph.length_m[place.link_idx]), 1e-9), 1.0)
+    lon, lat = part_of_line(graph.geometry(place.link_idx), 0.0, share)[-1].tolist()
+    return Point(lat, lon)
+
+
+def _stop(
+    stop: ChargeStop, leg: int, along_m: float, departure: datetime | None, graph: RoadGraph
+) -> dict[str, object]:
+    """The fields of a ChargingStopAnswer in their order."""
+    quantiles = stop.arrive_quantiles_frac or (None, None, None)
+    return {
+        "station": None if stop.station is None else _station(stop.station),
+        "socket": None if stop.socket is None else _socket(stop.socket),
+        "leg": leg,
+        "at": lat_lon(road_point(graph, stop.position)),
+        "link_id": stop.position.link_idx,
+        "offset_m": stop.position.offset_m,
+        "along_m": along_m,
+        "arrive_s": stop.arrive_s,
+        "depart_s": stop.depart_s,
+        "arrive_time": _local_time(departure, stop.arrive_s),
+        "depart_time": _local_time(departure, stop.depart_s),
+        "overhead_s": stop.overhead_s,
+        "charging_s": stop.charging_s,
+        "arrive_soc": stop.arrive_soc_frac,
+        "depart_soc": stop.depart_soc_frac,
+        "charged_kwh": stop.charged_j / JOULE_PER_KWH,
+        "drawn_kwh": stop.drawn_j / JOULE_PER_KWH,
+        "mean_power_kw": stop.mean_power_w / W_PER_KW,
+        "power_bands": [
+            {
+                "from_kw": from_w / W_PER_KW,
+                "to_kw": to_w / W_PER_KW if math.isfinite(to_w) else None,
+                "seconds": seconds,
+            }
+            for from_w, to_w, seconds in stop.power_bands
+        ],
+        "price": stop.price,
+        "currency": stop.currency,
+        "arrive_soc_p10": quantiles[0],
+        "arrive_soc_p50": quantiles[1],
+        "arrive_soc_p90": quantiles[2],
+        "probability_kept": stop.kept_probability_frac,
+        "fallback": None if stop.fallback is None else _fallback(stop.fallback),
+        "gatekeeper": stop.gatekeeper,
+    }
+
+
+def _station(station: Station) -> dict[str, object]:
+    """The fields of a StopStation in their order."""
+    price = station.price
+    return {
+        "id": station.id,
+        "name": station.name,
+        "operator": station.operator,
+        "network": station.network,
+        "at": lat_lon(station.at),
+        "sockets": [_socket(socket) for socket in station.sockets],
+        "capacity": station.capacity,
+        "access": station.access,
+        "fee": station.fee,
+        "price": None
+        if price is None
+        else {
+            "text": price.text,
+            "currency": price.currency,
+            "per_kwh": price.per_kwh,
+            "per_min": price.per_min,
+            "per_session": price.per_session,
+        },
+        "opening_hours": station.opening_hours,
+        "source": station.source,
+    }
+
+
+def _socket(socket: Socket) -> dict[str, object]:
+    """The fields of a StopSocket in their order."""
+    return {
+        "connector": socket.connector,
+        "output_kw": None if socket.output_w is None else round(socket.output_w / W_PER_KW, DIGITS),
+        "count": socket.count,
+        "phases": socket.phases,
+    }
+
+
+def _fallback(fallback: Fallback) -> dict[str, object]:
+    """The fields of a FallbackAnswer in their order."""
+    return {
+        "station_id": fallback.station.id,
+        "station_name": fallback.station.name,
+        "at": lat_lon(fallback.station.at),
+        "drive_s": fallback.drive_s,
+        "arrive_soc": fallback.arrive_soc_frac,
+        "reached": fallback.reached,
+    }
+
+
+def _elsewhere(stop: ChargeStop) -> Station | None:
+    return None if stop.fallback is None else stop.fallback.station
+
+
+def _currency(plan: Plan) -> str:
+    """Of the stops that have a price; empty where they differ."""
+    currencies = {stop.currency for stop in plan.stops if stop.price is not None}
+    return currencies.pop() if len(currencies) == 1 else ""
+
+
+def _sources(stations: Iterable[Station], sources: Mapping[str, StationSource]) -> list[dict[str, object]]:
+    """The fields of a SourceAnswer for each source of stations, by key."""
+    return [
+        {
+            "key": source.key,
+            "name": source.name,
+            "licence": source.licence,
+            "url": source.url,
+            "retrieved": source.retrieved,
+        }
+        for key in sorted({station.source for station in stations})
+        if (source := sources.get(key)) is not None
+    ]
+
+
+def _local_time(departure: datetime | None, seconds: float) -> str | None:
+    """Local time so long after departure, to the second; None without departure, and after the year 9999."""
+    if departure is None:
+        return None
+    try:
+        return (departure + timedelta(seconds=round(seconds))).isoformat(timespec="seconds")
+    except OverflowError:
+        return None
