@@ -23,10 +23,14 @@ TRACER: Final = trace.get_tracer("joulepath")  # does nothing until somebody set
 
 
 class Stage(StrEnum):
-    """Where the time of a request goes: until a thread is free, on the search, on the words of the answer."""
+    """Where the time of a request goes: until a thread is free, on the search, on the words of the answer.
+
+    What a request for charging stops takes until its answer is known is planning, not search.
+    """
 
     WAIT = "wait"
     SEARCH = "search"
+    PLAN = "plan"
     WRITE = "write"
 
 

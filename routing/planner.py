@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 from energy.chain.chain import LinkModel, StopRule, simulate_chain
 from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
+from routing.charging.planner import ChargingPlanner
+from routing.charging.route import route_of_plan
 from routing.errors import PointFarFromRoadError, PointOutsideMapError, QueryError, TimeUpError
 from routing.graph.practice import practice_graph
 from routing.graph.rim import RimFinder
@@ -39,14 +41,17 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from energy.chain.chain import Chain, ChainResult
+    from energy.charging.charging import Charging
     from energy.vehicle.files import AnyVehicle
     from routing.cache_budget import CacheBudget
+    from routing.charging.plan import ChargingAnswer, ChargingQuery
     from routing.graph.road_graph import RoadGraph
     from routing.places import SnappedPoint
     from routing.queries import MatrixQuery, ParetoSettings, RangeQuery, RouteQuery
     from routing.route.matrix import SnappedPlace
     from routing.route.route import Route
     from routing.route.via import Way
+    from routing.stations.station import Station
 
 
 class Planner:
@@ -68,6 +73,7 @@ class Planner:
         self._roads = RoadIndex(graph)
         self._chains = ChainMaker(graph)
         self._search = RouteSearch(graph, self._chains, label_limit, budget)
+        self._charging = ChargingPlanner(self._search, self._chains)
         drawn = half_turned(graph)
         self._rim = RimFinder(drawn)
         areas = AreaMaker(drawn, self._roads if drawn is graph else RoadIndex(drawn))
@@ -124,9 +130,7 @@ class Planner:
             check_weights(name, weights)
         if query.pareto is not None:
             check_pareto(query.pareto)
-        asked = [("start", query.start), *((f"via[{k}]", place) for k, place in enumerate(query.via))]
-        snapped = [self._roads.snap(*place, self._snap_limit_m) for place in (*asked, ("goal", query.goal))]
-        points, places = [point for point, _ in snapped], [positions for _, positions in snapped]
+        points, places = self._snapped(query)
         if query.pareto is not None:
             return self._pareto(query, query.pareto, points, places)
         routes: list[Route] = []
@@ -159,6 +163,37 @@ class Planner:
                 warnings += (f"no route reaches the goal on this charge: {route.name!r} shows the least-energy way",)
         warnings += self._beyond_map(points, routes) + ferry_warnings(self.graph, routes) + _moved(points)
         return RouteAnswer(tuple(routes), points[0], points[-1], tuple(stats), warnings, tuple(points[1:-1]))
+
+    def journey(
+        self, query: RouteQuery, charging: ChargingQuery, vehicle_charging: Charging, stations: Sequence[Station]
+    ) -> tuple[RouteAnswer, ChargingAnswer]:
+        """A journey with charging stops where it needs them: a route for each plan, and the plans.
+
+        Where there is no plan, the routes are those without charging. vehicle_charging: of the query's vehicle, with
+        what a request changes of it. stations: of this graph, placed on its roads. The query asks for no Pareto set.
+        Raises as route does.
+        """
+        check_charge(query.soc_frac, query.reserve_soc_frac)
+        points, places = self._snapped(query)
+        charged = self._charging.plan(query, charging, vehicle_charging, stations, places)
+        if not charged.plans:
+            answer = self.route(query)
+            return replace(answer, warnings=charged.warnings + answer.warnings), charged
+        routes = tuple(route_of_plan(self._chains, query, plan, points[0]) for plan in charged.plans)
+        warnings = charged.warnings + self._search.warnings(query, False, 0.0)
+        if (
+            any(plan.stops for plan in charged.plans)
+            and self._search.space_of(query, query.vehicle).physics.fade_width_j > 0.0
+        ):
+            warnings += ("with charging stops a nearly full battery counts as taking all that is recuperated",)
+        warnings += self._beyond_map(points, routes) + ferry_warnings(self.graph, routes) + _moved(points)
+        return RouteAnswer(routes, points[0], points[-1], (), warnings, tuple(points[1:-1])), charged
+
+    def _snapped(self, query: RouteQuery) -> tuple[list[SnappedPoint], list[tuple[LinkPosition, ...]]]:
+        """Start, via points and goal of a query on the roads, and their positions on both directions."""
+        asked = [("start", query.start), *((f"via[{k}]", place) for k, place in enumerate(query.via))]
+        snapped = [self._roads.snap(*place, self._snap_limit_m) for place in (*asked, ("goal", query.goal))]
+        return [point for point, _ in snapped], [positions for _, positions in snapped]
 
     def _beyond_map(self, points: Sequence[SnappedPoint], routes: Sequence[Route]) -> tuple[str, ...]:
         places = [point.on_road for point in points]

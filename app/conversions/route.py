@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
-from app.conversions.charging import no_plan_answer, plan_answer, planning_stats
+from app.conversions.charging.plans import no_plan_answer, plan_answer, planning_stats
 from app.conversions.conditions import conditions_from
 from app.conversions.graph import terrain_note
 from app.conversions.place import DECIMALS, lat_lon, place_feature, point_from_place, snapped
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from app.conversions.charging import PlannedStops
+    from app.conversions.charging.plans import PlannedStops
     from app.schemas.route import RouteRequest
     from energy.chain.uncertainty import EnergyDistribution
     from energy.force.parts import EnergyParts

@@ -59,7 +59,7 @@ class Metrics:
         )
         self._stage_s = Histogram(
             "joulepath_stage_seconds",
-            "Time of a request by stage: wait for a thread, search, write the answer",
+            "Time of a request by stage: wait for a thread, search or plan charging stops, write the answer",
             ("endpoint", "stage"),
             buckets=SECONDS,
             registry=self._registry,

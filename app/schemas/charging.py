@@ -86,7 +86,7 @@ class StaySent(Sent):
 class ChargingRequest(Sent):
     """What charging stops may be like. Charges are fractions of the usable capacity."""
 
-    arrive_soc: Fraction = Field(default=0.1, description="least charge on arrival at every stop, at most max_soc")
+    arrive_soc: Fraction = Field(default=0.1, description="least charge on arrival at every stop, below max_soc")
     goal_soc: Fraction = Field(default=0.1, description="least charge on arrival at the goal")
     max_soc: Fraction = Field(default=0.8, description="charge at which a vehicle leaves a station at most")
     overhead_s: Number = Field(
@@ -133,8 +133,8 @@ class ChargingRequest(Sent):
 
     @model_validator(mode="after")
     def _no_contradiction(self) -> ChargingRequest:
-        if self.arrive_soc > self.max_soc:
-            raise refusal("arrive_soc", self.arrive_soc, f"at most max_soc, {self.max_soc}")
+        if self.arrive_soc >= self.max_soc:
+            raise refusal("arrive_soc", self.arrive_soc, f"below max_soc, {self.max_soc}")
         for name in ("connectors", "stations", "speed_caps_kmh"):
             values = getattr(self, name) or []
             if len(set(values)) != len(values):
@@ -214,7 +214,7 @@ class ChargingStopAnswer(Answered):
     depart_s: float = Field(description="since departure [s]")
     arrive_time: str | None = Field(description="local time, ISO 8601; null without a time of departure")
     depart_time: str | None = Field(description="local time, ISO 8601; null without a time of departure")
-    overhead_s: float
+    overhead_s: float = Field(description="beside charging, with waiting for the station to open [s]")
     charging_s: float
     arrive_soc: float
     depart_soc: float
@@ -234,6 +234,17 @@ class ChargingStopAnswer(Answered):
     gatekeeper: bool = Field(description="whether there is no way to the goal without this station")
 
 
+class GoalStay(Answered):
+    """A stay at the goal that is taken anyway, in which the vehicle charges."""
+
+    depart_s: float = Field(description="end of the stay, since departure [s]")
+    depart_time: str | None = Field(description="local time, ISO 8601; null without a time of departure")
+    depart_soc: float
+    charging_s: float
+    charged_kwh: float = Field(description="into the battery [kWh]")
+    drawn_kwh: float = Field(description="from the wall [kWh]")
+
+
 class GoalArrival(Answered):
     """The end of a plan."""
 
@@ -244,6 +255,7 @@ class GoalArrival(Answered):
     arrive_soc_p50: float | None
     arrive_soc_p90: float | None
     probability_kept: float | None = Field(description="of arriving with at least goal_soc")
+    stay: GoalStay | None = Field(description="null unless asked for")
 
 
 class PlanTotals(Answered):
@@ -251,8 +263,8 @@ class PlanTotals(Answered):
 
     total_s: float = Field(description="driving, charging and overhead [s]")
     driving_s: float
-    charging_s: float = Field(description="at stations, and of stays [s]")
-    overhead_s: float
+    charging_s: float
+    overhead_s: float = Field(description="of stops, with waiting for them to open, and of stays without charging [s]")
     charged_kwh: float = Field(description="into the battery at all stops [kWh]")
     drawn_kwh: float = Field(description="from the wall at all stops [kWh]")
     price: float | None = Field(description="of all stops; null where one gives none or currencies differ")
@@ -313,6 +325,7 @@ class PlanningStats(Answered):
     labels_made: int = Field(description="of the search over stations")
     labels_settled: int
     seconds: float
+    stage_s: dict[str, float] = Field(description="when each stage had ended, since the beginning [s]")
 
 
 class ChargingStopProperties(ChargingStopAnswer):

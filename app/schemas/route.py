@@ -124,6 +124,8 @@ class RouteRequest(SearchRequest):
                 raise refusal(name, "sent with charging", allowed)
         if self.stops is StopRule.COUNTED:
             raise refusal("stops", self.stops.value, "with charging expected, none or crossings")
+        if self.reserve_soc >= charging.max_soc:
+            raise refusal("charging.max_soc", charging.max_soc, f"above reserve_soc, {self.reserve_soc}")
         for k, stay in enumerate(charging.stays):
             if stay.at != "goal" and stay.at >= len(self.via):
                 places = "goal" if not self.via else f"0..{len(self.via) - 1}, a position in via, or goal"

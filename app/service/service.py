@@ -12,6 +12,9 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 from app.atlas import Atlas
 from app.caches import CacheRegistry
+from app.conversions.charging.names import StationNames
+from app.conversions.charging.plans import PlannedStops
+from app.conversions.charging.query import charging_of, charging_query, charging_warnings
 from app.conversions.conditions import conditions_from, vehicle_with_effects
 from app.conversions.course import course_of
 from app.conversions.graph import graph_detail, graph_summary
@@ -70,6 +73,7 @@ if TYPE_CHECKING:
     from energy.vehicle.files import AnyVehicle
     from routing.graph.road_graph import RoadGraph
     from routing.planner import Planner
+    from routing.queries import RouteQuery
     from routing.range.bands import RangeAnswer
     from routing.route.route import RouteAnswer
 
@@ -132,6 +136,7 @@ class Service:
         self.database = Database(settings.database_url, named=named, create=settings.database_create)
         self.fleet = Fleet(self.vehicles, VehicleStore(self.database), settings.default_vehicle)
         self.learned = LearnedEffectsShelf(LearnedEffectsStore(self.database))
+        self._station_names: dict[str, StationNames] = {}
 
     def load_all(self) -> None:
         """Load every graph, compile the kernels and bring the database up to date.
@@ -161,6 +166,8 @@ class Service:
         LOG.info("graphs reloaded: %s", changed)
         if old := changed.replaced + changed.removed:
             self.tiles.forget(old)
+            for name in old:
+                self._station_names.pop(name, None)
             # what is answered on no more lies in circles, which a server has told the collector to leave alone
             gc.unfreeze()
             gc.collect()
@@ -177,29 +184,51 @@ class Service:
 
     def route(self, sent: RouteRequest) -> RouteResponse:
         """Routes for a request."""
-        answer, understood, planner = self._answered_route(sent)
-        return route_response(answer, understood, planner.graph)
+        return route_response(*self._answered_route(sent))
 
     def route_json(self, sent: RouteRequest) -> bytes:
         """Routes for a request, as the JSON of what `route` returns."""
-        answer, understood, planner = self._answered_route(sent)
+        answered = self._answered_route(sent)
         with stage(Stage.WRITE):
-            return route_json(answer, understood, planner.graph)
+            return route_json(*answered)
 
     def route_geojson(self, sent: RouteRequest) -> bytes:
         """Routes for a request, as the JSON of a RouteFeatureCollection."""
-        answer, understood, planner = self._answered_route(sent)
+        answered = self._answered_route(sent)
         with stage(Stage.WRITE):
-            return route_features_json(answer, understood, planner.graph)
+            return route_features_json(*answered)
 
-    @stage(Stage.SEARCH)
-    def _answered_route(self, sent: RouteRequest) -> tuple[RouteAnswer, RouteRequest, Planner]:
+    def _answered_route(self, sent: RouteRequest) -> tuple[RouteAnswer, RouteRequest, RoadGraph, PlannedStops | None]:
+        with stage(Stage.SEARCH if sent.charging is None else Stage.PLAN):
+            return self._found_route(sent)
+
+    def _found_route(self, sent: RouteRequest) -> tuple[RouteAnswer, RouteRequest, RoadGraph, PlannedStops | None]:
         planner, chosen, understood = self._understood(sent)
         query = route_query(understood, chosen.vehicle)
-        answer = planner.route(query)
+        planned: PlannedStops | None = None
+        notes: tuple[str, ...] = ()
+        if understood.charging is None:
+            answer = planner.route(query)
+        else:
+            answer, planned, planner = self._planned(understood, query)
+            notes = charging_warnings(charging_of(chosen.vehicle, understood), understood)
+            note_labels(planned.stats.labels_settled)
         note_labels(sum(stats.labels_settled for stats in answer.stats))
         warnings = chosen.warnings_on(lambda: route_limits(answer.routes, chosen.vehicle, query.conditions))
-        return replace(answer, warnings=(*warnings, *answer.warnings)), understood, planner
+        answer = replace(answer, warnings=(*warnings, *notes, *answer.warnings))
+        return answer, understood, planner.graph, planned
+
+    def _planned(self, understood: RouteRequest, query: RouteQuery) -> tuple[RouteAnswer, PlannedStops, Planner]:
+        """Routes with the charging stops that a request asks for, and the planner that they are from."""
+        assert understood.graph is not None
+        planner, index, _ = self.atlas.planner_with_stations(understood.graph)
+        names = self._station_names.get(understood.graph)
+        if names is None or names.stations is not index.stations:
+            names = self._station_names[understood.graph] = StationNames(index.stations)
+        charging = charging_of(query.vehicle, understood)
+        asked = charging_query(understood, charging, names, understood.graph)
+        answer, charged = planner.journey(query, asked, charging, index.stations.stations)
+        return answer, PlannedStops(charged.plans, charged.no_plan, charged.stats, names.sources), planner
 
     def matrix(self, sent: MatrixRequest) -> MatrixResponse:
         """All drives from sources to targets, on this thread alone."""

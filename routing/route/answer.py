@@ -56,7 +56,8 @@ def route_of(
     """The route along stretches of links, as a query's vehicle drives them.
 
     leg_first: for each leg, the position of its first stretch, and the number of stretches at the end. refills: its
-    charging stops in order; with any, it has no distribution. speed_caps_mps: of each leg, or none at all.
+    charging stops in order; with any, it has no distribution, and a nearly full battery accepts all that is
+    recuperated. speed_caps_mps: of each leg, or none at all.
     """
     graph = chains.graph
     chain = chains.chain(spans, query.stop_settings, query.conditions)
@@ -69,7 +70,7 @@ def route_of(
         conditions=query.conditions,
         link_model=query.link_model,
         stop_rule=query.stop_rule,
-        soc_start_frac=query.soc_frac,
+        soc_start_frac=None if refills else query.soc_frac,
     )
     capacity_wh = query.vehicle.usable_capacity_wh
     energy_j = result.links.energy_j

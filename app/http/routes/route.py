@@ -50,7 +50,7 @@ async def find_route(
     """
     # a graph that the vehicle has not met under these conditions is made ready first
     known = isinstance(sent.vehicle, str | None) and sent.conditions is None and sent.effects is None
-    cost = Cost.LONG if sent.pareto is not None else Cost.SHORT if known else Cost.MIDDLE
+    cost = Cost.LONG if sent.pareto is not None or sent.charging is not None else Cost.SHORT if known else Cost.MIDDLE
     if prefers_geojson(accept):
         return await searches.run(request, lambda: long_answer(request, service.route_geojson(sent), GEOJSON), cost)
     return await searches.run(request, lambda: long_answer(request, service.route_json(sent), JSON), cost)

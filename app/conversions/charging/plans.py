@@ -1,4 +1,4 @@
-"""Charging stops between schemas and routing.charging: what is asked for, and the plans that are answered."""
+"""Plans with charging stops as they are answered."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def plan_answer(
     ]
     total_s = plan.driving_s + plan.charging_s + plan.overhead_s
     quantiles = plan.goal_quantiles_frac or (None, None, None)
-    currency = _currency(plan)
+    price, currency = _price(plan)
     assert understood.charging is not None
     objective = understood.charging.objective
     per_unit = JOULE_PER_KWH if objective is Objective.ENERGY else 1.0
@@ -75,8 +75,8 @@ def plan_answer(
             "overhead_s": plan.overhead_s,
             "charged_kwh": sum(stop.charged_j for stop in plan.stops) / JOULE_PER_KWH,
             "drawn_kwh": sum(stop.drawn_j for stop in plan.stops) / JOULE_PER_KWH,
-            "price": plan.price,
-            "currency": "" if plan.price is None else currency,
+            "price": price,
+            "currency": currency,
         },
         "stops": stops,
         "goal": {
@@ -87,6 +87,7 @@ def plan_answer(
             "arrive_soc_p50": quantiles[1],
             "arrive_soc_p90": quantiles[2],
             "probability_kept": plan.goal_kept_probability_frac,
+            "stay": None if plan.goal_stay is None else _goal_stay(plan.goal_stay, departure),
         },
         "sources": _sources(stations, planned.sources),
     }
@@ -113,6 +114,7 @@ def planning_stats(stats: PlanStats) -> dict[str, object]:
         "labels_made": stats.labels_made,
         "labels_settled": stats.labels_settled,
         "seconds": stats.seconds,
+        "stage_s": dict(stats.stage_s),
     }
 
 
@@ -173,6 +175,18 @@ def _stop(
     }
 
 
+def _goal_stay(stay: ChargeStop, departure: datetime | None) -> dict[str, object]:
+    """The fields of a GoalStay in their order."""
+    return {
+        "depart_s": stay.depart_s,
+        "depart_time": _local_time(departure, stay.depart_s),
+        "depart_soc": stay.depart_soc_frac,
+        "charging_s": stay.charging_s,
+        "charged_kwh": stay.charged_j / JOULE_PER_KWH,
+        "drawn_kwh": stay.drawn_j / JOULE_PER_KWH,
+    }
+
+
 def _station(station: Station) -> dict[str, object]:
     """The fields of a StopStation in their order."""
     price = station.price
@@ -226,10 +240,13 @@ def _elsewhere(stop: ChargeStop) -> Station | None:
     return None if stop.fallback is None else stop.fallback.station
 
 
-def _currency(plan: Plan) -> str:
-    """Of the stops that have a price; empty where they differ."""
-    currencies = {stop.currency for stop in plan.stops if stop.price is not None}
-    return currencies.pop() if len(currencies) == 1 else ""
+def _price(plan: Plan) -> tuple[float | None, str]:
+    """Of all stops at stations, and its currency; None and "" where one has none in numbers, or currencies differ."""
+    paid = [stop for stop in plan.stops if stop.station is not None]
+    currencies = {stop.currency for stop in paid}
+    if len(currencies) != 1 or any(stop.price is None for stop in paid):
+        return None, ""
+    return sum(stop.price for stop in paid if stop.price is not None), currencies.pop()
 
 
 def _sources(stations: Iterable[Station], sources: Mapping[str, StationSource]) -> list[dict[str, object]]:
