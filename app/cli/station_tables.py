@@ -23,22 +23,25 @@ FAR_NAMED: Final = 10  # of the stations too far from a road the nearest are tol
 def stations_table(found: StationCollection) -> Table:
     """One line a station."""
     table = Table()
-    for column in ("id", "name", "operator", "sockets", "access", "hours", "lat", "lon", "road m"):
-        table.add_column(column, justify="right" if column in ("lat", "lon", "road m") else "left")
+    table.add_column("id", no_wrap=True)
+    for column in ("name, operator", "sockets", "access", "hours"):
+        table.add_column(column, overflow="fold")
+    table.add_column("lat\nlon", no_wrap=True, justify="right")
+    table.add_column("road\nm", justify="right")
     for feature in found.features:
-        told = feature.properties
+        shown = feature.properties
         lon, lat = feature.geometry.coordinates
-        hours = told.opening_hours or "–"
+        hours = shown.opening_hours or "–"
+        operator = shown.operator or shown.network
+        names = [shown.name, "" if shown.name.startswith(operator) else operator]
         table.add_row(
             escape(feature.id),
-            escape(told.name),
-            escape(told.operator or told.network),
-            _sockets_text(told.sockets),
-            told.access.value,
-            escape(hours if told.open is None else f"{hours} ({told.open.value})"),
-            f"{lat:.5f}",
-            f"{lon:.5f}",
-            f"{told.road_distance_m:.0f}",
+            escape(", ".join(filter(None, names))),
+            _sockets_text(shown.sockets),
+            shown.access.value,
+            escape(hours if shown.open is None else f"{hours} ({shown.open.value})"),
+            f"{lat:.5f}\n{lon:.5f}",
+            f"{shown.road_distance_m:.0f}",
         )
     return table
 
@@ -54,7 +57,7 @@ def _sockets_text(sockets: Iterable[SocketAnswer]) -> str:
 def report_lines(kept: Stations, report: StationsReport, read: Iterable[ReadSource] = ()) -> list[str]:
     """What became of stations that were imported, a sentence a line."""
     lines = [f"source: {source.name}, {source.licence}" for source in kept.sources]
-    lines += [f"read from {key}: {count}" for key, count in report.told.items()]
+    lines += [f"read from {key}: {count}" for key, count in report.read_count.items()]
     if report.united:
         lines.append(f"united with another one: {report.united}")
     lines += [f"left out, {reason}: {count}" for reason, count in report.left_out.items()]
@@ -66,9 +69,9 @@ def report_lines(kept: Stations, report: StationsReport, read: Iterable[ReadSour
         lines.append(f"kept without a known socket, which no plan charges at: {report.without_sockets}")
     if report.hours_unread:
         lines.append(f"opening hours not understood, taken as not known: {report.hours_unread}")
-    for told in read:
-        if isinstance(told, ReadStations):
-            lines += [f"unknown plug {name!r}: {count}" for name, count in told.unknown_plugs.items()]
-            lines += [f"{told.format}: {note}" for note in told.notes]
-            lines += [f"such as {examples[0]}" for examples in told.examples.values() if examples]
+    for part in read:
+        if isinstance(part, ReadStations):
+            lines += [f"unknown plug {name!r}: {count}" for name, count in part.unknown_plugs.items()]
+            lines += [f"{part.format}: {note}" for note in part.notes]
+            lines += [f"such as {examples[0]}" for examples in part.examples.values() if examples]
     return lines

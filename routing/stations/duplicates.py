@@ -63,14 +63,14 @@ def united(stations: Iterable[Station]) -> tuple[tuple[Station, ...], int]:
             named[name, *_cell(lat, lon, ALIKE_M)].append(len(groups))
         anywhere.setdefault(_cell(lat, lon, UNSAID_M), len(groups))
         groups.append([station])
-    one_each = sorted((_united(group) for group in groups), key=lambda station: station.id)
-    return tuple(one_each), len(by_id) - len(groups)
+    singles = sorted((_united(group) for group in groups), key=lambda station: station.id)
+    return tuple(singles), len(by_id) - len(groups)
 
 
 def _order(station: Station) -> tuple[object, ...]:
     """Those of which most is known first."""
-    told = sum(socket.output_w is not None for socket in station.sockets)
-    return -told, -len(station.sockets), station.opening_hours is None, station.id
+    outputs = sum(socket.output_w is not None for socket in station.sockets)
+    return -outputs, -len(station.sockets), station.opening_hours is None, station.id
 
 
 def _names(*texts: str) -> frozenset[str]:
@@ -191,11 +191,11 @@ def _added_up(stations: Sequence[Station]) -> tuple[Socket, ...]:
     return tuple(replace(socket, count=count) for socket, count in counts.items())
 
 
-def _best_sockets(told: Sequence[tuple[Socket, ...]]) -> tuple[Socket, ...]:
+def _best_sockets(by_source: Sequence[tuple[Socket, ...]]) -> tuple[Socket, ...]:
     """Each plug as told by the source that knows most of it: more outputs, then more sockets; the first of equals."""
     found: list[Socket] = []
-    for connector in dict.fromkeys(socket.connector for sockets in told for socket in sockets):
-        versions = [[socket for socket in sockets if socket.connector is connector] for sockets in told]
+    for connector in dict.fromkeys(socket.connector for sockets in by_source for socket in sockets):
+        versions = [[socket for socket in sockets if socket.connector is connector] for sockets in by_source]
         found += max(
             versions, key=lambda v: (sum(s.count for s in v if s.output_w is not None), sum(s.count for s in v))
         )

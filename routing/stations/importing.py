@@ -44,12 +44,12 @@ if TYPE_CHECKING:
 class StationsReport:
     """What became of stations that were told.
 
-    told: how many, by source. kept: on the graph. united: with another one. left_out: by reason. far: those too far
-    from a road, the nearest first. without_sockets: kept ones of which no socket is known; hours_unread: of which the
-    opening hours are not understood.
+    read_count: how many, by source. kept: on the graph. united: with another one. left_out: by reason. far: those too
+    far from a road, the nearest first. without_sockets: kept ones of which no socket is known; hours_unread: of which
+    the opening hours are not understood.
     """
 
-    told: Mapping[str, int]
+    read_count: Mapping[str, int]
     kept: int
     united: int
     left_out: Mapping[str, int]
@@ -66,25 +66,25 @@ def bring_in(
     before: kept but for stations of the sources that are read now, which replace them; None: none. O(n log R).
     """
     sources: dict[str, StationSource] = {}
-    told: list[Station] = []
+    every: list[Station] = []
     left_out: Counter[str] = Counter()
-    fresh = {told_source.source.key for told_source in read}
+    fresh = {part.source.key for part in read}
     if before is not None:
         sources |= {source.key: source for source in before.sources if source.key not in fresh}
-        told += [station for station in before.stations if station.source not in fresh]
-    for told_source in read:
-        if told_source.stations:
-            sources[told_source.source.key] = told_source.source
-        told += told_source.stations
-        left_out.update(told_source.left_out)
-    single, count = united(told)
+        every += [station for station in before.stations if station.source not in fresh]
+    for part in read:
+        if part.stations:
+            sources[part.source.key] = part.source
+        every += part.stations
+        left_out.update(part.left_out)
+    single, count = united(every)
     placed = place_stations(graph, single)
     left_out.update(placed.left_out)
     kept = placed.stations
     named = {reason: left_out[reason] for reason in sorted(left_out) if left_out[reason]}
     stations = Stations(kept, tuple(sources[key] for key in sorted(sources)), named)
     return stations, StationsReport(
-        told=dict(sorted(Counter(station.source for station in told).items())),
+        read_count=dict(sorted(Counter(station.source for station in every).items())),
         kept=len(kept),
         united=count,
         left_out=named,

@@ -102,7 +102,7 @@ def place_stations(graph: RoadGraph, stations: Sequence[Station], limit_m: float
         FarStation(stations[k].id, stations[k].name or stations[k].operator, stations[k].at, float(distance_m))
         for k, distance_m in zip(asked[lost].tolist(), far_m.tolist(), strict=True)
     ]
-    far.sort(key=lambda left: (left.distance_m, left.id))
+    far.sort(key=lambda station: (station.distance_m, station.id))
     return Placed(tuple(placed), tuple(far), len(stations) - asked.size)
 
 

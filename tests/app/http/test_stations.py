@@ -60,14 +60,14 @@ def test_stations_are_geojson_with_their_sources_and_what_is_known_of_them(charg
     assert answer["left_out"] == {"outside the map": 7}
     first = answer["features"][0]
     assert first["geometry"] == {"type": "Point", "coordinates": [8.015, 46.5199]}
-    told = first["properties"]
-    assert told["sockets"] == [{"connector": "ccs2", "output_kw": 150.0, "count": 4, "phases": None}]
-    assert told["power_kw"] == 150.0
-    assert told["price"]["per_kwh"] == 0.49
-    assert told["open"] is None
-    assert told["source"] == "ocm"
-    assert len(told["roads"]) == 2
-    assert 0.0 < told["road_distance_m"] < 30.0
+    known = first["properties"]
+    assert known["sockets"] == [{"connector": "ccs2", "output_kw": 150.0, "count": 4, "phases": None}]
+    assert known["power_kw"] == 150.0
+    assert known["price"]["per_kwh"] == 0.49
+    assert known["open"] is None
+    assert known["source"] == "ocm"
+    assert len(known["roads"]) == 2
+    assert 0.0 < known["road_distance_m"] < 30.0
     bare = answer["features"][1]["properties"]
     assert (bare["sockets"], bare["power_kw"], bare["operational"]) == ([], None, False)
 

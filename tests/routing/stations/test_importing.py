@@ -26,7 +26,7 @@ OTHER = StationSource("other", "another register", "CC-BY-4.0")
 
 
 @dataclass(frozen=True)
-class Told:
+class Read:
     stations: tuple[Station, ...]
     source: StationSource = SOURCE
     left_out: dict[str, int] = field(default_factory=dict)
@@ -34,7 +34,7 @@ class Told:
 
 def test_sources_are_united_placed_and_counted(draw_map: Any) -> None:
     town = import_region(draw_map(POINTS, WAYS), [], "town")
-    mine = Told(
+    mine = Read(
         (
             station("a", 200, 10, operator="Town", opening_hours="8 to 6"),
             station("far", 500, 400),
@@ -43,12 +43,12 @@ def test_sources_are_united_placed_and_counted(draw_map: Any) -> None:
         ),
         left_out={"without a place": 2},
     )
-    theirs = Told((station("b", 210, 10, operator="Town", source="other", sockets=(TYPE2,)),), OTHER)
+    theirs = Read((station("b", 210, 10, operator="Town", source="other", sockets=(TYPE2,)),), OTHER)
     kept, report = bring_in(town, [mine, theirs])
     assert [found.id for found in kept.stations] == ["drawn:a", "drawn:bare"]
     assert kept.stations[0].sockets == (TYPE2,)
     assert [source.key for source in kept.sources] == ["drawn", "other"]
-    assert report.told == {"drawn": 4, "other": 1}
+    assert report.read_count == {"drawn": 4, "other": 1}
     assert (report.kept, report.united, report.without_sockets, report.hours_unread) == (2, 1, 1, 1)
     assert kept.left_out == report.left_out == {"outside the map": 1, "over 250 m from a road": 1, "without a place": 2}
     assert [far.id for far in report.far] == ["drawn:far"]
@@ -56,10 +56,10 @@ def test_sources_are_united_placed_and_counted(draw_map: Any) -> None:
 
 def test_stations_of_a_source_replace_those_it_had_and_others_stay(draw_map: Any) -> None:
     town = import_region(draw_map(POINTS, WAYS), [], "town")
-    first, _ = bring_in(town, [Told((station("a", 200, 10), station("old", 700, 0)))])
-    both, _ = bring_in(town, [Told((station("b", 500, 10, source="other"),), OTHER)], first)
+    first, _ = bring_in(town, [Read((station("a", 200, 10), station("old", 700, 0)))])
+    both, _ = bring_in(town, [Read((station("b", 500, 10, source="other"),), OTHER)], first)
     assert [found.id for found in both.stations] == ["drawn:a", "drawn:b", "drawn:old"]
-    again, _ = bring_in(town, [Told((station("a", 200, 10),))], both)
+    again, _ = bring_in(town, [Read((station("a", 200, 10),))], both)
     assert [found.id for found in again.stations] == ["drawn:a", "drawn:b"]
     assert [source.key for source in again.sources] == ["drawn", "other"]
 
@@ -71,7 +71,7 @@ def test_a_map_brings_its_stations_and_keeps_those_of_other_sources(draw_map: An
     save_graph(town, place, beside.files)
     (found,) = load_stations(place, load_graph(place)).stations
     assert (found.id, found.sockets) == ("osm:n4", (Socket(Connector.TYPE2, 22_000.0, 2, 3),))
-    more, _ = bring_in(town, [Told((station("b", 900, 10),))], load_stations(place, town))
+    more, _ = bring_in(town, [Read((station("b", 900, 10),))], load_stations(place, town))
     save_stations(place, town, more)
     longer = import_region(draw_map({**POINTS, 6: (1000, 2000)}, {9: ([1, 2, 3, 6], STREET)}, {4: STATION}), [], "town")
     save_graph(longer, place, stations_beside(path, longer, place).files)
@@ -103,7 +103,7 @@ def test_stations_of_a_real_town_lie_on_its_roads(name: str, real_maps: Path) ->
     path = real_maps / f"{name}.osm.pbf"
     graph = import_region(path, [], name)
     kept, report = bring_in(graph, [read_osm_stations(path)])
-    assert report.told == {"osm": 23}
+    assert report.read_count == {"osm": 23}
     assert report.kept + report.united == 23
     assert all(found.position and found.snap_m < 50.0 for found in kept.stations)
     assert sum(found.capacity or 0 for found in kept.stations) == 2 * 23

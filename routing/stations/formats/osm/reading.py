@@ -259,7 +259,7 @@ def _station(thing: _Drawn, shape: BaseGeometry, parts: list[_Drawn]) -> Station
         operator=tags.get("operator", "").strip(),
         network=tags.get("network", "").strip() or tags.get("brand", "").strip(),
         capacity=capacity,
-        access=_told_by(thing, parts),
+        access=_access_by(thing, parts),
         fee=fee_of(tags),
         price=charge_of(tags),
         opening_hours=hours or None,
@@ -275,14 +275,14 @@ def _number_of(tags: Mapping[str, str]) -> str:
     return "" if ref.casefold() in ("fixme", "?", "unknown") else ref
 
 
-def _told_by(thing: _Drawn, parts: list[_Drawn]) -> Access:
+def _access_by(thing: _Drawn, parts: list[_Drawn]) -> Access:
     every = (access_of(part.tags) for part in (thing, *parts))
     return next((access for access in every if access is not Access.UNKNOWN), Access.UNKNOWN)
 
 
-def _added_up(told: Iterable[tuple[Socket, ...]]) -> tuple[Socket, ...]:
+def _added_up(parts: Iterable[tuple[Socket, ...]]) -> tuple[Socket, ...]:
     counts: dict[Socket, int] = {}
-    for sockets in told:
+    for sockets in parts:
         for socket in sockets:
             single = replace(socket, count=1)
             counts[single] = counts.get(single, 0) + socket.count

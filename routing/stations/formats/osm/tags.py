@@ -221,13 +221,13 @@ def sockets_of(tags: Mapping[str, str], at: Point) -> tuple[Socket, ...]:
         kind = socket_kind(key, tesla)
         if kind is None:
             continue
-        told = outputs_w(tags.get(f"{key}:output", ""))
+        named_w = outputs_w(tags.get(f"{key}:output", ""))
         count = count_of(tags[key])
         if count is None:
-            count = max(len(told), 1)
+            count = max(len(named_w), 1)
         if not 1 <= count <= MOST_SOCKETS:
             continue
-        for output_w, sockets in _shared_out(told, count, _output_of(tags, key, kind, of_station)).items():
+        for output_w, sockets in _shared_out(named_w, count, _output_of(tags, key, kind, of_station)).items():
             row = (kind.connector, output_w, _phases(tags, key, kind, output_w))
             found[row] = found.get(row, 0) + sockets
     if not found:
@@ -241,11 +241,11 @@ def sockets_of(tags: Mapping[str, str], at: Point) -> tuple[Socket, ...]:
     )
 
 
-def _shared_out(told: list[float], count: int, otherwise_w: float | None) -> dict[float | None, int]:
+def _shared_out(named_w: list[float], count: int, otherwise_w: float | None) -> dict[float | None, int]:
     """Outputs of so many sockets: each that is told goes to one, the least of them to those that are left."""
-    if not told:
+    if not named_w:
         return {otherwise_w: count}
-    outputs = sorted(told, reverse=True)[:count]
+    outputs = sorted(named_w, reverse=True)[:count]
     outputs += [outputs[-1]] * (count - len(outputs))
     return {output_w: outputs.count(output_w) for output_w in dict.fromkeys(outputs)}
 
