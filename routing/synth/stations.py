@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from energy.charging.charging import Connector
 from energy.stops import FunctionalClass
@@ -82,22 +83,33 @@ def synthetic_stations(graph: RoadGraph, seed: int) -> Stations:
     """Stations of a region: the same for the same graph and seed, each placed on a road.
 
     At the interchanges of motorways, MOTORWAY_APART_M from each other; in towns, one for each LINKS_A_TOWN_STATION
-    streets; along other roads, RURAL_APART_M from all others. O(links · stations).
+    streets; along other roads, RURAL_APART_M from all others. O(links log links).
     """
     rng = np.random.default_rng((seed, 17))
     middle = _middles(graph)
-    sites = _Sites(graph, middle)
+    shrink = np.cos(np.radians(0.5 * (graph.meta.bbox[1] + graph.meta.bbox[3])))
+    place_m = middle * METRE_PER_DEGREE * (shrink, 1.0)
+    taken: list[int] = []
     stations: list[Station] = []
 
     def build(links: NDArray[np.int64], apart_m: float, kinds: tuple[Kind, ...], word: str, most: int) -> None:
+        if links.size == 0:
+            return
+        tree = cKDTree(place_m[links])
+        blocked = np.zeros(links.size, np.bool_)
+        if taken:
+            blocked |= np.asarray(cKDTree(place_m[taken]).query(place_m[links])[0]) < apart_m
         built = 0
-        for link in rng.permutation(links).tolist():
+        for k in rng.permutation(links.size).tolist():
             if built == most:
                 break
-            if not sites.take(link, apart_m):
+            if blocked[k]:
                 continue
+            link = int(links[k])
+            blocked[tree.query_ball_point(place_m[link], apart_m)] = True
+            taken.append(link)
             built += 1
-            kind = kinds[int(rng.choice(len(kinds), p=np.array([k.share for k in kinds])))]
+            kind = kinds[int(rng.choice(len(kinds), p=[kind.share for kind in kinds]))]
             at = _aside(graph, middle, link, float(rng.uniform(*ASIDE_M)))
             stations.append(_station(graph, f"{word}-{built}", link, at, kind))
 
@@ -109,23 +121,6 @@ def synthetic_stations(graph: RoadGraph, seed: int) -> Stations:
     build(country, RURAL_APART_M, RURAL_KINDS, "rural", graph.link_count)
     placed = place_stations(graph, sorted(stations, key=lambda station: station.id))
     return Stations(placed.stations, (SOURCE,))
-
-
-class _Sites:
-    """Where stations stand already."""
-
-    def __init__(self, graph: RoadGraph, middle: NDArray[np.float64]) -> None:
-        shrink = np.cos(np.radians(0.5 * (graph.meta.bbox[1] + graph.meta.bbox[3])))
-        self._place_m = middle * METRE_PER_DEGREE * (shrink, 1.0)
-        self._taken = np.empty((0, 2))
-
-    def take(self, link: int, apart_m: float) -> bool:
-        """Whether a link is so far from all sites, which it then is one of."""
-        place_m = self._place_m[link]
-        if self._taken.size and float(np.hypot(*(self._taken - place_m).T).min()) < apart_m:
-            return False
-        self._taken = np.vstack((self._taken, place_m))
-        return True
 
 
 def _middles(graph: RoadGraph) -> NDArray[np.float64]:
