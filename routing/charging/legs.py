@@ -34,9 +34,7 @@ if TYPE_CHECKING:
 Place: TypeAlias = "tuple[LinkPosition, ...]"  # on each direction of its road
 
 MANY_LINKS: Final = 300_000  # of a graph on which one search to many places takes some tenths of a second
-# up to which number of targets searches directed to each of them take less than one to all: the more the larger
-FEW_TARGETS: Final = 2
-LINKS_A_TARGET: Final = 5000
+FEW_TARGETS: Final = 12  # up to which searches directed to each of them take less than one to all
 STAY: Final = Pair((Way(0.0, 0.0, 0.0, 0.0, 0.0),), (), math.inf, compared=True)
 NOWHERE: Final = Pair((), (), math.inf, compared=True)
 
@@ -214,7 +212,7 @@ class LegFinder:
         search = self._store.search
         if not there:
             return []
-        if len(there) > max(FEW_TARGETS, search.graph.link_count // LINKS_A_TARGET):
+        if len(there) > FEW_TARGETS:
             self._counts.searches += 1
             found, counts = find_paths(
                 self.space, search.pool, weights, Limits(), here, there, label_limit=search.label_limit

@@ -91,10 +91,23 @@ CROWD = 48  # labels on one link beyond which dominance is relaxed, which is cou
 
 
 class Goals(NamedTuple):
-    """Where a search may end: links, and how far along each [m]; (G,) each."""
+    """Where a search may end: links, rising, and how far along each [m]; (G,) each."""
 
     link: NDArray[np.int64]
     offset_m: NDArray[np.float64]
+
+
+@njit(nogil=True, cache=True, inline="always")
+def first_goal(link: NDArray[np.int64], of: int) -> int:
+    """The first of rising links that is not below one."""
+    low, high = 0, link.size
+    while low < high:
+        middle = (low + high) >> 1
+        if link[middle] < of:
+            low = middle + 1
+        else:
+            high = middle
+    return low
 
 
 @njit(nogil=True, cache=True)
@@ -284,9 +297,10 @@ def run(
         heap_drop(ws.heap_key, ws.heap_label, heap_size)
         heap_size -= 1
         settled += 1
-        for k in range(goals.link.size):
-            on_way = goals.link[k] == s.link and goals.offset_m[k] > s.offset_m
-            if on_way and reach_goal(p, r, links, ws, s, goals.offset_m[k], made):
+        for k in range(first_goal(goals.link, s.link), goals.link.size):
+            if goals.link[k] != s.link:
+                break
+            if goals.offset_m[k] > s.offset_m and reach_goal(p, r, links, ws, s, goals.offset_m[k], made):
                 heap_push(ws.heap_key, ws.heap_label, heap_size, ws.number[made, KEY], made)
                 heap_size += 1
                 made += 1

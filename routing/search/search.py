@@ -103,7 +103,7 @@ def _run(
 ) -> tuple[Workspace, int, int, SearchCounts]:
     ws, epoch = pool.take()
     began = _begin(space, rules, ws, starts, begin_s)
-    ws, status = _settle(space, rules, ws, goals, lent, bound, epoch)
+    ws, status = _settle(space, rules, ws, _places(goals), lent, bound, epoch)
     _check_settled(status, space, ws, pool, rules, epoch)
     counts = _counts(space, ws, rules, began)
     return ws, epoch, int(ws.counter[kernels_workspace.GOAL]), counts
@@ -121,19 +121,23 @@ def _begin(
     return began
 
 
+def _places(goals: Sequence[LinkPosition]) -> kernels_search.Goals:
+    """Goals as the kernel reads them."""
+    link = np.array([goal.link_idx for goal in goals], np.int64)
+    order = np.argsort(link, kind="stable")
+    return kernels_search.Goals(link[order], np.array([goal.offset_m for goal in goals], np.float64)[order])
+
+
 def _settle(
     space: SearchSpace,
     rules: SearchRules,
     ws: Workspace,
-    goals: Sequence[LinkPosition],
+    places: kernels_search.Goals,
     lent: LentDrives,
     bound: GoalBound,
     epoch: int,
 ) -> tuple[Workspace, int]:
     """Run the kernel until it is done, has met a goal or time is up, with more room wherever it asks for it."""
-    places = kernels_search.Goals(
-        np.array([g.link_idx for g in goals], np.int64), np.array([g.offset_m for g in goals], np.float64)
-    )
     budget = time_budget()
     while True:
         status = kernels_search.run(
@@ -338,17 +342,25 @@ def _run_to_all(
 ) -> tuple[list[FoundPath | None], SearchCounts]:
     """One search that ends when all targets are settled; targets_at: by link, how far along it which of them is [m]."""
     found = [-1] * len(targets)
+    whose = np.array([k for k, goals in enumerate(targets) for _ in goals], np.int64)
+    link = np.array([goal.link_idx for goals in targets for goal in goals], np.int64)
+    offset_m = np.array([goal.offset_m for goals in targets for goal in goals], np.float64)
+    order = np.argsort(link, kind="stable")
+    whose, link, offset_m = whose[order], link[order], offset_m[order]
+    left, missing = len(targets), np.ones(len(targets), np.bool_)
     ws, epoch = pool.take()
     began = _begin(space, rules, ws, starts)
     status = kernels_workspace.FOUND
-    while status == kernels_workspace.FOUND and -1 in found:
-        missing = [goal for label, goals in zip(found, targets, strict=True) if label < 0 for goal in goals]
-        ws, status = _settle(space, rules, ws, missing, lent, space.lower_bound.undirected, epoch)
+    while status == kernels_workspace.FOUND and left > 0:
+        places = kernels_search.Goals(link[missing[whose]], offset_m[missing[whose]])
+        ws, status = _settle(space, rules, ws, places, lent, space.lower_bound.undirected, epoch)
         for label in _labels_at_goals(ws, rules):
-            link_idx, offset_m = _goal_place(ws, label)
+            link_idx, at_goal_m = _goal_place(ws, label)
             for at_m, k in targets_at[link_idx]:
-                if found[k] < 0 and abs(at_m - offset_m) < SAME_OFFSET_M:
+                if found[k] < 0 and abs(at_m - at_goal_m) < SAME_OFFSET_M:
                     found[k] = label
+                    missing[k] = False
+                    left -= 1
         ws.counter[kernels_workspace.GOAL] = -1
     _check_settled(status, space, ws, pool, rules, epoch)
     counts = _counts(space, ws, rules, began)
@@ -395,7 +407,7 @@ def _least_cost(
     """The cost of the best way, or what no way is below where that takes more labels than the rules allow."""
     ws, epoch = pool.take()
     _begin(space, rules, ws, starts)
-    ws, status = _settle(space, rules, ws, goals, lent, bound, epoch)
+    ws, status = _settle(space, rules, ws, _places(goals), lent, bound, epoch)
     if status == kernels_workspace.TOO_MANY:
         height_m = space.arrays.tail_height_m[goals[0].link_idx]
         height_m += space.arrays.grade_frac[goals[0].link_idx] * goals[0].offset_m
