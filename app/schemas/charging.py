@@ -83,6 +83,15 @@ class StaySent(Sent):
     )
 
 
+class ViaStationSent(Sent):
+    """A via point that is a station at which the vehicle charges."""
+
+    via: Count = Field(
+        ge=0, description="position of the via point in via, from 0; the station's place is taken for it"
+    )
+    station: StationId = Field(description="id of the station")
+
+
 class ChargingRequest(Sent):
     """What charging stops may be like. Charges are fractions of the usable capacity."""
 
@@ -104,6 +113,12 @@ class ChargingRequest(Sent):
     networks: NetworksSent | None = Field(default=None, description="which to prefer, avoid or exclude")
     stations: list[StationId] | None = Field(
         default=None, min_length=1, max_length=MOST_STATIONS, description="ids of the only stations to stop at"
+    )
+    excluded_stations: list[StationId] = Field(
+        default=[], max_length=MOST_STATIONS, description="ids of stations not to stop at"
+    )
+    via_stations: list[ViaStationSent] = Field(
+        default=[], max_length=20, description="via points that are stations at which the vehicle charges"
     )
     stays: list[StaySent] = Field(default=[], max_length=21, description="stays that are taken anyway")
     departure_time: NaiveDatetime | None = Field(
@@ -135,13 +150,18 @@ class ChargingRequest(Sent):
     def _no_contradiction(self) -> ChargingRequest:
         if self.arrive_soc >= self.max_soc:
             raise refusal("arrive_soc", self.arrive_soc, f"below max_soc, {self.max_soc}")
-        for name in ("connectors", "stations", "speed_caps_kmh"):
+        for name in ("connectors", "stations", "excluded_stations", "speed_caps_kmh"):
             values = getattr(self, name) or []
             if len(set(values)) != len(values):
                 raise refusal(name, values, "each once")
         places = [stay.at for stay in self.stays]
         if len(set(places)) != len(places):
             raise refusal("stays", places, "one stay a place")
+        for k, chosen in enumerate(self.via_stations):
+            if chosen.station in self.excluded_stations:
+                raise refusal(f"via_stations[{k}].station", chosen.station, "a station that is not excluded")
+            if chosen.via in places or chosen.via in [other.via for other in self.via_stations[:k]]:
+                raise refusal(f"via_stations[{k}].via", chosen.via, "one stay or station a via point")
         return self
 
 

@@ -126,6 +126,10 @@ class RouteRequest(SearchRequest):
             raise refusal("stops", self.stops.value, "with charging expected, none or crossings")
         if self.reserve_soc >= charging.max_soc:
             raise refusal("charging.max_soc", charging.max_soc, f"above reserve_soc, {self.reserve_soc}")
+        for k, chosen in enumerate(charging.via_stations):
+            if chosen.via >= len(self.via):
+                allowed = f"0..{len(self.via) - 1}" if self.via else "a request with via points"
+                raise refusal(f"charging.via_stations[{k}].via", chosen.via, allowed)
         for k, stay in enumerate(charging.stays):
             if stay.at != "goal" and stay.at >= len(self.via):
                 places = "goal" if not self.via else f"0..{len(self.via) - 1}, a position in via, or goal"

@@ -48,6 +48,8 @@ class ChargingQuery:
     does not look at. confidence: probability, 0.5..0.999, with which arrive_soc_frac is kept at every stop; None: by
     the mean. speed_caps_mps: highest speeds to try beside none [m/s]. most_stops: at most. alternatives: further plans.
     time_value_per_h: what an hour is worth where the objective is cost, in the currency of the prices.
+    excluded_stations: ids that are not used. via_stations: via points, by their position in the query, that are
+    stations, by id, at which the vehicle must charge.
     """
 
     arrive_soc_frac: float = 0.1
@@ -67,6 +69,8 @@ class ChargingQuery:
     most_stops: int = 20
     alternatives: int = 0
     time_value_per_h: float = 10.0
+    excluded_stations: frozenset[str] = frozenset()
+    via_stations: tuple[tuple[int, str], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -102,6 +102,9 @@ def check(query: RouteQuery, charging: ChargingQuery) -> None:
             raise QueryError("charging.stays.via_idx", stay.via_idx, f"0..{len(query.via) - 1}, or none for the goal")
         if not (0.0 <= stay.seconds <= 7 * 86_400.0 and stay.power_w >= 0.0):
             raise QueryError("charging.stays", (stay.seconds, stay.power_w), "0..604800 s, a power of 0 or more")
+    for k, (via_idx, _) in enumerate(charging.via_stations):
+        if not 0 <= via_idx < len(query.via):
+            raise QueryError(f"charging.via_stations[{k}].via", via_idx, f"0..{len(query.via) - 1}")
 
 
 class _Asked:
@@ -120,7 +123,8 @@ class _Asked:
         self._began = time.perf_counter()
         self._search, self._chains = planner._search, planner._chains
         self._legs, self._proof_s, self._draws = planner._legs, planner._proof_s, planner._draws
-        self._query, self._charging, self._stations, self._places = query, charging, stations, places
+        self._query, self._charging, self._stations = query, charging, stations
+        self._places = _places_with_stations(places, charging, stations)
         if query.conditions.ambient_k is not None:
             vehicle_charging = at_battery_temperature(vehicle_charging, query.conditions.ambient_k - ZERO_CELSIUS_K)
         self._vehicle_charging, self._margin_j = vehicle_charging, margin_j
@@ -140,6 +144,11 @@ class _Asked:
         if self._charging.confidence is not None and self._margin_j is None:
             self._margin_j = self._least_margin(self._charging.confidence)
         task = self._task(self._query, self._charging)
+        usable = {site.station.id for site in task.sites}
+        for k, (_, station_id) in enumerate(self._charging.via_stations):
+            if station_id not in usable:
+                allowed = "a station that the vehicle can charge at under what is asked"
+                raise QueryError(f"charging.via_stations[{k}].station", station_id, allowed)
         stage_s = {"set_up": self._since()}
         best = task.found()
         stage_s["first_plan"] = self._since()
@@ -339,6 +348,17 @@ class _Asked:
             else:
                 low = middle
         return high / 100.0
+
+
+def _places_with_stations(
+    places: Sequence[Place], charging: ChargingQuery, stations: Sequence[Station]
+) -> Sequence[Place]:
+    """Start, via points and goal, of which those that are stations lie where these are on the roads."""
+    if not charging.via_stations:
+        return places
+    positions = {station.id: station.position for station in stations}
+    at = dict(charging.via_stations)
+    return [positions.get(at.get(k - 1, ""), place) for k, place in enumerate(places)]
 
 
 def _stops_of(plan: Plan) -> tuple[tuple[str, int, float | None], ...]:

@@ -66,7 +66,7 @@ def usable_sites(charging: Charging, query: ChargingQuery, stations: Sequence[St
     curves: dict[tuple[object, ...], PowerCurve | None] = {}
     sites = []
     for station in stations:
-        if only and station.id not in only:
+        if (only and station.id not in only) or station.id in query.excluded_stations:
             continue
         if not station.position or station.operational is False or station.access in NO_PUBLIC:
             continue

@@ -108,6 +108,7 @@ class Task:
         self.queries = capped(query, charging.speed_caps_mps)
         self._finders = [LegFinder(legs, capped_query, weightings, self.counts) for capped_query in self.queries]
         self._vias: dict[int, list[Arc]] = {}
+        self._charged_vias = frozenset(-1 - via_idx for via_idx, _ in charging.via_stations)
         self._beyond: dict[int, list[tuple[int, Way]]] = {}  # ways that no full battery suffices for, by their place
         self._near = np.ones((self._stages, len(sites)), np.bool_)  # the stations that journeys may call at, by stage
         self.least_cost = self._look_ahead()
@@ -343,6 +344,8 @@ class Task:
         for k, site in enumerate(self.sites):
             if site.station.position == self.places[-via]:
                 found.append(self._arc(1 + stage * len(self.sites) + k, part.way, (part,)))
+        if via in self._charged_vias:
+            return found
         before = part.way
         stay = self.stay_at(-1 - via)
         if stay is not None:

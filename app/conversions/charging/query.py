@@ -54,6 +54,8 @@ def charging_query(understood: RouteRequest, charging: Charging, names: StationN
         network_factors=factors,
         excluded_networks=excluded,
         stations=tuple(sent.stations or ()),
+        excluded_stations=frozenset(sent.excluded_stations),
+        via_stations=tuple((chosen.via, chosen.station) for chosen in sent.via_stations),
         stays=tuple(
             FixedStay(
                 via_idx=None if isinstance(stay.at, str) else stay.at,
@@ -96,10 +98,13 @@ def charging_warnings(charging: Charging, understood: RouteRequest) -> tuple[str
 
 
 def _check_stations(sent: ChargingRequest, names: StationNames, graph_name: str) -> None:
-    for k, station_id in enumerate(sent.stations or ()):
+    named = [(f"stations[{k}]", station_id) for k, station_id in enumerate(sent.stations or ())]
+    named += [(f"excluded_stations[{k}]", station_id) for k, station_id in enumerate(sent.excluded_stations)]
+    named += [(f"via_stations[{k}].station", chosen.station) for k, chosen in enumerate(sent.via_stations)]
+    for field, station_id in named:
         if station_id not in names.ids:
             allowed = f"ids of stations of graph {graph_name!r}{question(names.similar_ids(station_id))}"
-            raise QueryError(f"charging.stations[{k}]", station_id, allowed)
+            raise QueryError(f"charging.{field}", station_id, allowed)
 
 
 def _usable_plugs(sent: ChargingRequest, charging: Charging, names: StationNames, graph_name: str) -> list[Connector]:

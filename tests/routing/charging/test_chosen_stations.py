@@ -1,0 +1,78 @@
+"""Stations that are chosen: to charge at as via points, and not to use."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import pytest
+
+from routing.errors import QueryError
+from tests.routing.charging.worlds import drawn_world
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from routing.charging.plan import ChargingAnswer, ChargingQuery, Plan
+    from tests.routing.charging.worlds import World
+
+SEEDS = range(60)
+
+
+def answer(world: World, charging: ChargingQuery, via: tuple[str, ...] = ()) -> ChargingAnswer:
+    """The answer of a world over stations as via points."""
+    positions = {station.id: station.position for station in world.stations}
+    start, goal = world.places
+    query = replace(world.query, via=tuple(world.query.start for _ in via))
+    places = [start, *(positions[name] for name in via), goal]
+    return world.planner().plan(query, charging, world.vehicle_charging, world.stations, places)
+
+
+def stops(plan: Plan) -> list[str]:
+    return [stop.station.id for stop in plan.stops if stop.station is not None]
+
+
+def planned_worlds() -> Iterator[tuple[World, Plan]]:
+    """Worlds in which a plan stops somewhere."""
+    for seed in SEEDS:
+        world = drawn_world(seed)
+        plans = answer(world, world.charging).plans
+        if plans and plans[0].stops:
+            yield world, plans[0]
+
+
+def test_excluded_stations_are_not_used_and_never_make_a_plan_better():
+    found = 0
+    for world, plan in planned_worlds():
+        gone = stops(plan)[0]
+        others = answer(world, replace(world.charging, excluded_stations=frozenset({gone}))).plans
+        if others:
+            found += 1
+            assert gone not in stops(others[0])
+            assert others[0].objective >= plan.objective * (1.0 - 1e-9)
+    assert found >= 3
+
+
+def test_station_as_a_via_point_is_charged_at_and_never_makes_a_plan_better():
+    found = 0
+    for world, plan in planned_worlds():
+        for station in world.stations:
+            charging = replace(world.charging, via_stations=((0, station.id),))
+            forced = answer(world, charging, (station.id,)).plans
+            if not forced:
+                continue
+            found += 1
+            assert station.id in stops(forced[0])
+            assert forced[0].objective >= plan.objective * (1.0 - 1e-9)
+            if station.id in stops(plan):
+                assert forced[0].objective == pytest.approx(plan.objective, rel=1e-6)
+    assert found >= 8
+
+
+def test_via_point_that_is_no_usable_station_is_refused_by_its_name():
+    world, _ = next(planned_worlds())
+    charging = replace(world.charging, via_stations=((0, "nowhere"),))
+    with pytest.raises(QueryError, match=r"via_stations\[0\]\.station"):
+        answer(world, charging, (world.stations[0].id,))
+    with pytest.raises(QueryError, match=r"via_stations\[0\]\.via"):
+        answer(world, replace(charging, via_stations=((3, "s0"),)), (world.stations[0].id,))
