@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Final, TypeVar
 
 from app.atlas import Atlas
 from app.caches import CacheRegistry
-from app.conversions.charging.names import StationNames
 from app.conversions.charging.plans import PlannedStops
 from app.conversions.charging.query import charging_of, charging_query, charging_warnings
 from app.conversions.conditions import conditions_from, vehicle_with_effects
@@ -55,6 +54,7 @@ from energy.stops import USUAL_STOPS
 from energy.vehicle.files import load_published, load_vehicles
 from routing.errors import GraphNotFoundError
 from routing.graph.folders import graph_folders
+from routing.stations.names import StationNames
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -224,9 +224,9 @@ class Service:
         planner, index, _ = self.atlas.planner_with_stations(understood.graph)
         names = self._station_names.get(understood.graph)
         if names is None or names.stations is not index.stations:
-            names = self._station_names[understood.graph] = StationNames(index.stations)
+            names = self._station_names[understood.graph] = StationNames(understood.graph, index.stations)
         charging = charging_of(query.vehicle, understood)
-        asked = charging_query(understood, charging, names, understood.graph)
+        asked = charging_query(understood, charging, names)
         answer, charged = planner.journey(query, asked, charging, index.stations.stations)
         return answer, PlannedStops(charged.plans, charged.no_plan, charged.stats, names.sources), planner
 

@@ -4,29 +4,26 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from app.conversions.charging.names import question
 from app.conversions.charging.plans import departure_of
-from energy.charging.power import at_battery_temperature, fits
+from energy.charging.power import at_battery_temperature
 from energy.conditions import minute_of_week
 from energy.errors import VehicleError
 from energy.units import KMH_PER_MPS, SECOND_PER_MINUTE
 from routing.charging.plan import ChargingQuery, FixedStay
 from routing.errors import QueryError
+from routing.stations.names import network_rules
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from app.conversions.charging.names import StationNames
-    from app.schemas.charging import ChargingRequest, NetworksSent
+    from app.schemas.charging import NetworksSent
     from app.schemas.route import RouteRequest
-    from energy.charging.charging import Charging, Connector
+    from energy.charging.charging import Charging
     from energy.vehicle.files import AnyVehicle
+    from routing.stations.names import StationNames
 
 W_PER_KW: Final = 1000.0
-POWER_ROUNDING: Final = 1e-9
 
 
-def charging_query(understood: RouteRequest, charging: Charging, names: StationNames, graph_name: str) -> ChargingQuery:
+def charging_query(understood: RouteRequest, charging: Charging, names: StationNames) -> ChargingQuery:
     """What the planner is asked; charging: of the vehicle, names: of the graph's stations.
 
     Raises QueryError, naming the field of the request, where it names what the graph's stations or the vehicle lack.
@@ -34,15 +31,16 @@ def charging_query(understood: RouteRequest, charging: Charging, names: StationN
     sent = understood.charging
     if sent is None:
         raise QueryError("charging", None, "an object")
-    if not names.ids:
-        allowed = "a graph with charging stations, which `joulepath stations import` gives it"
-        raise QueryError(
-            "graph", graph_name, allowed, message=f"graph {graph_name!r} has no stations: choose {allowed}"
-        )
-    _check_stations(sent, names, graph_name)
-    plugs = _usable_plugs(sent, charging, names, graph_name)
-    _check_power(sent, plugs, names, graph_name)
-    factors, excluded = _networks(sent.networks, names, graph_name)
+    names.check_any("graph")
+    for k, station_id in enumerate(sent.stations or ()):
+        names.check_id(f"charging.stations[{k}]", station_id)
+    for k, station_id in enumerate(sent.excluded_stations):
+        names.check_id(f"charging.excluded_stations[{k}]", station_id)
+    for k, chosen in enumerate(sent.via_stations):
+        names.check_id(f"charging.via_stations[{k}].station", chosen.station)
+    plugs = names.usable_plugs("charging.connectors", charging, sent.connectors or ())
+    names.check_power("charging.min_power_kw", sent.min_power_kw, plugs)
+    factors, excluded = network_rules(names, "charging.networks.", _weighted(sent.networks))
     departure = departure_of(understood)
     return ChargingQuery(
         arrive_soc_frac=max(sent.arrive_soc, understood.reserve_soc),
@@ -97,63 +95,11 @@ def charging_warnings(charging: Charging, understood: RouteRequest) -> tuple[str
     return (f"the battery counts as cold as the air, {ambient_c:g} °C: it takes {share:.0%} of its power",)
 
 
-def _check_stations(sent: ChargingRequest, names: StationNames, graph_name: str) -> None:
-    named = [(f"stations[{k}]", station_id) for k, station_id in enumerate(sent.stations or ())]
-    named += [(f"excluded_stations[{k}]", station_id) for k, station_id in enumerate(sent.excluded_stations)]
-    named += [(f"via_stations[{k}].station", chosen.station) for k, chosen in enumerate(sent.via_stations)]
-    for field, station_id in named:
-        if station_id not in names.ids:
-            allowed = f"ids of stations of graph {graph_name!r}{question(names.similar_ids(station_id))}"
-            raise QueryError(f"charging.{field}", station_id, allowed)
-
-
-def _usable_plugs(sent: ChargingRequest, charging: Charging, names: StationNames, graph_name: str) -> list[Connector]:
-    """Plugs of stations that the vehicle may use; none where it fits none and none is asked for."""
-    fitting = [plug for plug in names.most_w if fits(charging, plug)]
-    if sent.connectors is None:
-        return fitting
-    for k, plug in enumerate(sent.connectors):
-        if not fits(charging, plug):
-            allowed = f"plugs that fit the vehicle: {_listed(charging.connectors)}"
-            raise QueryError(f"charging.connectors[{k}]", plug.value, allowed)
-    usable = [plug for plug in fitting if plug in sent.connectors]
-    if not usable:
-        has = _listed(fitting) or f"none that fits the vehicle, but {_listed(names.most_w)}"
-        allowed = f"plugs that stations of graph {graph_name!r} have: {has}"
-        raise QueryError("charging.connectors", [plug.value for plug in sent.connectors], allowed)
-    return usable
-
-
-def _check_power(sent: ChargingRequest, plugs: list[Connector], names: StationNames, graph_name: str) -> None:
-    if sent.min_power_kw <= 0.0 or not plugs:
-        return
-    most_kw = max(names.most_w[plug] for plug in plugs) / W_PER_KW
-    if sent.min_power_kw > most_kw * (1.0 + POWER_ROUNDING):
-        whose = f"the most of stations of graph {graph_name!r} with {_listed(plugs)}"
-        raise QueryError("charging.min_power_kw", sent.min_power_kw, f"at most {most_kw:g}, {whose}")
-
-
-def _networks(
-    sent: NetworksSent | None, names: StationNames, graph_name: str
-) -> tuple[dict[str, float], frozenset[str]]:
-    """Factors by the names that stations have, and names of those that are excluded."""
+def _weighted(sent: NetworksSent | None) -> tuple[tuple[str, list[str], float | None], ...]:
     if sent is None:
-        return {}, frozenset()
-    factors: dict[str, float] = {}
-    excluded: set[str] = set()
-    for kind, factor in (("preferred", sent.preferred_factor), ("avoided", sent.avoided_factor), ("excluded", None)):
-        for k, name in enumerate(getattr(sent, kind)):
-            known = names.networks.get(name.casefold())
-            if known is None:
-                meant = question(names.similar_networks(name))
-                allowed = f"a network or an operator of stations of graph {graph_name!r}{meant}"
-                raise QueryError(f"charging.networks.{kind}[{k}]", name, allowed)
-            if factor is None:
-                excluded |= known
-            else:
-                factors |= dict.fromkeys(known, factor)
-    return factors, frozenset(excluded)
-
-
-def _listed(plugs: Iterable[Connector]) -> str:
-    return ", ".join(sorted(plug.value for plug in plugs))
+        return ()
+    return (
+        ("preferred", sent.preferred, sent.preferred_factor),
+        ("avoided", sent.avoided, sent.avoided_factor),
+        ("excluded", sent.excluded, None),
+    )
