@@ -179,7 +179,7 @@ class Planner:
         if not charged.plans:
             answer = self.route(query)
             return replace(answer, warnings=charged.warnings + answer.warnings), charged
-        routes = tuple(route_of_plan(self._chains, query, plan, points[0]) for plan in charged.plans)
+        routes = tuple(route_of_plan(self._chains, query, plan, points[0], places[1:-1]) for plan in charged.plans)
         warnings = charged.warnings + self._search.warnings(query, False, 0.0)
         if (
             any(plan.stops for plan in charged.plans)

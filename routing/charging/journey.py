@@ -126,6 +126,7 @@ class JourneyMaker:
                     soc_end_frac=end,
                     soc_min_frac=float(min(soc, charge.min())) if stretches else soc,
                     speed_cap_mps=task.cap_mps(max(part.cap for part in drive.parts)),
+                    caps=tuple((len(self.spans(part.way)), task.cap_mps(part.cap)) for part in drive.parts),
                 )
             )
             clock_s, soc = clock_s + leg_s, end

@@ -123,7 +123,8 @@ class Fallback:
 class PlanLeg:
     """A drive between two stops: its stretches, time, energy, charge at both ends, and the speed cap that it kept.
 
-    soc_min_p10_frac: least charge on the way that is not exceeded with 10 %.
+    soc_min_p10_frac: least charge on the way that is not exceeded with 10 %. caps: of its parts, between which it may
+    come over via points and stations at which nothing is charged: how many stretches each has, and its speed cap.
     """
 
     spans: tuple[LinkSpan, ...]
@@ -136,6 +137,7 @@ class PlanLeg:
     speed_cap_mps: float | None = None
     route: Route | None = None
     soc_min_p10_frac: float | None = None
+    caps: tuple[tuple[int, float | None], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)

@@ -51,19 +51,19 @@ def route_of(
     spans: tuple[LinkSpan, ...],
     leg_first: tuple[int, ...],
     refills: Sequence[Refill] = (),
-    speed_caps_mps: Sequence[float | None] = (),
+    cap_mps: NDArray[np.float64] | None = None,
 ) -> Route:
     """The route along stretches of links, as a query's vehicle drives them.
 
     leg_first: for each leg, the position of its first stretch, and the number of stretches at the end. refills: its
     charging stops in order; with any, it has no distribution, and a nearly full battery accepts all that is
-    recuperated. speed_caps_mps: of each leg, or none at all.
+    recuperated. cap_mps: highest speed at which each stretch is driven, float64 (n,), inf for none.
     """
     graph = chains.graph
     chain = chains.chain(spans, query.stop_settings, query.conditions)
     limit_mps = chain.speed_limit_mps
-    if any(cap is not None for cap in speed_caps_mps):
-        chain = replace(chain, speed_limit_mps=_capped(limit_mps, leg_first, speed_caps_mps, query))
+    if cap_mps is not None:
+        chain = replace(chain, speed_limit_mps=np.minimum(limit_mps, cap_mps / query.conditions.speed_factor))
     result = simulate_chain(
         query.vehicle,
         chain,
@@ -97,6 +97,7 @@ def route_of(
         soc_end_p10_frac=low,
         soc_end_p90_frac=high,
     )
+    legs = _legs(leg_first, result, soc, query.soc_frac, chain.length_m, energy_j + braked, refills)
     climb = chain.grade_frac * chain.length_m
     soc_min = float(min(soc.min(), query.soc_frac, *(refill.depart_soc_frac for refill in refills)))
     # the figures decide, not the search: it rounds differently, and `counted` stops are not those it saw
@@ -111,13 +112,13 @@ def route_of(
         parts=result.parts,
         braked_away_j=float(braked.sum()),
         soc_start_frac=query.soc_frac,
-        soc_end_frac=float(soc[-1]),
+        soc_end_frac=legs[-1].soc_end_frac,
         soc_min_frac=soc_min,
         climb_m=float(climb[climb > 0.0].sum()),
         descent_m=float(-climb[climb < 0.0].sum()),
         geometry=geometry,
         links=links,
-        legs=_legs(leg_first, result, soc, query.soc_frac, chain.length_m, energy_j + braked, refills, speed_caps_mps),
+        legs=legs,
         height_start_m=height_m(graph, spans[0].link_idx, spans[0].from_m),
         hot_links=_hot_links(chain, result, links.road_name),
         uncertainty=spread,
@@ -135,20 +136,6 @@ def route_of(
             missing * capacity_wh,
         ),
     )
-
-
-def _capped(
-    limit_mps: NDArray[np.float64],
-    leg_first: tuple[int, ...],
-    speed_caps_mps: Sequence[float | None],
-    query: RouteQuery,
-) -> NDArray[np.float64]:
-    """Limits under which each leg is driven no faster than its cap, float64 (n,) [m/s]."""
-    capped = limit_mps.copy()
-    for (begin, end), cap_mps in zip(pairwise(leg_first), speed_caps_mps, strict=True):
-        if cap_mps is not None:
-            capped[begin:end] = np.minimum(capped[begin:end], cap_mps / query.conditions.speed_factor)
-    return capped
 
 
 def _charge_along(
@@ -246,7 +233,6 @@ def _legs(
     length_m: NDArray[np.float64],
     battery_j: NDArray[np.float64],
     refills: Sequence[Refill],
-    speed_caps_mps: Sequence[float | None],
 ) -> tuple[RouteLeg, ...]:
     """What each leg takes, from the links of the whole; soc: float64 (n,) at each link's end."""
     way_m = np.concatenate(([0.0], np.cumsum(length_m)))
@@ -270,7 +256,6 @@ def _legs(
                 battery_j=float(battery_j[begin:end].sum()),
                 soc_start_frac=start_frac,
                 ends_at=LegEnd.GOAL if goal else LegEnd.STOP if k in departs else LegEnd.VIA,
-                speed_cap_mps=speed_caps_mps[k] if speed_caps_mps else None,
             )
         )
         start_frac = departs.get(k, end_frac)
