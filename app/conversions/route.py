@@ -115,7 +115,7 @@ def route_features_json(
 
 def _leg_features(route: Route) -> list[dict[str, object]]:
     """The fields of a LegFeature for each leg that something is driven on."""
-    features = []
+    features: list[dict[str, object]] = []
     for k, leg in enumerate(route.legs):
         if leg.first_link is None or leg.last_link is None:
             continue

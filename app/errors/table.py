@@ -35,6 +35,9 @@ REQUEST_FIELDS: Final[Mapping[str, str]] = {
     "bands_soc_frac": "bands",
     "stop_rule": "stops",
     "weightings": "weights",
+    "charging.arrive_soc_frac": "charging.arrive_soc",
+    "charging.goal_soc_frac": "charging.goal_soc",
+    "charging.max_soc_frac": "charging.max_soc",
 }
 
 

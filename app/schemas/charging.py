@@ -321,6 +321,9 @@ class ChargingPlanAnswer(Answered):
     totals: PlanTotals
     stops: list[ChargingStopAnswer] = Field(description="in order; empty where none is needed")
     goal: GoalArrival
+    probability_kept: float | None = Field(
+        description="of arriving everywhere in one journey with at least what was asked; null where not known"
+    )
     sources: list[SourceAnswer] = Field(description="of the stations of this plan; to be named where it is shown")
 
 

@@ -161,7 +161,7 @@ class RouteLinkAnswer(Answered):
     id: int = Field(description="directed link of the graph; can be sent to POST /simulate")
     from_m: float
     to_m: float
-    rest: bool = Field(description="whether it ends at a via point, where the vehicle comes to rest")
+    rest: bool = Field(description="whether it ends at a via point or charging stop, where the vehicle comes to rest")
     length_m: float = Field(description="driven length, to_m - from_m [m]")
     duration_s: float = Field(description="with standing still [s]")
     energy_wh: float = Field(description="from the battery, negative where more is recuperated [Wh]")
@@ -245,10 +245,11 @@ class RouteProperties(Answered):
     """Everything of one route but its geometry."""
 
     name: str = Field(
-        description="weighting that it is best in; 'custom' for own weights; 'pareto-2' … of a Pareto set"
+        description="weighting that it is best in; 'custom' for own weights; 'pareto-2' … of a Pareto set; 'best', "
+        "'fewest stops', 'fastest', 'most reserve' of plans with charging stops"
     )
     weights: WeightsSent | None = Field(
-        description="what it is best in; null for a route of a Pareto set that no weighting found"
+        description="what it is best in; null for a route of a Pareto set that no weighting found, and of a plan"
     )
     feasible: bool = Field(description="whether the charge stays above the reserve")
     distance_m: float
@@ -267,7 +268,7 @@ class RouteProperties(Answered):
     deficit_kwh: float = Field(description="energy missing to stay above the reserve [kWh], 0 if feasible")
     furthest: LatLon | None = Field(description="where the charge falls below the reserve")
     remedy: RemedyAnswer | None
-    uncertainty: UncertaintyAnswer | None = Field(description="null unless asked for")
+    uncertainty: UncertaintyAnswer | None = Field(description="null unless asked for, and of routes with stops")
     hot_links: list[HotLinks] = Field(description="where the energy goes: the most energy-intensive stretches")
     charging: ChargingPlanAnswer | None = Field(description="stops, totals and proof; null unless asked for")
     legs: list[RouteLegAnswer] = Field(

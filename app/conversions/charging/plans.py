@@ -51,7 +51,7 @@ def plan_answer(
     stops = [
         _stop(stop, leg, route.legs[leg].to_m, departure, graph) for stop, leg in zip(plan.stops, legs, strict=True)
     ]
-    total_s = plan.driving_s + plan.charging_s + plan.overhead_s
+    total_s = float(plan.driving_s + plan.charging_s + plan.overhead_s)
     quantiles = plan.goal_quantiles_frac or (None, None, None)
     price, currency = _price(plan)
     assert understood.charging is not None
@@ -70,9 +70,9 @@ def plan_answer(
         },
         "totals": {
             "total_s": total_s,
-            "driving_s": plan.driving_s,
-            "charging_s": plan.charging_s,
-            "overhead_s": plan.overhead_s,
+            "driving_s": float(plan.driving_s),
+            "charging_s": float(plan.charging_s),
+            "overhead_s": float(plan.overhead_s),
             "charged_kwh": sum(stop.charged_j for stop in plan.stops) / JOULE_PER_KWH,
             "drawn_kwh": sum(stop.drawn_j for stop in plan.stops) / JOULE_PER_KWH,
             "price": price,
@@ -89,6 +89,7 @@ def plan_answer(
             "probability_kept": plan.goal_kept_probability_frac,
             "stay": None if plan.goal_stay is None else _goal_stay(plan.goal_stay, departure),
         },
+        "probability_kept": plan.kept_probability_frac,
         "sources": _sources(stations, planned.sources),
     }
 

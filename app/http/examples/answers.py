@@ -55,6 +55,22 @@ ROUTE_REQUESTS: Final[dict[str, Any]] = {
             "links": False,
         },
     },
+    "charging": {
+        "summary": "A journey beyond the charge, with the charging stops that make it fastest",
+        "value": {
+            "start": [-36.433, 43.872],
+            "goal": [-35.19, 43.697],
+            "soc": 0.3,
+            "vehicle": "hyundai-kona-64",
+            "charging": {
+                "max_soc": 0.8,
+                "min_power_kw": 50,
+                "networks": {"avoided": ["Voltway"]},
+                "departure_time": "2026-11-30T08:15:00",
+            },
+            "links": False,
+        },
+    },
     "inline vehicle": {
         "summary": "A vehicle of one's own, with a weight on time",
         "value": {
@@ -277,6 +293,7 @@ DIAGNOSIS_REQUESTS: Final[dict[str, Any]] = {
 }
 
 ROUTE_ANSWER: Final = _answer("route")
+CHARGING_ANSWER: Final = _answer("route_charging")
 ROUTE_FEATURES: Final = _answer("route_geojson")
 MATRIX_ANSWER: Final = _answer("matrix")
 RANGE_FEATURES: Final = _answer("range")

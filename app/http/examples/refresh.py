@@ -45,12 +45,14 @@ def refresh(*, diagnoses_only: bool = False) -> None:
 
 def _answers(service: Service) -> dict[str, Any]:
     eco = RouteRequest.model_validate(ROUTE_REQUESTS["eco"]["value"])
+    journey = RouteRequest.model_validate(ROUTE_REQUESTS["charging"]["value"])
     square = MatrixRequest.model_validate(MATRIX_REQUESTS["all to all"]["value"])
     bands = RangeRequest.model_validate(RANGE_REQUESTS["charges left"]["value"])
     chain = SimulateRequest.model_validate(SIMULATE_REQUESTS["chain"]["value"])
     table = InlineTableVehicle.model_validate(VEHICLE_BODIES["consumption table"]["value"])
     answers = {
         "route": service.route(eco),
+        "route_charging": service.route(journey),
         "matrix": service.matrix(square),
         "range": service.range(bands),
         "simulate": service.simulate(chain),

@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Header, Request, Response
 
 from app.http.admission import Cost
-from app.http.examples.answers import ROUTE_ANSWER, ROUTE_FEATURES, ROUTE_REQUESTS
+from app.http.examples.answers import CHARGING_ANSWER, ROUTE_ANSWER, ROUTE_FEATURES, ROUTE_REQUESTS
 from app.http.examples.problems import BODY_CODES, SEARCH_CODES, problems
 from app.http.json_body import BoundedRoute
 from app.http.routes.access import GEOJSON, JSON, RunningService, Searches, long_answer, prefers_geojson
@@ -19,19 +19,24 @@ router = APIRouter(route_class=BoundedRoute, tags=["route"])
 
 @router.post(
     "/route",
-    summary="Energy-optimal routes with the state of charge at every link",
+    summary="Energy-optimal routes with the state of charge at every link, and charging stops where asked for",
     response_model=RouteResponse,
     responses={
         200: {
             "content": {
-                "application/json": {"example": ROUTE_ANSWER},
+                "application/json": {
+                    "examples": {
+                        "eco": {"summary": "Least energy", "value": ROUTE_ANSWER},
+                        "charging": {"summary": "With charging stops", "value": CHARGING_ANSWER},
+                    }
+                },
                 GEOJSON: {
                     "schema": {"$ref": "#/components/schemas/RouteFeatureCollection"},
                     "example": ROUTE_FEATURES,
                 },
             }
         },
-        **problems("/route", *SEARCH_CODES, *BODY_CODES, ErrorCode.NO_PATH),
+        **problems("/route", *SEARCH_CODES, *BODY_CODES, ErrorCode.NO_PATH, ErrorCode.GRAPH_DAMAGED),
     },
 )
 async def find_route(
@@ -46,7 +51,8 @@ async def find_route(
     """One route for each weighting, by default the one that takes the least energy, or a Pareto set of time and energy.
 
     A goal that can't be reached on this charge is an answer too: `feasible` is false, `deficit_kwh` says how much is
-    missing, `furthest` where, and `remedy` what would make it feasible.
+    missing, `furthest` where, and `remedy` what would make it feasible. With `charging`, stops are planned that make it
+    reachable: one route for each plan, or `no_plan`.
     """
     # a graph that the vehicle has not met under these conditions is made ready first
     known = isinstance(sent.vehicle, str | None) and sent.conditions is None and sent.effects is None
