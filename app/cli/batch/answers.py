@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from app.cli.batch.opening import ServiceOrder
     from app.cli.batch.requests import RequestRow
+    from app.schemas.charging import ChargingPlanAnswer
     from app.schemas.problem import Problem
     from app.schemas.route import RouteResponse
     from app.service.service import Service
@@ -91,6 +92,7 @@ def _records(row: RequestRow, response: RouteResponse) -> tuple[dict[str, Any], 
         "start_snapped_m": response.snapped.start.distance_m,
         "goal_snapped_m": response.snapped.goal.distance_m,
         "warnings": "; ".join(response.warnings),
+        "no_plan": None if response.no_plan is None else response.no_plan.reason,
     }
     return tuple(
         {
@@ -100,13 +102,28 @@ def _records(row: RequestRow, response: RouteResponse) -> tuple[dict[str, Any], 
             "energy_kwh": route.energy_kwh,
             "battery_kwh": route.battery_kwh,
             "duration_s": route.duration_s,
+            "total_s": route.total_s,
             "distance_m": route.distance_m,
             "soc_end": route.soc_end,
             "soc_min": route.soc_min,
             "deficit_kwh": route.deficit_kwh,
             "climb_m": route.climb_m,
             "descent_m": route.descent_m,
+            **_charging_columns(route.charging),
             "geometry": shapely.to_wkb(shapely.LineString(route.geometry.coordinates)),
         }
         for route in response.routes
     )
+
+
+def _charging_columns(plan: ChargingPlanAnswer | None) -> dict[str, Any]:
+    if plan is None:
+        return {}
+    totals = plan.totals
+    return {
+        "stops": len(plan.stops),
+        "charging_s": totals.charging_s,
+        "charged_kwh": totals.charged_kwh,
+        "charging_price": totals.price,
+        "charging_currency": totals.currency or None,
+    }

@@ -12,7 +12,31 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from app.cli import before_after, tables
+from app.cli import before_after, plan_tables, tables
+from app.cli.commands.charging import (
+    ArriveSocOption,
+    AvoidOption,
+    ChargingOption,
+    ConfidenceOption,
+    ConnectorOption,
+    DepartOption,
+    ExcludeOption,
+    ExcludeStationOption,
+    GoalSocOption,
+    MaxSocOption,
+    MinPowerOption,
+    MostStopsOption,
+    ObjectiveOption,
+    OverheadOption,
+    PlansOption,
+    PreferOption,
+    SpeedCapOption,
+    StationOption,
+    StayOption,
+    TimeValueOption,
+    ViaStationOption,
+    charging_from_options,
+)
 from app.cli.commands.effects import (
     EffectsOption,
     UncertainOption,
@@ -26,7 +50,7 @@ from app.errors.raised import CommandError
 from routing.errors import QueryError
 
 if TYPE_CHECKING:
-    from app.schemas.route import RouteRequest
+    from app.schemas.route import RouteRequest, RouteResponse
     from app.service.service import Service
 
 queries = typer.Typer()
@@ -72,9 +96,30 @@ def route(
         bool, typer.Option("--compare", help="show the routes by the vehicle's file beside those with --effects")
     ] = False,
     uncertainty: UncertaintyOption = False,
+    charging: ChargingOption = False,
+    arrive_soc: ArriveSocOption = None,
+    goal_soc: GoalSocOption = None,
+    max_soc: MaxSocOption = None,
+    overhead_s: OverheadOption = None,
+    connector: ConnectorOption = None,
+    min_power_kw: MinPowerOption = None,
+    prefer_network: PreferOption = None,
+    avoid_network: AvoidOption = None,
+    exclude_network: ExcludeOption = None,
+    station: StationOption = None,
+    exclude_station: ExcludeStationOption = None,
+    via_station: ViaStationOption = None,
+    stay: StayOption = None,
+    depart: DepartOption = None,
+    objective: ObjectiveOption = None,
+    time_value: TimeValueOption = None,
+    confidence: ConfidenceOption = None,
+    speed_cap: SpeedCapOption = None,
+    most_stops: MostStopsOption = None,
+    more_plans: PlansOption = None,
     as_json: JsonOption = False,
 ) -> None:
-    """Routes from one place to another."""
+    """Routes from one place to another, with charging stops where these are asked for."""
     from app.schemas.route import RouteRequest
 
     if compare and (effects is None or pareto is not None):
@@ -91,6 +136,27 @@ def route(
             "weights": None if weights is None else weights_from_text(weights),
             "alternatives": None if alternatives is None else alternatives.split(","),
             "pareto": None if pareto is None else _pareto(pareto),
+            "charging": charging_from_options(
+                charging,
+                stay,
+                via_station,
+                {"preferred": prefer_network, "avoided": avoid_network, "excluded": exclude_network},
+                arrive_soc=arrive_soc,
+                goal_soc=goal_soc,
+                max_soc=max_soc,
+                overhead_s=overhead_s,
+                connectors=connector,
+                min_power_kw=min_power_kw,
+                stations=station,
+                excluded_stations=exclude_station,
+                departure_time=depart,
+                objective=objective,
+                time_value_per_h=time_value,
+                confidence=confidence,
+                speed_caps_kmh=speed_cap,
+                most_stops=most_stops,
+                alternatives=more_plans,
+            ),
             "reserve_soc": reserve_soc,
             "link_model": link_model,
             "stops": stops,
@@ -109,6 +175,7 @@ def route(
         return
     console = Console()
     console.print(tables.routes_table(answer))
+    _print_plans(console, answer)
     if changes_anything(service, sent.effects):
         file = service.route(sent.model_copy(update={"effects": None}))
         print_changes(console, before_after.route_lines(file, answer))
@@ -123,6 +190,24 @@ def route(
             f"times its time and {claim.energy_slack_kwh:.3f} kWh more"
         )
     print_notes(console, answer.terrain, answer.warnings)
+
+
+def _print_plans(console: Console, answer: RouteResponse) -> None:
+    """Print the charging stops of each route, or why there are none."""
+    from app.conversions.charging.plans import departure_of
+
+    departure = departure_of(answer.request)
+    for route in answer.routes:
+        plan = route.charging
+        if plan is not None:
+            console.print(plan_tables.plan_table(route, plan, departure))
+            for line in (plan_tables.totals_line(plan), plan_tables.proof_line(plan)):
+                console.print(line, markup=False, highlight=False)
+            if plan.sources:
+                console.print(plan_tables.sources_line(plan.sources), style="dim", markup=False, highlight=False)
+    if answer.no_plan is not None:
+        for line in plan_tables.no_plan_lines(answer.no_plan):
+            console.print(line, style="red", markup=False, highlight=False)
 
 
 def _compare(service: Service, sent: RouteRequest, as_json: bool) -> None:
