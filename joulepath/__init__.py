@@ -12,6 +12,7 @@ of the usable capacity, 0..1. Results are frozen; those that lie on the map have
 from diagnosis.errors import DiagnosisError
 from energy.compiled.progress import Display, compilations
 from energy.errors import EnergyError
+from joulepath.charging import Charging, ChargingPlan, ChargingStop, NoChargingPlan, Stay
 from joulepath.conditions import Conditions
 from joulepath.diagnoses import Diagnosis, diagnose
 from joulepath.figures import EnergyParts, Place, Snapped
@@ -28,6 +29,9 @@ from routing.weights import Weights
 
 __all__ = [
     "Band",
+    "Charging",
+    "ChargingPlan",
+    "ChargingStop",
     "Conditions",
     "Diagnosis",
     "DiagnosisError",
@@ -37,6 +41,7 @@ __all__ = [
     "Leg",
     "LinkSpan",
     "Matrix",
+    "NoChargingPlan",
     "ParetoSettings",
     "Place",
     "Range",
@@ -46,6 +51,7 @@ __all__ = [
     "RoutingError",
     "Simulation",
     "Snapped",
+    "Stay",
     "Trip",
     "Uncertainty",
     "Vehicle",

@@ -11,20 +11,25 @@ from routing.errors import GraphNotFoundError, QueryError
 from routing.graph.files import load_graph
 from routing.graph.folders import graph_folders
 from routing.planner import Planner
+from routing.stations.files import NO_STATIONS, load_stations
+from routing.stations.names import StationNames
 
 if TYPE_CHECKING:
     from routing.graph.road_graph import GraphMeta
+    from routing.stations.station import Stations
 
 
 class Graph:
-    """A road network with its planner; frozen, and safe to share between threads."""
+    """A road network with its planner and its charging stations; frozen, and safe to share between threads."""
 
-    def __init__(self, planner: Planner) -> None:
+    def __init__(self, planner: Planner, stations: Stations = NO_STATIONS) -> None:
         self.planner = planner
+        self.stations = stations
+        self.station_names = StationNames(planner.graph.meta.name, stations)
 
     @classmethod
     def load(cls, graph: str | Path, *, snap_limit_m: float = 1000.0) -> Graph:
-        """A stored graph by its name or its folder.
+        """A stored graph by its name or its folder, with the stations beside it.
 
         Names are looked for among the user's own graphs, then among those that come with joulepath. snap_limit_m: the
         farthest road that a place is moved to, above 0. Raises GraphNotFoundError, GraphFormatError or QueryError.
@@ -39,7 +44,8 @@ class Graph:
             folder = known[str(graph)]
         elif not os.path.isfile(folder / "meta.json"):
             raise GraphNotFoundError(str(graph), tuple(cls.stored()))
-        return cls(Planner(load_graph(folder), snap_limit_m=snap_limit_m))
+        roads = load_graph(folder)
+        return cls(Planner(roads, snap_limit_m=snap_limit_m), load_stations(folder, roads))
 
     @staticmethod
     def stored() -> dict[str, Path]:
@@ -65,6 +71,11 @@ class Graph:
     def link_count(self) -> int:
         """Directed links."""
         return self.planner.graph.road_link_count
+
+    @property
+    def station_count(self) -> int:
+        """Charging stations."""
+        return len(self.stations.stations)
 
     def __repr__(self) -> str:
         return f"<Graph {self.name!r}: {self.node_count} nodes, {self.link_count} links>"

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
 from energy.chain.chain import LinkModel, StopRule
+from energy.errors import VehicleError
 from energy.units import JOULE_PER_KWH, JOULE_PER_WH, KMH_PER_MPS
+from joulepath.charging import no_plan_of, plan_of
 from joulepath.conditions import conditions_in_si
 from joulepath.figures import (
     EnergyParts,
@@ -31,31 +33,43 @@ from joulepath.figures import (
 from routing.errors import QueryError
 from routing.places import LinkSpan
 from routing.queries import RouteQuery
+from routing.route.route import LegEnd
 from routing.weights import NAMED_WEIGHTS
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from energy.chain.uncertainty import EnergyDistribution
+    from joulepath.charging import Charging, ChargingPlan, NoChargingPlan
     from joulepath.conditions import Conditions
     from joulepath.graph import Graph
     from joulepath.vehicle import Vehicle
+    from routing.charging.plan import ChargingAnswer, ChargingQuery
     from routing.queries import ParetoSettings
     from routing.route.route import Route as FoundRoute
-    from routing.route.route import RouteLeg
+    from routing.route.route import RouteAnswer, RouteLeg
     from routing.weights import Weights
+
+SPEED_DIGITS = 9  # of km/h, so that a cap comes back as it was sent
 
 
 @dataclass(frozen=True, slots=True)
 class Leg:
-    """A route from one of its places to the next, from_m to to_m along the route."""
+    """A route from one of its places to the next, from_m to to_m along the route.
 
+    ends_at: "via", "stop" or "goal". soc_start_frac: after charging where it begins at a stop. speed_cap_kmh: highest
+    speed that it is driven at by plan.
+    """
+
+    ends_at: str
     from_m: float
     to_m: float
     duration_s: float
     energy_kwh: float
     battery_kwh: float
+    soc_start_frac: float
     soc_end_frac: float
+    speed_cap_kmh: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,13 +134,15 @@ class Route(MapFeature):
     """One route. Where it is not feasible, deficit_kwh is missing to stay above the reserve, and `furthest` is where.
 
     battery_kwh: that the battery gave, what its charge fell by: energy_kwh and what was braked away.
-    soc_start_needed_frac, charge_needed_kwh: what would make it feasible; None where it is.
+    soc_start_needed_frac, charge_needed_kwh: what would make it feasible; None where it is. total_s: with charging
+    stops, which `charging` has; it is None where they were not asked for, and where there is no plan.
     """
 
     name: str
     feasible: bool
     distance_m: float
     duration_s: float
+    total_s: float
     energy_kwh: float
     battery_kwh: float
     energy_parts: EnergyParts
@@ -141,6 +157,7 @@ class Route(MapFeature):
     soc_start_needed_frac: float | None
     charge_needed_kwh: float | None
     uncertainty: Uncertainty | None
+    charging: ChargingPlan | None
     legs: tuple[Leg, ...]
     links: RouteLinks
     geometry_lon_lat_deg: NDArray[np.float64]
@@ -148,7 +165,7 @@ class Route(MapFeature):
     @property
     def __geo_interface__(self) -> Feature:
         """GeoJSON Feature: the line, with the figures of the whole route."""
-        hidden = {"furthest", "uncertainty", "legs", "links", "geometry_lon_lat_deg"}
+        hidden = {"furthest", "uncertainty", "charging", "legs", "links", "geometry_lon_lat_deg"}
         shown = {name: getattr(self, name) for name in (field.name for field in fields(self)) if name not in hidden}
         return feature(line(self.geometry_lon_lat_deg), shown)
 
@@ -157,7 +174,8 @@ class Route(MapFeature):
 class Routes(MapFeatures, Sequence[Route]):
     """Routes in the order of the weightings asked for; those of a Pareto set from the fastest to the thriftiest.
 
-    epsilon_frac, energy_slack_kwh: what is proven of a Pareto set (docs/pareto.md), None where nothing is.
+    epsilon_frac, energy_slack_kwh: what is proven of a Pareto set (docs/pareto.md), None where nothing is. no_plan: why
+    no charging stops make the goal reachable, where they were asked for.
     """
 
     routes: tuple[Route, ...]
@@ -167,6 +185,7 @@ class Routes(MapFeatures, Sequence[Route]):
     warnings: tuple[str, ...]
     epsilon_frac: float | None = None
     energy_slack_kwh: float | None = None
+    no_plan: NoChargingPlan | None = None
 
     def __len__(self) -> int:
         return len(self.routes)
@@ -196,6 +215,7 @@ def route(
     alternatives: Sequence[str] = ("eco",),
     weights: Weights | None = None,
     pareto: ParetoSettings | None = None,
+    charging: Charging | None = None,
     conditions: Conditions | None = None,
     link_model: str = "integrated",
     stops: str = "expected",
@@ -205,9 +225,11 @@ def route(
 
     soc_frac: charge at departure, reserve_soc_frac: charge to be kept, both 0..1. alternatives: weightings that a route
     each is answered for, of "eco", "fastest", "balanced"; weights: one of one's own instead; pareto: the Pareto set of
-    time and energy instead. A goal out of reach on this charge is an answer that is not feasible.
+    time and energy instead; charging: plans with charging stops instead, one route each. A goal out of reach on this
+    charge is an answer that is not feasible.
 
-    Raises QueryError for a value out of range, PointOutsideMapError, PointFarFromRoadError, NoPathError,
+    Raises QueryError for a value out of range, VehicleError where stops are asked for and the vehicle does not say how
+    it charges, PointOutsideMapError, PointFarFromRoadError, NoPathError,
     NegativeCycleError, SearchLimitError.
     """
     if isinstance(alternatives, str) or (weights is None and pareto is None and not alternatives):
@@ -231,21 +253,51 @@ def route(
         uncertainty=uncertainty,
         pareto=pareto,
     )
-    answer = graph.planner.route(query)
+    if charging is not None:
+        return _charged(graph, query, charging)
+    return _routes(graph.planner.route(query))
+
+
+def _charged(graph: Graph, query: RouteQuery, charging: Charging) -> Routes:
+    """Routes with charging stops."""
+    if query.pareto is not None or [name for name, _ in query.weightings] != ["eco"]:
+        raise QueryError("charging", "sent with alternatives, weights or pareto", "charging without them")
+    if query.stop_rule is StopRule.COUNTED:
+        raise QueryError("stops", query.stop_rule.value, "with charging expected, none or crossings")
+    how = query.vehicle.charging
+    if how is None:
+        allowed = "plugs and power of charging, without which no stops can be planned"
+        raise VehicleError("charging", None, allowed, query.vehicle.id)
+    asked = charging.in_si(how, graph.station_names, query.conditions.departure_min)
+    asked = replace(asked, arrive_soc_frac=max(asked.arrive_soc_frac, query.reserve_soc_frac))
+    answer, charged = graph.planner.journey(query, asked, how, graph.stations.stations)
+    return _routes(answer, (graph, asked, charged))
+
+
+def _routes(answer: RouteAnswer, planned: tuple[Graph, ChargingQuery, ChargingAnswer] | None = None) -> Routes:
     claim = answer.pareto
     slack_j = None if claim is None else claim.slack_j
+    plans: list[ChargingPlan | None] = [None] * len(answer.routes)
+    no_plan = None
+    if planned is not None:
+        graph, asked, charged = planned
+        no_plan = None if charged.no_plan is None else no_plan_of(charged.no_plan)
+        for k, (plan, found) in enumerate(zip(charged.plans, answer.routes, strict=False)):
+            legs = [leg for leg, route_leg in enumerate(found.legs) if route_leg.ends_at is LegEnd.STOP]
+            plans[k] = plan_of(plan, legs, graph.station_names, asked.objective)
     return Routes(
-        routes=tuple(map(_route, answer.routes)),
+        routes=tuple(map(_route, answer.routes, plans)),
         start=snapped_of(answer.start),
         via=tuple(map(snapped_of, answer.via)),
         goal=snapped_of(answer.goal),
         warnings=answer.warnings,
         epsilon_frac=None if claim is None else claim.epsilon_frac,
         energy_slack_kwh=None if slack_j is None else slack_j / JOULE_PER_KWH,
+        no_plan=no_plan,
     )
 
 
-def _route(found: FoundRoute) -> Route:
+def _route(found: FoundRoute, charging: ChargingPlan | None) -> Route:
     geometry = frozen(found.geometry)
     remedy = found.remedy
     return Route(
@@ -253,6 +305,7 @@ def _route(found: FoundRoute) -> Route:
         feasible=found.feasible,
         distance_m=found.distance_m,
         duration_s=found.duration_s,
+        total_s=found.duration_s + found.stop_s,
         energy_kwh=found.energy_j / JOULE_PER_KWH,
         battery_kwh=found.battery_j / JOULE_PER_KWH,
         energy_parts=parts_of(found.parts),
@@ -267,6 +320,7 @@ def _route(found: FoundRoute) -> Route:
         soc_start_needed_frac=None if remedy is None else remedy.soc_start_needed_frac,
         charge_needed_kwh=None if remedy is None else remedy.charge_needed_wh * JOULE_PER_WH / JOULE_PER_KWH,
         uncertainty=None if found.uncertainty is None else _uncertainty(found.uncertainty),
+        charging=charging,
         legs=tuple(map(_leg, found.legs)),
         links=_links(found, geometry),
         geometry_lon_lat_deg=geometry,
@@ -275,12 +329,15 @@ def _route(found: FoundRoute) -> Route:
 
 def _leg(leg: RouteLeg) -> Leg:
     return Leg(
+        ends_at=leg.ends_at.value,
         from_m=leg.from_m,
         to_m=leg.to_m,
         duration_s=leg.duration_s,
         energy_kwh=leg.energy_j / JOULE_PER_KWH,
         battery_kwh=leg.battery_j / JOULE_PER_KWH,
+        soc_start_frac=leg.soc_start_frac,
         soc_end_frac=leg.soc_end_frac,
+        speed_cap_kmh=None if leg.speed_cap_mps is None else round(leg.speed_cap_mps * KMH_PER_MPS, SPEED_DIGITS),
     )
 
 

@@ -1,0 +1,138 @@
+"""Charging stops from Python: the same plans as over HTTP, frozen, and ready for the map."""
+
+from __future__ import annotations
+
+import pickle
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+import joulepath
+from app.schemas.route import RouteRequest
+from app.schemas.vehicles.vehicle import InlineVehicle
+from app.service.service import Service
+from energy.errors import VehicleError
+from joulepath import Charging, Graph, Stay, Vehicle
+from routing.errors import QueryError
+from tests.app.charged import CAR, LOW, ROUTE, charged_settings
+
+if TYPE_CHECKING:
+    from app.schemas.route import RouteResponse
+
+START, GOAL = (46.5, 8.003), (46.518, 8.02)
+
+
+@pytest.fixture(scope="module")
+def service(tmp_path_factory: pytest.TempPathFactory) -> Service:
+    return Service(charged_settings(tmp_path_factory.mktemp("graphs")))
+
+
+@pytest.fixture(scope="module")
+def grid(service: Service) -> Graph:
+    return Graph.load(service.settings.graph_dirs[0] / "grid")
+
+
+@pytest.fixture(scope="module")
+def small(service: Service) -> Vehicle:
+    return Vehicle(service.fleet.from_sent(InlineVehicle.model_validate(CAR))[0])
+
+
+def answered(service: Service, charging: dict[str, Any], **change: object) -> RouteResponse:
+    return service.route(RouteRequest.model_validate(ROUTE | {"charging": charging} | change))
+
+
+def test_stations_come_with_the_graph(grid: Graph) -> None:
+    assert grid.station_count == 4
+    assert {station.id for station in grid.stations.stations} == {"osm:n1", "osm:n2", "ocm:3", "ocm:4"}
+
+
+def test_plan_is_that_of_http(service: Service, grid: Graph, small: Vehicle) -> None:
+    sent = {
+        "overhead_s": 60.0,
+        "goal_soc": 0.3,
+        "arrive_soc": 0.02,
+        "objective": "cost",
+        "networks": {"avoided": ["Ionity"]},
+        "alternatives": 1,
+    }
+    answer = answered(service, sent, via=[{"lat": 46.51, "lon": 8.01}])
+    routes = joulepath.route(
+        grid,
+        small,
+        start=START,
+        goal=GOAL,
+        via=[(46.51, 8.01)],
+        soc_frac=LOW,
+        charging=Charging(
+            overhead_s=60.0,
+            goal_soc_frac=0.3,
+            arrive_soc_frac=0.02,
+            objective="cost",
+            avoided_networks=("ionity",),
+            alternatives=1,
+        ),
+    )
+    assert [route.name for route in routes] == [route.name for route in answer.routes]
+    for route, told in zip(routes, answer.routes, strict=True):
+        assert route.charging is not None
+        assert told.charging is not None
+        assert (route.total_s, route.duration_s, route.soc_end_frac) == (told.total_s, told.duration_s, told.soc_end)
+        assert route.charging.objective == told.charging.objective_value
+        assert route.charging.total_s == told.charging.totals.total_s
+        assert [leg.ends_at for leg in route.legs] == [leg.ends_at.value for leg in told.legs]
+        for stop, there in zip(route.charging.stops, told.charging.stops, strict=True):
+            assert there.station is not None
+            assert (stop.station, stop.leg) == (there.station.id, there.leg)
+            assert (stop.soc_arrive_frac, stop.soc_depart_frac) == (there.arrive_soc, there.depart_soc)
+            assert (stop.charged_kwh, stop.drawn_kwh) == (there.charged_kwh, there.drawn_kwh)
+            assert (stop.arrive_s, stop.depart_s) == (there.arrive_s, there.depart_s)
+            assert stop.__geo_interface__["geometry"]["type"] == "Point"
+    assert any(route.charging is not None and route.charging.stops for route in routes)
+    assert pickle.loads(pickle.dumps(routes))[0].charging == routes[0].charging
+
+
+def test_no_plan_says_why(grid: Graph, small: Vehicle) -> None:
+    routes = joulepath.route(grid, small, start=START, goal=GOAL, soc_frac=0.2, charging=Charging(goal_soc_frac=0.9))
+    assert routes.no_plan is not None
+    assert routes.no_plan.missing_kwh > 0.0
+    assert routes.no_plan.helps
+    (route,) = routes
+    assert (route.feasible, route.charging) == (False, None)
+
+
+def test_stays_are_stops_without_a_station(grid: Graph, small: Vehicle) -> None:
+    stays = (Stay(0, 3.0, 11.0), Stay("goal", 60.0))
+    charging = Charging(stays=stays, arrive_soc_frac=0.02, goal_soc_frac=0.02)
+    (route,) = joulepath.route(
+        grid, small, start=START, goal=GOAL, via=[(46.518, 8.0)], soc_frac=LOW, charging=charging
+    )
+    assert route.charging is not None
+    assert [stop.place for stop in route.charging.stops if stop.station == ""] == [None]
+
+
+@pytest.mark.parametrize(
+    ("charging", "said"),
+    [
+        (Charging(stations=("n2",)), r"charging.stations\[0\] is n2, .*did you mean 'osm:n2'"),
+        (Charging(connectors=("schuko",)), "charging.connectors is 'schuko', allowed: type1"),
+        (Charging(objective="fame"), "charging.objective is 'fame', allowed: time, energy, cost"),
+        (Charging(avoided_networks=("Ionitty",)), r"charging.avoided_networks\[0\] is Ionitty"),
+        (Charging(arrive_soc_frac=0.9), "charging.max_soc_frac is 0.8, allowed: above 0.9"),
+        (Charging(stays=(Stay("home", 5.0),)), r"charging.stays\[0\].at is 'home'"),
+        (Charging(stays=(Stay(3, 5.0),)), "charging.stays.via_idx is 3"),
+        (Charging(min_power_kw=500.0), "charging.min_power_kw is 500.0, allowed: at most 150"),
+    ],
+)
+def test_what_is_unknown_or_out_of_range_is_refused(grid: Graph, small: Vehicle, charging: Charging, said: str) -> None:
+    with pytest.raises(QueryError, match=said):
+        joulepath.route(grid, small, start=START, goal=GOAL, soc_frac=LOW, charging=charging)
+
+
+def test_stops_exclude_other_weightings_and_need_a_vehicle_that_charges(grid: Graph, small: Vehicle) -> None:
+    places: dict[str, Any] = {"start": START, "goal": GOAL, "soc_frac": LOW, "charging": Charging()}
+    with pytest.raises(QueryError, match="charging is sent with alternatives"):
+        joulepath.route(grid, small, **places, alternatives=("fastest",))
+    with pytest.raises(QueryError, match="stops is counted"):
+        joulepath.route(grid, small, **places, stops="counted")
+    with pytest.raises(VehicleError, match="charging of vehicle 'toyota-corolla-petrol' is None"):
+        joulepath.route(grid, Vehicle.load("toyota-corolla-petrol"), **places)
