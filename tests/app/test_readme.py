@@ -129,7 +129,7 @@ def test_readme_has_four_curl_commands_with_their_output() -> None:
     assert README.count("\ncurl ") == 4
 
 
-@pytest.mark.parametrize("example", EXAMPLES, ids=["route", "range", "winter", "simulate"])
+@pytest.mark.parametrize("example", EXAMPLES, ids=["route", "range", "winter", "simulate", "charging"])
 def test_curl_command_prints_what_the_readme_shows(example: tuple[str, str], server: str) -> None:
     command, shown = example
     printed = printed_by(command, server)
