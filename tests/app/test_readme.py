@@ -124,9 +124,9 @@ def server(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         yield address
 
 
-def test_readme_has_four_curl_commands_with_their_output() -> None:
-    assert len(EXAMPLES) == 4
-    assert README.count("\ncurl ") == 4
+def test_readme_has_five_curl_commands_with_their_output() -> None:
+    assert len(EXAMPLES) == 5
+    assert README.count("\ncurl ") == 5
 
 
 @pytest.mark.parametrize("example", EXAMPLES, ids=["route", "range", "winter", "simulate", "charging"])
