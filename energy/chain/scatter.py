@@ -8,16 +8,17 @@ much quantiles differ from those of all drives.
 
 from __future__ import annotations
 
+import zlib
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
+from scipy.special import ndtri
 
 from energy.chain.chain import DriveSettings, check_chain
 from energy.chain.sampling import SEED, sampled_vehicles, shifted_vehicle
 from energy.chain.uncertainty import driven_by
 from energy.errors import ConditionsError, VehicleError
-from energy.vehicle.vehicle import Vehicle
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
 
     from energy.chain.chain import Chain
     from energy.vehicle.consumption_table import ConsumptionTableVehicle
+    from energy.vehicle.vehicle import Vehicle
 
 AS_USUAL: Final = DriveSettings()
 CAPACITY: Final = "usable_capacity_wh"  # which no energy depends on
@@ -35,10 +37,10 @@ SIDES: Final = ((1.0, -1.0), (0.5, -0.5), (-1.0, -0.5), (1.0, 0.5), (-0.25, -0.1
 
 @dataclass(frozen=True, slots=True, eq=False)
 class DrawnShifts:
-    """Vehicles of sampled_vehicles by what is not certain of them.
+    """m drawn vehicles by what is not certain of them.
 
-    names: (p,) fields as `sd` names them, without the capacity. shifts_sd: float64 (count, p), in standard deviations.
-    capacity_wh: float64 (count,).
+    names: (p,) fields as `sd` names them, without the capacity. shifts_sd: float64 (m, p), in standard deviations.
+    capacity_wh: float64 (m,).
     """
 
     names: tuple[str, ...]
@@ -82,24 +84,33 @@ class ChainScatter:
             np.add.reduceat(self.dissipated_terms_j, first, axis=1),
         )
 
-    def sd_frac(self, shifts_sd: NDArray[np.float64], residual_sd_frac: float) -> float:
-        """Standard deviation of the dissipated energy of all links by shifts, (m, p), and residual, over its mean [-].
-
-        Of D·(1 + f) with D and f independent, as energy.chain.uncertainty has it.
-        """
-        lost = self.dissipated_j.sum() + np.hstack((shifts_sd, shifts_sd**2)) @ self.dissipated_terms_j.sum(axis=1)
-        mean = float(lost.mean())
-        s2, r2 = (float(lost.std()) / mean if mean > 0.0 else 0.0) ** 2, residual_sd_frac**2
-        return float(np.sqrt(s2 + r2 + s2 * r2))
-
 
 def drawn_shifts(vehicle: Vehicle | ConsumptionTableVehicle, count: int, seed: int = SEED) -> DrawnShifts:
-    """The first vehicles of sampled_vehicles as shifts; raises VehicleError as it does."""
-    vehicles = sampled_vehicles(vehicle, count, seed)
-    names = _uncertain(vehicle)
-    shifts = np.array([[_shift(vehicle, drawn, name) / vehicle.sd[name] for name in names] for drawn in vehicles])
-    capacity_wh = np.array([drawn.usable_capacity_wh for drawn in vehicles])
-    return DrawnShifts(names, shifts.reshape(count, len(names)), capacity_wh)
+    """Vehicles drawn as by sampled_vehicles, but evenly: of each number one in each of `count` parts of its normal.
+
+    In which order is drawn for each (a Latin hypercube), so that sums of what single numbers do have hardly an error of
+    sampling. Draws that no vehicle can be are left out.
+
+    Raises VehicleError as sampled_vehicles does, and where no draw can be a vehicle.
+    """
+    first = sampled_vehicles(vehicle, 1, seed)[0]
+    names = [name for name, sd in vehicle.sd.items() if sd > 0.0]
+    if first is vehicle:
+        return DrawnShifts((), np.empty((count, 0)), np.full(count, vehicle.usable_capacity_wh))
+    parts = np.column_stack(
+        [np.random.default_rng((seed, zlib.crc32(name.encode()))).permutation(count) for name in names]
+    )
+    shifts = ndtri((parts + 0.5) / count)
+    kept, capacity_wh = np.ones(count, np.bool_), np.empty(count)
+    for k, row in enumerate((shifts * [vehicle.sd[name] for name in names]).tolist()):
+        try:
+            capacity_wh[k] = shifted_vehicle(vehicle, dict(zip(names, row, strict=True))).usable_capacity_wh
+        except (VehicleError, ConditionsError):
+            kept[k] = False
+    if not kept.any():
+        raise VehicleError("sd", dict(vehicle.sd), "small enough that some draw can be a vehicle", vehicle.id)
+    moving = [k for k, name in enumerate(names) if name != CAPACITY]
+    return DrawnShifts(tuple(names[k] for k in moving), shifts[kept][:, moving], capacity_wh[kept])
 
 
 def chain_scatter(
@@ -150,11 +161,3 @@ def _moved(
         return [shifted_vehicle(vehicle, {name: shift * vehicle.sd[name]}) for shift in shifts_sd]
     except (VehicleError, ConditionsError):
         return None
-
-
-def _shift(vehicle: Vehicle | ConsumptionTableVehicle, drawn: Vehicle | ConsumptionTableVehicle, name: str) -> float:
-    """By how much a number of a drawn vehicle was moved; an array moves as a whole."""
-    if name.startswith("effects.") and isinstance(vehicle, Vehicle) and isinstance(drawn, Vehicle):
-        field = name.removeprefix("effects.")
-        return float(getattr(drawn.effects, field) - getattr(vehicle.effects, field))
-    return float(np.ravel(getattr(drawn, name) - getattr(vehicle, name))[0])

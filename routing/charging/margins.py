@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from routing.charging.network import Arc, Part
 
 SAME_FRAC: Final = 1e-7  # of the capacity, by which margins may differ
+MORE_FRAC: Final = 0.002  # of the capacity
 OPTIMISM: Final = 0.98  # of the least of the margins that were needed, compared with least ones; assumed
 
 
@@ -40,7 +41,8 @@ class Margins:
         for drive in taken:
             used, margin_j = self.of(drive.arc), max(drive.needed_j - drive.nominal_j, 0.0)
             if drive.kept_frac < confidence:
-                margin_j = max(margin_j, used)
+                # where the drives before have changed what it needs, a little more each round
+                margin_j = margin_j if margin_j > used else used + MORE_FRAC * capacity_j
                 settled = False
             settled &= abs(margin_j - used) <= SAME_FRAC * capacity_j
             self._known[_key(drive.arc.parts)] = margin_j

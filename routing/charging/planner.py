@@ -197,8 +197,12 @@ class _Asked:
             sure = keeper.kept(best)
             best, proof = task.proven(sure)
             if best is None or (sure is not None and best[-1].cost >= sure[-1].cost):
-                return best, proof if keeper.is_best else Proof(None, NOT_COMPARED)
-        return keeper.kept(best), Proof(None, NOT_COMPARED)
+                return best, proof if keeper.is_best else self._not_compared(task, best)
+        sure = keeper.kept(best)
+        return sure, self._not_compared(task, sure)
+
+    def _not_compared(self, task: Task, best: list[Step] | None) -> Proof:
+        return Proof(None if best is None else max(best[-1].cost - task.least_cost, 0.0), NOT_COMPARED)
 
     def _made(self, keeper: PromiseKeeper, task: Task, name: str, steps: list[Step], proof: Proof) -> Plan:
         plan = JourneyMaker(self._search, self._chains, task).plan(name, steps, proof.short_by, proof.unproven)

@@ -15,14 +15,14 @@ import energy.compiled.cache  # noqa: F401  (sets the cache folder before anythi
 class Legs(NamedTuple):
     """Legs of a plan over n links, leg k over links first[k]..first[k + 1]; charges are fractions.
 
-    first: int64 (L + 1,). depart_frac: (L,) charge with which each is begun. gain_frac: (L,) what a fixed stay before
-    it charges, NaN where it is charged up to depart_frac. least_frac: (L,) that each may end with. reserve_frac: below
+    first: int64 (L + 1,). depart_frac: (L,) charge with which each is begun. gain_j: (L,) what a fixed stay before it
+    charges, NaN where it is charged up to depart_frac. least_frac: (L,) that each may end with. reserve_frac: below
     which it never may be.
     """
 
     first: NDArray[np.int64]
     depart_frac: NDArray[np.float64]
-    gain_frac: NDArray[np.float64]
+    gain_j: NDArray[np.float64]
     least_frac: NDArray[np.float64]
     reserve_frac: float
 
@@ -85,7 +85,7 @@ def drive_legs(
             drive, more = first_drive + i * residual.shape[1] + j, residual[i, j]
             soc = 0.0
             for leg in range(count):
-                gain = legs.gain_frac[leg]
+                gain = legs.gain_j[leg] / full_j
                 soc = max(soc, legs.depart_frac[leg]) if math.isnan(gain) else min(soc + gain, 1.0)
                 outcomes.start[leg, drive] = soc
                 lowest = soc
@@ -97,9 +97,12 @@ def drive_legs(
                 begin, end, least = legs.first[leg], legs.first[leg + 1], legs.least_frac[leg]
                 needed = needed_frac(energy, dissipated, more, full_j, begin, end, least, legs.reserve_frac)
                 outcomes.needed[leg, drive] = outcomes.chained[leg, drive] = needed
-                if leg + 1 < count and not math.isnan(legs.gain_frac[leg + 1]):
-                    onward = outcomes.chained[leg + 1, drive] - legs.gain_frac[leg + 1]
-                    if onward > least:
+                if leg + 1 < count and not math.isnan(legs.gain_j[leg + 1]):
+                    ahead = outcomes.chained[leg + 1, drive]
+                    onward = ahead - legs.gain_j[leg + 1] / full_j
+                    if ahead > 1.0:
+                        outcomes.chained[leg, drive] = max(needed, ahead)
+                    elif onward > least:
                         outcomes.chained[leg, drive] = needed_frac(
                             energy, dissipated, more, full_j, begin, end, onward, legs.reserve_frac
                         )

@@ -7,6 +7,7 @@ what was left on arrival where that is more. docs/charging.md has what a promise
 
 from __future__ import annotations
 
+import math
 import threading
 from collections import OrderedDict
 from dataclasses import dataclass, replace
@@ -163,23 +164,19 @@ class PromiseMaker:
     def _legs(self, plan: Plan) -> kernels.Legs:
         sizes = [len(leg.spans) for leg in plan.legs]
         least = [max(self._least_frac(stop), self._reserve_frac) for stop in plan.stops]
-        gains = [float("nan"), *(self._gain_frac(stop) for stop in plan.stops)]
+        gains = [math.nan, *(_gain_j(stop) for stop in plan.stops)]
         return kernels.Legs(
             first=np.concatenate(([0], np.cumsum(sizes))).astype(np.int64),
             depart_frac=np.array([leg.soc_start_frac for leg in plan.legs]),
-            gain_frac=np.array(gains),
+            gain_j=np.array(gains),
             least_frac=np.array([*least, self._goal_least_frac]),
             reserve_frac=self._reserve_frac,
         )
 
     def _least_frac(self, stop: ChargeStop) -> float:
         """What is asked for on arrival; at a fixed stay that charges nothing only the reserve."""
-        return self._charging.arrive_soc_frac if stop.station is not None or stop.charged_j > 0.0 else 0.0
-
-    def _gain_frac(self, stop: ChargeStop) -> float:
-        """What a fixed stay charges whatever is left on arrival; NaN of stops that charge up to what the plan says."""
-        capacity_j = self._vehicle.usable_capacity_wh * JOULE_PER_WH
-        return stop.charged_j / capacity_j if stop.station is None else float("nan")
+        charges = stop.station is not None or stop.mean_power_w > 0.0
+        return self._charging.arrive_soc_frac if charges else 0.0
 
     def _scatter(self, plan: Plan) -> ChainScatter:
         """Energy of each stretch of all legs, each driven under its own cap."""
@@ -224,6 +221,11 @@ class PromiseMaker:
     def _rule(self) -> StopRule:
         rule = self._queries[0].stop_rule
         return StopRule.EXPECTED if rule is StopRule.COUNTED else rule
+
+
+def _gain_j(stop: ChargeStop) -> float:
+    """What a fixed stay charges if the battery has room [J]; NaN of stops that charge up to what the plan says."""
+    return math.nan if stop.station is not None else stop.mean_power_w * (stop.depart_s - stop.arrive_s)
 
 
 def turning_points(used: Sequence[float], level: float) -> list[int]:

@@ -118,7 +118,7 @@ def of_highlands(count: int, drives: int, seed: int) -> dict[str, Tally]:
 
 
 def main(arguments: list[str]) -> int:
-    worlds, drives, seed = ([int(argument) for argument in arguments] + [24, 4000, 0][len(arguments) :])[:3]
+    worlds, drives, seed = ([int(argument) for argument in arguments] + [24, 10_000, 0][len(arguments) :])[:3]
     began = time.perf_counter()
     tallies = of_worlds(worlds, drives, seed) | of_highlands(worlds // 4, drives, seed)
     for name, tally in tallies.items():
