@@ -27,6 +27,7 @@ function attachTabs({ journey }) {
     plan.setAttribute("aria-labelledby", `tab-${tab === "range" ? "range" : "route"}`);
     byId("pane-diagnosis").hidden = tab !== "diagnosis";
     byId("routes").hidden = tab !== "route";
+    byId("charging").hidden = tab !== "route";
     byId("range").hidden = tab !== "range";
   };
   for (const [i, name] of TABS.entries()) {

@@ -2,6 +2,7 @@
 
 import { keepAddress } from "./address.js";
 import { ApiError, call } from "./api.js";
+import { chargingForm } from "./charging/form.js";
 import { attachChrome } from "./chrome.js";
 import { byId, el, fill } from "./dom.js";
 import { conditionsPanel } from "./journey/conditions.js";
@@ -13,6 +14,7 @@ import { MapView } from "./map/view.js";
 import { working } from "./notices.js";
 import { rangePanel } from "./range/panel.js";
 import { routesPanel } from "./routes/panel.js";
+import { attachStations } from "./stations/box.js";
 import { createStore } from "./store.js";
 import { unitsOf } from "./units.js";
 
@@ -21,7 +23,7 @@ import { unitsOf } from "./units.js";
  * settings: what the service says of itself (web/settings.json).
  * journey: what the user has chosen (journey/journey.js). session: what came back: `graphs` and `vehicles` (lists of the
  * service), `tiles` (of the chosen graph), `routes`, `range`: {status: "none"|"loading"|"done"|"failed", answer, error},
- * `theme`. units(): formats of the chosen units. say(text): tells screen readers. toast(text): tells everybody.
+ * `theme`, `stationNames`. stationCard: that of a charging station over the map. units(): formats of the chosen units. say(text): tells screen readers. toast(text): tells everybody.
  */
 function createApp(view, settings) {
   const journey = createStore(journeyOf(location.search));
@@ -29,6 +31,7 @@ function createApp(view, settings) {
     graphs: null,
     vehicles: null,
     tiles: null,
+    stationNames: {}, // by id, of those that were seen
     theme: "light",
     routes: { status: "none", answer: null, error: null },
     range: { status: "none", answer: null, error: null },
@@ -65,6 +68,8 @@ async function start() {
   placesPanel(app, byId("places"));
   vehiclePanel(app, byId("vehicle"));
   conditionsPanel(app, byId("conditions"));
+  app.stationCard = attachStations(app);
+  chargingForm(app, byId("charging"));
   routesPanel(app, byId("routes"));
   rangePanel(app, byId("range"));
   openDiagnosis(app);

@@ -148,7 +148,7 @@ function minutes(set) {
   const output = el("output", { for: id });
   const input = el("input", { type: "range", id, min: 0, max: 30, step: 1, on: { input: () => set({ overheadMin: Number(input.value) }) } });
   return {
-    field: el("div", { class: "slider" }, el("label", { for: id, title: "Leaving the road, plugging in, paying" }, "Besides, a stop"), output, input),
+    field: el("div", { class: "slider" }, el("label", { for: id, title: "Leaving the road, plugging in, paying" }, "Stopping itself"), output, input),
     show({ overheadMin: value }) {
       input.value = String(value);
       input.setAttribute("aria-valuetext", `${number(value)} minutes`);

@@ -2,43 +2,54 @@
 
 import { el } from "../dom.js";
 import { stationName } from "../stations/words.js";
-import { energyText, percentText } from "../units.js";
+import { percentText } from "../units.js";
 
-const SLOWER_KMH = [110, 90];
-const FULL = 1;
-const LEAST = 0.05;
+const LEAST = 0.05; // charge on arrival that is offered
+const MOST_CAPS = 4;
 
-/** What could be chosen otherwise, the least first: {text, patch}; patch: of the journey. */
-function remedies({ charging, soc }, units) {
-  const { most, arrive, atGoal, leastKw, plugs, avoid, never, not, at, capsKmh, confidence } = charging;
-  const change = (text, patch) => ({ text, patch: { charging: { ...charging, ...patch } } });
-  const slower = SLOWER_KMH.find((kmh) => !capsKmh.length || kmh < Math.min(...capsKmh));
+/** What the service says would help, as remedies: {text, patch}; patch: of the journey. */
+function knownRemedies(helps, { charging }, units) {
+  const found = (pattern) => helps.map((text) => text.match(pattern)).find(Boolean);
+  const kmh = Number(found(/at most (\d+) km\/h/)?.[1] ?? 0);
+  const full = found(/charging to 100 %/);
+  const soc = Number(found(/departing with (\d+) %/)?.[1] ?? 0) / 100;
   return [
-    slower && change(`Drive at most ${units.speedText(slower)}`, { capsKmh: [...capsKmh, slower].slice(-4) }),
-    most < FULL && change("Charge to 100 %", { most: FULL }),
-    soc < FULL && { text: "Depart with 100 %", patch: { soc: FULL } },
-    confidence !== null && change("Plan by the mean", { confidence: null }),
-    arrive > LEAST && change(`Arrive with ${percentText(LEAST)}`, { arrive: LEAST }),
-    atGoal > LEAST && change(`${percentText(LEAST)} at the goal`, { atGoal: LEAST }),
-    leastKw > 0 && change("Stations of any power", { leastKw: 0 }),
-    plugs.length > 0 && change("All plugs that fit", { plugs: [] }),
-    avoid.length > 0 && never && change("Avoided networks too", { never: false }),
-    (not.length > 0 || at.length > 0) && change("Forget chosen stations", { not: [], at: [] }),
+    kmh > 0 && { text: `Drive at most ${units.speedText(kmh)}`, patch: { charging: { ...charging, capsKmh: [...charging.capsKmh, kmh].slice(-MOST_CAPS) } } },
+    full && { text: "Charge to 100 %", patch: { charging: { ...charging, most: 1 } } },
+    soc > 0 && { text: `Depart with ${percentText(soc)}`, patch: { soc } },
   ].filter(Boolean);
 }
 
+/** What else could be chosen otherwise, of which it is not known whether it helps. */
+function otherRemedies({ charging }) {
+  const { arrive, atGoal, leastKw, plugs, avoid, never, not, at, confidence } = charging;
+  const change = (text, patch) => ({ text, patch: { charging: { ...charging, ...patch } } });
+  return [
+    (not.length > 0 || at.length > 0) && change("Forget chosen stations", { not: [], at: [] }),
+    avoid.length > 0 && never && change("Avoided networks too", { never: false }),
+    leastKw > 0 && change("Stations of any power", { leastKw: 0 }),
+    plugs.length > 0 && change("All plugs that fit", { plugs: [] }),
+    confidence !== null && change("Plan by the mean", { confidence: null }),
+    arrive > LEAST && change(`Arrive with ${percentText(LEAST)}`, { arrive: LEAST }),
+    atGoal > LEAST && change(`${percentText(LEAST)} at the goal`, { atGoal: LEAST }),
+  ].filter(Boolean);
+}
+
+const buttons = (remedies, act, look) => el("div", { class: "row wrap" }, remedies.map(({ text, patch }) => el("button", { type: "button", class: look, on: { click: () => act(patch) } }, text)));
+
 /** The notice. noPlan: of the answer. act(patch): changes the journey. */
-export function noPlanNotice({ reason, from_station: from, missing_kwh: missing, last_reached: last, helps }, journey, units, act) {
-  const options = remedies(journey, units);
+export function noPlanNotice({ reason, last_reached: last, helps }, journey, units, act) {
+  const known = knownRemedies(helps, journey, units);
+  const others = otherRemedies(journey);
   return el(
     "div",
     { class: "notice bad out-of-reach" },
     el("h3", {}, "No plan with charging stops"),
     el("p", {}, sentence(reason)),
-    missing > 0 && el("p", {}, `The drive ${from ? `from ${stationName(from)}` : "from the start"} lacks ${energyText(missing)}.`),
     last && el("p", {}, `The last station in reach is ${stationName(last)}.`),
-    helps.length > 0 && [el("p", {}, "What would help:"), el("ul", { class: "plan-helps" }, helps.map((text) => el("li", {}, sentence(text))))],
-    options.length > 0 && el("div", { class: "row wrap" }, options.map(({ text, patch }, i) => el("button", { type: "button", class: i ? "button" : "button primary", on: { click: () => act(patch) } }, text))),
+    known.length === 0 && helps.length > 0 && [el("p", {}, "What would help:"), el("ul", { class: "plan-helps" }, helps.map((text) => el("li", {}, sentence(text))))],
+    known.length > 0 && [el("p", {}, "This helps:"), buttons(known, act, "button primary")],
+    others.length > 0 && [el("p", {}, known.length ? "Or perhaps:" : "What might help:"), buttons(others, act, "button")],
   );
 }
 

@@ -2,7 +2,7 @@
 
 import { ApiError } from "../api.js";
 import { el, fill } from "../dom.js";
-import { withStation } from "../journey/charging.js";
+import { withoutStation, withStation } from "../journey/charging.js";
 import { failure, working } from "../notices.js";
 import { classColour, classOf, powerText } from "../stations/power.js";
 import { placeOfFeature, stationsNear, usableFilters } from "../stations/details.js";
@@ -20,9 +20,11 @@ export function createOthers(app, list) {
   const filters = () => usableFilters(journey.get().charging, chosenVehicle(app)?.connectors ?? []);
 
   function take(stop, station) {
+    list.keepFocus(stop);
     const name = stationName(station.properties);
     nameStations(app, { [station.id]: name });
-    journey.set({ charging: withStation(journey.get().charging, { id: station.id, ...placeOfFeature(station) }, stop.station?.id ?? null) });
+    const others = withoutStation(journey.get().charging, stop.station.id);
+    journey.set({ charging: withStation(others, { id: station.id, ...placeOfFeature(station) }) });
     app.say(`Planning again with ${name}.`);
   }
 
@@ -66,7 +68,7 @@ export function createOthers(app, list) {
     try {
       const [nearest] = await stationsNear(app, place, filters());
       const near = nearest && view.apartPx(place, placeOfFeature(nearest.station)) <= DROP_PX;
-      if (near && nearest.station.id !== stop.station?.id) take(stop, nearest.station);
+      if (near && nearest.station.id !== stop.station.id) take(stop, nearest.station);
       else {
         again();
         if (!near) app.toast("No station that fits the vehicle is there; the stop stays where it was.");

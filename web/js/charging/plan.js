@@ -71,8 +71,10 @@ function filling({ arrive_soc: from, depart_soc: to, power_bands: bands, chargin
 /** What is known at a time: {at_s, along_m, soc, what}, even between two points. */
 export function courseAt({ points, end_s: end }, wanted) {
   const at = Math.min(Math.max(wanted, 0), end);
-  const k = Math.max(1, points.findIndex(({ at_s: time }) => time >= at));
+  const next = points.findIndex(({ at_s: time }) => time >= at);
+  const k = next < 0 ? points.length - 1 : Math.max(1, next);
   const [before, after] = [points[k - 1] ?? points[0], points[k] ?? points.at(-1)];
+  if (next < 0) return { ...after, at_s: at }; // its time is summed up otherwise
   const share = after.at_s > before.at_s ? (at - before.at_s) / (after.at_s - before.at_s) : 1;
   const between = (field) => before[field] + share * (after[field] - before[field]);
   return { at_s: at, along_m: between("along_m"), soc: between("soc"), what: after.what };

@@ -5,7 +5,7 @@ import { withoutStation } from "../journey/charging.js";
 import { noPlanNotice } from "./noplan.js";
 import { createOthers } from "./others.js";
 import { courseAt, stopName, timeOf } from "./plan.js";
-import { nameStations } from "../stations/names.js";
+import { nameOf, nameStations } from "../stations/names.js";
 import { stationName } from "../stations/words.js";
 import { createStopList } from "./stops.js";
 import { createTimeline } from "./timeline.js";
@@ -76,8 +76,12 @@ export function createPlanResults(app, moved, change) {
       };
     });
 
-  /** Why there is no plan, null where there is one. */
-  const notice = (answer) => answer.no_plan && noPlanNotice(answer.no_plan, journey.get(), app.units(), change);
+  /** Why there is no plan, or which chosen stations it passes; null where there is nothing to say. */
+  function notice(answer) {
+    if (answer.no_plan) return noPlanNotice(answer.no_plan, journey.get(), app.units(), change);
+    const passed = (answer.request.charging?.via_stations ?? []).filter(({ station: id }) => !stopsOf().some(({ station }) => station?.id === id));
+    return passed.length && looked ? el("div", { class: "notice plain" }, passed.map(({ station: id }) => el("p", {}, `The plan goes over ${nameOf(app, id)}, where charging does not help.`))) : null;
+  }
 
   return { list: card, timeline: timeline.element, show, cursor, markers, notice };
 }

@@ -11,12 +11,14 @@ const span = (from, to) => [percentText(from), " → ", percentText(to)];
 
 /**
  * The list of a plan. told: {look(stop index, element): show the station, choose(stop index, element): offer others,
- * leave(stop index): plan without it, point(seconds | null): a card is pointed at}. Gives {element, show, focus(stop)}.
+ * leave(stop index): plan without it, point(seconds | null): a card is pointed at}. Gives {element, show, …}.
  */
 export function createStopList(told) {
   const element = el("div", { class: "stack" });
+  let shown = null;
 
   function show(answer, route, units) {
+    shown = route;
     const departure = departureOf(answer);
     const focused = element.contains(document.activeElement) ? document.activeElement.dataset.key : null;
     const { charging } = route;
@@ -80,9 +82,8 @@ export function createStopList(told) {
       el(
         "dl",
         { class: "plan-facts num" },
-        fact("Time", [whenText(one.arrive_time, one.arrive_s, departure), " → ", whenText(one.depart_time, one.depart_s, departure)], `${minutes} charging${one.overhead_s ? `, ${durationText(one.overhead_s)} besides` : ""}`),
-        fact("Charge", span(one.arrive_soc, one.depart_soc), `${energyText(one.charged_kwh)}${one.mean_power_kw ? `, ${number(one.mean_power_kw)} kW on average` : ""}`),
-        one.price !== null && fact("Price", moneyText(one.price, one.currency), null),
+        fact("Time", [whenText(one.arrive_time, one.arrive_s, departure), " → ", whenText(one.depart_time, one.depart_s, departure)], `${minutes} charging${one.overhead_s ? ` + ${durationText(one.overhead_s)} stop` : ""}`),
+        fact("Charge", span(one.arrive_soc, one.depart_soc), `${energyText(one.charged_kwh)}${one.mean_power_kw ? ` at ${number(one.mean_power_kw)} kW` : ""}${one.price === null ? "" : ` for ${moneyText(one.price, one.currency)}`}`),
       ),
       sureText(one, "on arrival"),
       one.fallback && fallbackText(one.fallback),
@@ -93,6 +94,11 @@ export function createStopList(told) {
 
   /** The place under a stop where other stations are offered. */
   const othersOf = (i) => element.querySelector(`[data-others="${i}"]`);
+  /** Where the focus is in what goes away, it stays with the stop. */
+  function keepFocus(moved) {
+    const i = shown?.charging.stops.indexOf(moved) ?? -1;
+    if (othersOf(i)?.contains(document.activeElement)) element.querySelector(`[data-key="other-${i}"]`)?.focus();
+  }
   const focus = (i) => {
     const card = element.querySelector(`[data-stop="${i}"]`);
     card?.scrollIntoView({ block: "nearest" });
@@ -103,11 +109,11 @@ export function createStopList(told) {
     for (const card of element.querySelectorAll("[data-stop]")) card.toggleAttribute("data-looked", Number(card.dataset.stop) === i);
   }
 
-  return { element, show, othersOf, focus, mark };
+  return { element, show, othersOf, keepFocus, focus, mark };
 }
 
 const stationMore = ({ operator, network }, name) => [operator, network].find((text) => text && text !== name) ?? "";
-const fact = (what, main, more) => el("div", {}, el("dt", { class: "unseen" }, what), el("dd", {}, el("b", {}, main), more && el("span", { class: "dim" }, ` ${more}`)));
+const fact = (what, main, more) => el("div", {}, el("dt", { class: "unseen" }, what), el("dd", {}, el("b", {}, main), more && el("span", { class: "small dim" }, more)));
 
 /** How sure a charge on arrival is, null where that was not asked for. */
 function sureText({ arrive_soc_p10: low, arrive_soc_p90: high, probability_kept: kept }, where) {
@@ -125,7 +131,7 @@ function fallbackText({ station_name: name, drive_s: drive, arrive_soc: soc, rea
 /** Sums over the plan. */
 function totals(route, units) {
   const { totals: sums, stops } = route.charging;
-  const parts = [["Driving", sums.driving_s, "driving"], ["Charging", sums.charging_s, "charging"], ["Besides", sums.overhead_s, "besides"]].filter(([, seconds]) => seconds > 0);
+  const parts = [["Driving", sums.driving_s, "driving"], ["Charging", sums.charging_s, "charging"], ["Stopping", sums.overhead_s, "besides"]].filter(([, seconds]) => seconds > 0);
   return el(
     "div",
     { class: "plan-totals" },

@@ -76,7 +76,7 @@ export function createTimeline(moved) {
         "svg",
         { width, height, viewBox: `0 0 ${width} ${height}`, "aria-hidden": "true" },
         route.charging.stops.map((stop) => svg("rect", { class: "timeline-stop", x: x(stop.arrive_s), width: Math.max(1.5, x(stop.depart_s) - x(stop.arrive_s)), y: TOP_PX, height: bottom - TOP_PX })),
-        svg("text", { class: "profile-label", x: from, y: TOP_PX - 7 }, "Charge, %"),
+        svg("text", { class: "profile-label", x: 2, y: TOP_PX - 7 }, "Charge"),
         ticks.map((tick) => [
           svg("line", { class: "profile-grid", x1: from, x2: to, y1: y(tick / 100), y2: y(tick / 100) }),
           svg("text", { class: "profile-tick", x: from - 6, y: y(tick / 100) + 3.5, "text-anchor": "end" }, number(tick, digitsOf(ticks))),

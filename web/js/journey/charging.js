@@ -129,16 +129,16 @@ export function viaWithStations(start, via, goal, stations) {
 
 const apart = (a, b) => Math.hypot(a.lat - b.lat, (a.lon - b.lon) * Math.cos((((a.lat + b.lat) / 2) * Math.PI) / 180));
 
-/** The part `charging` of the body of POST /route; chargedAt: as viaWithStations gives it. */
-export function chargingRequest(charging, chargedAt) {
+/** The part `charging` of the body of POST /route; chargedAt: as viaWithStations gives it; further: with other plans. */
+export function chargingRequest(charging, chargedAt, further) {
   const asked = {
     arrive_soc: charging.arrive,
     goal_soc: charging.atGoal,
     max_soc: charging.most,
     overhead_s: 60 * charging.overheadMin,
     objective: charging.objective,
-    alternatives: ALTERNATIVE_PLANS,
   };
+  if (further) asked.alternatives = ALTERNATIVE_PLANS;
   if (charging.leastKw > 0) asked.min_power_kw = charging.leastKw;
   if (charging.plugs.length) asked.connectors = charging.plugs;
   if (charging.avoid.length) asked.networks = { [charging.never ? "excluded" : "avoided"]: charging.avoid };
@@ -155,9 +155,9 @@ const rounded = (degrees) => Number(degrees.toFixed(7));
 /** The choices with nothing said of a station. */
 export const withAnyStation = (charging, id) => ({ ...charging, at: charging.at.filter((other) => other.id !== id), not: charging.not.filter((other) => other !== id) });
 
-/** The choices with a station to charge at, {id, lat, lon}, in place of the one of another id where that is named. */
-export function withStation(charging, { id, lat, lon }, instead = null) {
-  const others = withAnyStation(instead === null ? charging : withAnyStation(charging, instead), id);
+/** The choices with a station to charge at, {id, lat, lon}. */
+export function withStation(charging, { id, lat, lon }) {
+  const others = withAnyStation(charging, id);
   return { ...others, on: true, at: [...others.at, { id, lat: rounded(lat), lon: rounded(lon) }].slice(-MOST_STATIONS_AT) };
 }
 

@@ -1,10 +1,12 @@
 /** What the user has chosen: kept in one store, written into the address, sent as requests. */
 
 import { placeFromText } from "../units.js";
+import { chargingOf, chargingRequest, INITIAL_CHARGING, putCharging, viaWithStations } from "./charging.js";
 import { bandValues, BY, knowsCharge, MAX_BANDS, OUTLINES, VALUE_KEYS, valuesFromText } from "./limits.js";
 
 export const TABS = ["route", "range", "diagnosis"];
 export const ALTERNATIVES = ["eco", "balanced", "fastest"];
+export const PLANS = { best: "Best", "fewest stops": "Fewest stops", fastest: "Fastest", "most reserve": "Most reserve" };
 export const COLOURINGS = ["soc", "consumption", "plain"];
 export const RANGE_MODES = ["from", "reverse", "round_trip"];
 export const MAX_VIA = 20;
@@ -34,7 +36,9 @@ export const INITIAL = {
   conditions: {}, // only what differs from its default
   effects: null, // id of a diagnosis
   uncertainty: false,
-  route: "eco", // which alternative is looked at
+  charging: INITIAL_CHARGING, // charging stops (charging.js)
+  stations: null, // whether charging stations are on the map, null: where stops are planned
+  route: "eco", // which alternative, or plan, is looked at
   colour: "soc",
   rangeMode: "from",
   bands: 4,
@@ -70,6 +74,8 @@ export function addressOf(journey) {
   if (conditions.length) put("conditions", conditions.map(([name, value]) => `${name}:${value}`).join(","));
   for (const key of ["effects", "diagnosis"]) if (journey[key]) put(key, journey[key]);
   if (journey.uncertainty) put("uncertainty", "1");
+  putCharging(journey.charging, put);
+  if (journey.stations !== null) put("stations", journey.stations ? "1" : "0");
   for (const key of ["route", "colour", "rangeMode", "bands", "by", "outline", "units"]) {
     if (journey[key] !== INITIAL[key]) put(key === "rangeMode" ? "range" : key, journey[key]);
   }
@@ -100,7 +106,9 @@ export function journeyOf(search) {
   journey.reserve = Math.min(journey.reserve, journey.soc);
   journey.conditions = conditionsOf(given.get("conditions") ?? "");
   journey.uncertainty = given.get("uncertainty") === "1";
-  oneOf("route", "route", ALTERNATIVES);
+  journey.charging = chargingOf(given);
+  if (["0", "1"].includes(given.get("stations"))) journey.stations = given.get("stations") === "1";
+  oneOf("route", "route", [...ALTERNATIVES, ...Object.keys(PLANS)]);
   oneOf("colour", "colour", COLOURINGS);
   oneOf("range", "rangeMode", RANGE_MODES);
   oneOf("units", "units", ["km", "mi"]);
@@ -145,11 +153,14 @@ function shared(journey) {
   return asked;
 }
 
-/** The body of POST /route, or null while start or goal is missing. */
-export function routeRequest(journey) {
+/** The body of POST /route, or null while start or goal is missing. further: with plans beside the best one. */
+export function routeRequest(journey, { further = false } = {}) {
   if (!journey.start || !journey.goal) return null;
-  const via = journey.via.filter(Boolean);
-  return { start: journey.start, goal: journey.goal, ...(via.length ? { via } : {}), ...shared(journey), alternatives: ALTERNATIVES };
+  const { charging } = journey;
+  const places = journey.via.filter(Boolean);
+  const { via, chargedAt } = charging.on ? viaWithStations(journey.start, places, journey.goal, charging.at) : { via: places };
+  const asked = charging.on ? { charging: chargingRequest(charging, chargedAt, further) } : { alternatives: ALTERNATIVES };
+  return { start: journey.start, goal: journey.goal, ...(via.length ? { via } : {}), ...shared(journey), ...asked };
 }
 
 /** Which area is asked for; by time and distance only that from here is known. */

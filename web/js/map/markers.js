@@ -15,8 +15,10 @@ export class MarkerSet {
 
   /**
    * Show exactly these markers.
-   * @param {Array<{key: string, kind: "start"|"goal"|"via"|"furthest", letter: string, title: string,
-   *   place: {lat: number, lon: number}, onMove?: (place: {lat: number, lon: number}) => void}>} wanted
+   * onMove: places follow the pointer and the arrow keys. onDrop: they are only dropped; onPress: clicked, or Enter.
+   * @param {Array<{key: string, kind: "start"|"goal"|"via"|"stop"|"furthest", letter: string, title: string,
+   *   place: {lat: number, lon: number}, onMove?: (place: {lat: number, lon: number}) => void,
+   *   onDrop?: (place: {lat: number, lon: number}) => void, onPress?: () => void}>} wanted
    */
   show(wanted) {
     const keys = new Set(wanted.map(({ key }) => key));
@@ -32,20 +34,21 @@ export class MarkerSet {
     const position = [one.place.lon, one.place.lat];
     const known = this.shown.get(one.key);
     const moves = Boolean(one.onMove);
+    const acts = moves || Boolean(one.onDrop);
     const title = moves ? `${one.title}: drag it, or move it with the arrow keys` : one.title;
     if (known) {
-      known.onMove = one.onMove;
+      Object.assign(known, { onMove: one.onMove, onDrop: one.onDrop, onPress: one.onPress });
       known.marker.getElement().title = title;
       known.marker.getElement().setAttribute("aria-label", title);
       if (!known.dragged) known.marker.setLngLat(position); // an answer may come while it is dragged
       return;
     }
     const inner = el("div", { class: `marker ${one.kind}` }, el("span", {}, one.letter));
-    const element = el("div", { title, "aria-label": title, role: moves ? "button" : "img", tabindex: moves ? "0" : null, dataset: { marker: one.key } }, inner);
-    const marker = new this.maplibregl.Marker({ element, draggable: moves, anchor: one.kind === "furthest" ? "center" : "bottom", offset: one.kind === "furthest" ? [0, 0] : [0, -5] });
+    const element = el("div", { title, "aria-label": title, role: acts ? "button" : "img", tabindex: acts ? "0" : null, dataset: { marker: one.key } }, inner);
+    const marker = new this.maplibregl.Marker({ element, draggable: acts, anchor: one.kind === "furthest" ? "center" : "bottom", offset: one.kind === "furthest" ? [0, 0] : [0, -5] });
     marker.setLngLat(position).addTo(this.map);
     element.setAttribute("aria-label", title); // MapLibre puts its own in place
-    const entry = { marker, onMove: one.onMove, dragged: false };
+    const entry = { marker, onMove: one.onMove, onDrop: one.onDrop, onPress: one.onPress, dragged: false };
     this.shown.set(one.key, entry);
     const tell = () => {
       const { lat, lng } = marker.getLngLat();
@@ -57,9 +60,20 @@ export class MarkerSet {
     marker.on("dragend", () => {
       entry.dragged = false;
       entry.onMove?.(placeNear(this.map, this.map.project(marker.getLngLat())));
+      if (entry.onDrop) {
+        const { lat, lng: lon } = marker.getLngLat();
+        entry.onDrop({ lat, lon });
+      }
     });
-    element.addEventListener("click", (event) => event.stopPropagation());
+    element.addEventListener("click", (event) => {
+      event.stopPropagation();
+      entry.onPress?.();
+    });
     element.addEventListener("keydown", (event) => {
+      if (entry.onPress && (event.key === "Enter" || event.key === " ")) {
+        event.preventDefault();
+        entry.onPress();
+      }
       const arrow = ARROWS[event.key];
       if (!arrow || !moves) return;
       event.preventDefault();

@@ -8,9 +8,10 @@
  * route: pieces of the route that is looked at {colour, first, last, beyond}, dashed where beyond the charge
  * stretch: lines of named stretches {index, active}
  * residual: lines or points {colour, opacity, …}; cursor: a point
+ * station-looked: the point of the station that is looked at
  */
 
-export const OVERLAYS = ["lead", "area", "area-edge", "map-edge", "residual", "route-other", "route", "stretch", "cursor"];
+export const OVERLAYS = ["lead", "area", "area-edge", "map-edge", "residual", "route-other", "route", "stretch", "station-looked", "cursor"];
 export const EMPTY = { type: "FeatureCollection", features: [] };
 
 const width = (thin, thick) => ["interpolate", ["linear"], ["zoom"], 7, thin, 15, thick];
@@ -50,6 +51,10 @@ export function overlayLayers(theme) {
       paint: { "line-color": ["get", "colour"], "line-width": width(4, 7), "line-dasharray": [1.6, 1.2] },
     },
     { id: "route-hit", type: "line", source: "route", paint: { "line-width": 16, "line-opacity": 0.001 } },
+    {
+      id: "station-looked-ring", type: "circle", source: "station-looked",
+      paint: { "circle-radius": 13, "circle-color": "rgba(0,0,0,0)", "circle-stroke-color": dark ? "#e9f0ef" : "#14211f", "circle-stroke-width": 3 },
+    },
     {
       id: "cursor-point", type: "circle", source: "cursor",
       paint: { "circle-radius": 7, "circle-color": "#ffffff", "circle-stroke-color": "#14211f", "circle-stroke-width": 3 },

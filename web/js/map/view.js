@@ -7,7 +7,10 @@ import { installGlyphs } from "./glyphs.js";
 import { MarkerSet } from "./markers.js";
 import { placeNear } from "./nearest.js";
 import { EMPTY, overlayLayers, OVERLAYS } from "./overlays.js";
+import { stationLayers } from "../stations/power.js";
 
+const STATIONS = "stations";
+const STATION_LAYERS = ["station-halo", "station-point", "station-kw"];
 const FIT_PX = 60;
 const FIT_ZOOM = 15;
 const LEAST_ROOM_PX = 40; // below which a map is too low to show anything under its legend
@@ -31,12 +34,15 @@ export class MapView {
     this.units = "km";
     this.wanted = { places: [], notes: [] };
     this.aiming = false;
+    this.stations = false; // whether charging stations are drawn
+    this.tiles = null;
   }
 
   /** Draw a graph's ground for the first time or anew. Throws where the browser can't draw maps. */
   show(tiles, theme) {
     this.error?.remove();
     this.theme = theme;
+    this.tiles = tiles;
     const style = this.styleUrl ?? basemapStyle(tiles, theme, addressOf);
     if (!this.map) this.#begin(tiles);
     this.container.dataset.state = "loading";
@@ -76,14 +82,40 @@ export class MapView {
     };
     const [roads, names] = [Math.min(first("line"), first("symbol")), first("symbol")];
     const { areas, lines } = overlayLayers(this.theme);
-    const layers = [...style.layers.slice(0, roads), ...areas, ...style.layers.slice(roads, names), ...lines, ...style.layers.slice(names)];
+    const top = lines.findIndex(({ id }) => id === "cursor-point");
+    const layers = [
+      ...style.layers.slice(0, roads), ...areas, ...style.layers.slice(roads, names), ...lines.slice(0, top), ...style.layers.slice(names), ...this.#stationLayers(sources), ...lines.slice(top),
+    ];
     return { ...style, sources, layers };
+  }
+
+  /** Layers of the graph's charging stations, none where it has none; a style of one's own lacks their source, which is added. */
+  #stationLayers(sources) {
+    const { tiles } = this;
+    if (!tiles?.vector_layers?.some(({ id }) => id === STATIONS)) return [];
+    if (this.styleUrl) sources[STATIONS] = { type: "vector", tiles: tiles.tiles.map(addressOf), bounds: tiles.bounds, minzoom: tiles.minzoom, maxzoom: tiles.maxzoom, attribution: tiles.attribution };
+    return stationLayers(this.theme, this.styleUrl ? STATIONS : "roads", this.#stationVisibility());
+  }
+
+  #stationVisibility() {
+    return this.stations ? "visible" : "none";
+  }
+
+  /** Draw the graph's charging stations, or not. */
+  showStations(shown) {
+    this.stations = shown;
+    for (const id of STATION_LAYERS) if (this.map?.getLayer(id)) this.map.setLayoutProperty(id, "visibility", this.#stationVisibility());
+  }
+
+  /** What is in view: [west, south, east, north]; all of the graph while there is no map. */
+  extentShown() {
+    return this.map ? this.map.getBounds().toArray().flat() : this.tiles.bounds;
   }
 
   #listen() {
     this.map.on("click", (event) => {
       const hit = this.aiming ? null : this.#hit(event.point);
-      if (hit) for (const listener of this.listeners.pick) listener(hit, placeOf(event));
+      if (hit) for (const listener of this.listeners.pick) listener(hit, placeOf(event), this.map.getZoom());
       else for (const listener of this.listeners.click) listener(placeNear(this.map, event.point));
     });
     this.map.on("mousemove", (event) => {
@@ -98,6 +130,8 @@ export class MapView {
 
   /** What was hit of that which can be picked: {source, properties}, or null. */
   #hit(point) {
+    const [station] = this.stations && this.map.getLayer("station-point") ? this.map.queryRenderedFeatures([point.x, point.y], { layers: ["station-halo", "station-point"] }) : [];
+    if (station) return { source: "station", properties: station.properties };
     const layers = ["route-other-hit", "route-hit", "stretch-hit", "residual-hit"].filter((id) => this.map.getLayer(id));
     const near = [[point.x - 4, point.y - 4], [point.x + 4, point.y + 4]];
     const [found] = layers.length ? this.map.queryRenderedFeatures(near, { layers }) : [];
@@ -106,7 +140,7 @@ export class MapView {
 
   /**
    * Listen to what the user does. "click": (place) beside everything that can be picked; "pick": ({source, properties},
-   * place); "hover": ({source, properties} | null, place | null).
+   * place, zoom), of which source "station" is a charging station; "hover": ({source, properties} | null, place | null).
    */
   on(event, listener) {
     this.listeners[event].push(listener);
@@ -171,6 +205,18 @@ export class MapView {
     const beside = { ...all, left: Math.max(least, x + offsetWidth + 20) };
     const below = { ...all, top: Math.max(least, y + offsetHeight + 40) };
     return clientHeight - below.top - least < LEAST_ROOM_PX ? [beside, beside] : [beside, below];
+  }
+
+  /** Move the map so that a place is in view. */
+  bring(place) {
+    if (this.map && !this.shows(place)) this.map.panTo([place.lon, place.lat], { animate: false });
+  }
+
+  /** How far two places are apart on the map [px]; 0 while there is no map. */
+  apartPx(a, b) {
+    if (!this.map) return 0;
+    const [from, to] = [a, b].map(({ lon, lat }) => this.map.project([lon, lat]));
+    return Math.hypot(to.x - from.x, to.y - from.y);
   }
 
   /** Whether a place is in view. */

@@ -2,7 +2,7 @@
 
 import { el, fill } from "../dom.js";
 import { durationText, energyText, percentText } from "../units.js";
-import { consumptionOf, NAMES, signed, spanText, twinsOf } from "./compare.js";
+import { consumptionOf, NAMES, signed, slugOf, spanText, totalSeconds, twinsOf } from "./compare.js";
 
 /** Cards in a group of radio buttons. choose(name) is called where another one is chosen. */
 export function createCards(choose) {
@@ -25,7 +25,7 @@ export function createCards(choose) {
     const input = el("input", { type: "radio", name: "route-looked-at", value: route.name, class: "unseen", "aria-label": `${name}: ${facts.map(({ text, spoken }) => spoken ?? text).join(", ")}`, on: { change: () => choose(route.name) } });
     const label = el(
       "label",
-      { class: `route-card of-${route.name}${route.feasible ? "" : " infeasible"}` },
+      { class: `route-card of-${slugOf(route.name)}${route.charging ? " plan-card" : ""}${route.feasible ? "" : " infeasible"}` },
       input,
       el("span", { class: "route-name" }, name),
       facts.map(({ text, look, spoken }) => el("span", { class: look, title: spoken }, text)),
@@ -50,6 +50,7 @@ function factsOf(route, eco, twin, units) {
   const span = uncertainty && spanText(uncertainty.soc_end_p10, uncertainty.soc_end_p90);
   const kept = uncertainty && percentText(uncertainty.probability_above_reserve);
   const compared = route !== eco && !twin;
+  if (route.charging) return planFacts(route, eco, twin, units);
   return [
     { text: energyText(route.battery_kwh), look: "card-main card-energy" },
     { text: durationText(route.duration_s), look: "card-main card-time" },
@@ -61,7 +62,26 @@ function factsOf(route, eco, twin, units) {
       : { text: "out of reach", look: "card-more card-charge missing" },
     twin && { text: `the same roads as ${NAMES[twin] ?? twin}`, look: "card-twin" },
     compared && { text: signed(route.battery_kwh - eco.battery_kwh, energyText), look: "card-last card-energy", spoken: `${signed(route.battery_kwh - eco.battery_kwh, energyText)} against ${NAMES[eco.name] ?? eco.name}` },
-    compared && { text: signed(route.duration_s - eco.duration_s, durationText), look: "card-last card-time" },
+    compared && { text: signed(totalSeconds(route) - totalSeconds(eco), durationText), look: "card-last card-time" },
     uncertainty && { text: `${kept} sure`, look: "card-last card-charge", spoken: `${kept} probability of keeping the reserve` },
+  ].filter((fact) => fact && fact.text);
+}
+
+/** The same of a plan: the time with its stops first. */
+function planFacts(route, best, twin, units) {
+  const { stops, totals, goal } = route.charging;
+  const later = totalSeconds(route) - totalSeconds(best);
+  const charging = totals.charging_s + totals.overhead_s;
+  return [
+    { text: durationText(totals.total_s), look: "card-main card-energy" },
+    { text: stops.length === 1 ? "1 stop" : `${stops.length} stops`, look: "card-main card-time" },
+    { text: percentText(goal.arrive_soc), look: "card-main card-charge", spoken: `${percentText(goal.arrive_soc)} on arrival` },
+    { text: units.lengthText(route.distance_m), look: "card-more card-energy" },
+    { text: stops.length ? `${durationText(charging)} of it` : energyText(route.battery_kwh), look: "card-more card-time", spoken: stops.length ? `${durationText(charging)} at stops` : undefined },
+    { text: goal.arrive_soc_p10 === null ? "on arrival" : spanText(goal.arrive_soc_p10, goal.arrive_soc_p90), look: "card-more card-charge" },
+    twin && { text: `the same as ${NAMES[twin] ?? twin}`, look: "card-twin" },
+    route !== best && !twin && { text: signed(later, durationText), look: "card-last card-energy", spoken: `${signed(later, durationText)} against ${NAMES[best.name] ?? best.name}` },
+    totals.price !== null && !twin && { text: `${totals.price.toFixed(2)} ${totals.currency}`, look: "card-last card-time" },
+    goal.probability_kept !== null && { text: `${percentText(goal.probability_kept)} sure`, look: "card-last card-charge" },
   ].filter((fact) => fact && fact.text);
 }

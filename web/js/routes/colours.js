@@ -79,6 +79,6 @@ export function partsOf(profile, colouring, scale, plain) {
     return means.map((mean) => ({ first: mean.first, last: mean.last, from_m: mean.from_m, to_m: mean.to_m, colour: taken(mean) }));
   }
   if (colouring === "plain") return [{ first: 0, last: links.length - 1, from_m: 0, to_m: length, colour: plain }];
-  const colour = (i) => scale.colours[scale.classOf((soc[i] + soc[i + 1]) / 2)];
+  const colour = (i) => scale.colours[scale.classOf(((profile.filled.get(i) ?? soc[i]) + soc[i + 1]) / 2)];
   return links.map((_, i) => ({ first: i, last: i, from_m: ends[i], to_m: ends[i + 1], colour: colour(i) }));
 }

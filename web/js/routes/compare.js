@@ -1,11 +1,23 @@
 /** Routes beside each other: which are the same, what they take more or less than eco, and all of it in a sentence. */
 
+import { PLANS } from "../journey/journey.js";
 import { durationText, energyText, number, percentText } from "../units.js";
 
-export const NAMES = { eco: "Eco", balanced: "Balanced", fastest: "Fastest" };
+export const NAMES = { eco: "Eco", balanced: "Balanced", fastest: "Fastest", ...PLANS };
+
+/** The name of a route as part of that of a style: of-eco, --eco. */
+export const slugOf = (name) => name.replaceAll(" ", "-");
 
 /** Whether two routes drive the same links. */
-export const isSame = (a, b) => a.links.length === b.links.length && a.links.every(({ id }, i) => id === b.links[i].id);
+const isSameWay = (a, b) => a.links.length === b.links.length && a.links.every(({ id }, i) => id === b.links[i].id);
+
+const stopsText = ({ charging }) => JSON.stringify((charging?.stops ?? []).map(({ station, depart_soc: soc }) => [station?.id, soc]));
+
+/** Whether two routes drive the same links, and charge as much at the same stops. */
+export const isSame = (a, b) => isSameWay(a, b) && stopsText(a) === stopsText(b);
+
+/** Time of a route with its charging stops [s]. */
+export const totalSeconds = (route) => route.charging?.totals.total_s ?? route.duration_s;
 
 /** For each route the name of the first one that it is the same as, null where it is the first of its kind. */
 export const twinsOf = (routes) => routes.map((route, i) => routes.slice(0, i).find((earlier) => isSame(earlier, route))?.name ?? null);
@@ -25,6 +37,7 @@ export function signed(value, text) {
 /** The whole answer in one sentence for those who listen to it. */
 export function answerText(answer, units) {
   const [first] = answer.routes;
+  if (answer.no_plan) return `There is no plan with charging stops: ${answer.no_plan.reason}.`;
   if (answer.routes.every(({ feasible }) => !feasible)) {
     return `The goal is out of reach with ${percentText(first.soc_start)}: ${energyText(first.deficit_kwh)} are missing.`;
   }
@@ -33,10 +46,13 @@ export function answerText(answer, units) {
     .map((route, i) => {
       if (twins[i]) return `${NAMES[route.name]}: the same as ${NAMES[twins[i]]}.`;
       const arrival = route.feasible ? `arrives with ${percentText(route.soc_end)}` : "out of reach";
-      return `${NAMES[route.name]}: ${energyText(route.battery_kwh)}, ${durationText(route.duration_s)}, ${units.lengthText(route.distance_m)}, ${arrival}.`;
+      return `${NAMES[route.name]}: ${energyText(route.battery_kwh)}, ${durationText(totalSeconds(route))}, ${units.lengthText(route.distance_m)}, ${stopsSaid(route)}${arrival}.`;
     })
     .join(" ");
 }
 
 /** A span of two shares in per cent: "39–47 %". */
 export const spanText = (low, high) => `${number(100 * low)}–${percentText(high)}`;
+
+/** How often a route is charged on, empty where that was not asked for. */
+const stopsSaid = ({ charging }) => (charging ? `${charging.stops.length} charging ${charging.stops.length === 1 ? "stop" : "stops"}, ` : "");

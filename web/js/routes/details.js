@@ -26,13 +26,16 @@ export function legsTable({ legs }, units) {
   );
 }
 
+/** How long the search of a route took [s], of plans that of all of them. */
+const searchSeconds = (route, { routes, stats, planning }) => planning?.seconds ?? stats[routes.indexOf(route)].seconds;
+
 /** All figures of a route but its links. */
 export function figuresTables(route, answer, units) {
   const { uncertainty, links } = route;
   const { start, goal } = answer.snapped;
   const figures = [
     ["Distance", units.lengthText(route.distance_m)],
-    ["Time, with standing still", durationText(route.duration_s)],
+    ["Time of driving, with standing still", durationText(route.duration_s)],
     answer.terrain.terrain !== "absent" && ["Climb", units.heightText(route.climb_m)],
     answer.terrain.terrain !== "absent" && ["Descent", units.heightText(route.descent_m)],
     ["Charge at departure", percentText(route.soc_start, 1)],
@@ -45,8 +48,8 @@ export function figuresTables(route, answer, units) {
     ["Links", number(links.length)],
     ["Start, moved to a road by", units.lengthText(start.distance_m)],
     ["Goal, moved to a road by", units.lengthText(goal.distance_m)],
-    ["Weights of kWh, hour, km", [route.weights.energy, route.weights.time, route.weights.distance].join(", ")],
-    ["Search", `${number(1000 * answer.stats[answer.routes.indexOf(route)].seconds)} ms`],
+    route.weights && ["Weights of kWh, hour, km", [route.weights.energy, route.weights.time, route.weights.distance].join(", ")],
+    ["Search", `${number(1000 * searchSeconds(route, answer))} ms`],
   ];
   return [
     table("Figures", ["What", "Value"], figures.filter(Boolean)),

@@ -11,7 +11,7 @@ export function scaleFor(colouring, answer, chosen, theme) {
   if (colouring === "plain") return null;
   if (colouring === "consumption") return consumptionScale(consumptionOf(chosen) ?? 0, theme);
   const reserve = answer.request.reserve_soc; // below it, no colour of the scale is drawn
-  const charges = answer.routes.flatMap(({ soc_start: start, soc_end: end, soc_min: least }) => [start, end, least]);
+  const charges = answer.routes.flatMap(({ soc_start: start, soc_end: end, soc_min: least, charging: plan }) => [start, end, least, ...(plan?.stops ?? []).map(({ depart_soc: filled }) => filled)]);
   return chargeScale(charges.map((charge) => Math.max(charge, reserve)), theme);
 }
 

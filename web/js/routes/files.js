@@ -1,6 +1,7 @@
 /** Routes as files. */
 
 import { call } from "../api.js";
+import { stopName } from "../charging/plan.js";
 import { saveFile, saveGeoJson } from "../download.js";
 import { placeNames } from "./details.js";
 import { gpxText } from "./gpx.js";
@@ -21,7 +22,9 @@ export function saveTrack(looked) {
 
 /** Start, via points and goal where they meet the road, and where the charge is used up. */
 export function waypointsOf({ answer: { snapped }, route, reach }) {
-  const names = placeNames(route.legs);
-  const places = [snapped.start, ...snapped.via, snapped.goal].map(({ on_road: { lat, lon }, road_name: road }, i) => ({ lat, lon, name: road ? `${names[i]}, ${road}` : names[i] }));
+  const names = placeNames([...snapped.via, snapped.goal]);
+  const ends = [snapped.start, ...snapped.via, snapped.goal].map(({ on_road: { lat, lon }, road_name: road }, i) => ({ lat, lon, name: road ? `${names[i]}, ${road}` : names[i] }));
+  const stops = (route.charging?.stops ?? []).map((stop, i) => ({ lat: stop.at.lat, lon: stop.at.lon, name: `Stop ${i + 1}, ${stopName(stop)}` }));
+  const places = [...ends, ...stops];
   return reach === null ? places : [...places, { ...route.furthest, name: "Charge used up" }];
 }

@@ -9,6 +9,12 @@ const limitsOf = ({ links, ends_m: ends }, units) => links.map((link, i) => ({ f
 const speedsOf = ({ means }, units) => means.map((mean) => ({ ...mean, speed: units.speed(mean.speed_kmh) }));
 const takenOf = ({ means }, units) => means.map((mean) => ({ ...mean, taken: units.consumption(mean.kwh_per_100km) }));
 
+/** The charge at the ends of links, upright where it is filled up. */
+function withStops({ soc, filled }, xs, ys) {
+  const order = soc.flatMap((share, i) => (filled.has(i) ? [[i, share], [i, filled.get(i)]] : [[i, share]]));
+  return [order.map(([i]) => xs[i]), ys(order.map(([, share]) => share))];
+}
+
 /**
  * One lane: share of the height, title with unit, domain of its axis, marks as {class, d} or {class, level, text}, the
  * value at the cursor in the axis' unit, and in words. context: {units, reserve, heights}.
@@ -18,14 +24,14 @@ export const LANES = {
     weight: 2,
     name: "Charge",
     unit: () => "%",
-    domain: ({ soc, low, high }, { reserve }) => niceDomain([...soc, ...(low ?? []), ...(high ?? [])].map((share) => 100 * share), { least: 4, include: [Math.max(0, 100 * reserve - 3)] }),
+    domain: ({ soc, low, high, filled }, { reserve }) => niceDomain([...soc, ...filled.values(), ...(low ?? []), ...(high ?? [])].map((share) => 100 * share), { least: 4, include: [Math.max(0, 100 * reserve - 3)] }),
     marks(profile, x, y, { reserve }) {
       const xs = byEnds(profile, x);
       const ys = (values) => values.map((share) => y(100 * share));
       return [
         profile.low && { class: "curve-band", d: bandPath(xs, ys(profile.high), ys(profile.low)) },
         reserve > 0 && { class: "curve-reserve", level: 100 * reserve, text: "reserve" },
-        { class: "curve-charge", d: linePath(xs, ys(profile.soc)) },
+        { class: "curve-charge", d: linePath(...withStops(profile, xs, ys)) },
       ].filter(Boolean);
     },
     value: ({ soc }) => 100 * soc,

@@ -3,7 +3,7 @@
 import { byId, el, fill, newId } from "../dom.js";
 import { COLOURINGS } from "../journey/journey.js";
 import { number } from "../units.js";
-import { NAMES } from "./compare.js";
+import { NAMES, slugOf } from "./compare.js";
 import { digitsOf } from "../chart/scales.js";
 
 const OF = "routes";
@@ -26,7 +26,7 @@ export function createLegend(choose) {
       el(
         "ul",
         {},
-        !scale && names.map((name) => el("li", {}, el("span", { class: `swatch of-${name}` }), NAMES[name] ?? name)),
+        !scale && names.map((name) => el("li", {}, el("span", { class: `swatch of-${slugOf(name)}` }), NAMES[name] ?? name)),
         beyond && el("li", {}, el("span", { class: "swatch", style: { "background-color": grey } }), "beyond the charge"),
         hot && el("li", {}, el("span", { class: "swatch hot" }), "hot stretch"),
       ),

@@ -3,11 +3,12 @@
 import { leadFeatures } from "../map/leads.js";
 import { extentOf } from "../map/view.js";
 import { BEYOND } from "./colours.js";
+import { slugOf } from "./compare.js";
 import { otherFeatures, routeFeatures, scaleFor, stretchFeatures } from "./drawing.js";
 import { createLegend } from "./legend.js";
 import { alongAt, positionAt, stretchAt, stretchLine } from "./profile.js";
 
-const colourOf = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim() || "#0b7a55";
+const colourOf = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${slugOf(name)}`).trim() || "#0b7a55";
 const extentOfAll = ({ routes }) => extentOf(routes.flatMap(({ geometry }) => geometry.coordinates));
 
 /**
@@ -22,8 +23,8 @@ export function createRoutesOnMap({ journey, session, view, units }, told) {
   view.on("pick", pick);
   view.on("hover", follow);
 
-  /** Draw what is looked at, null for nothing. stretch: position of the hot stretch that is marked. */
-  function draw(next, stretch) {
+  /** Draw what is looked at, null for nothing. stretch: position of the hot stretch that is marked. notes: markers besides. */
+  function draw(next, stretch, notes = []) {
     looked = next;
     if (!looked) {
       for (const name of ["route", "route-other", "stretch", "lead"]) view.draw(name, []);
@@ -41,7 +42,7 @@ export function createRoutesOnMap({ journey, session, view, units }, told) {
     const { start, goal, via = [] } = answer.snapped;
     view.draw("lead", leadFeatures([start, ...via, goal]));
     mark(stretch);
-    view.noteMarkers(reach === null ? [] : [{ key: "furthest", kind: "furthest", letter: "!", title: "Here the charge is used up", place: route.furthest }]);
+    view.noteMarkers([...notes, ...(reach === null ? [] : [{ key: "furthest", kind: "furthest", letter: "!", title: "Here the charge is used up", place: route.furthest }])]);
     const names = answer.routes.map(({ name }) => name);
     legend.show(scale, { colouring, units: units(), names, beyond: reach !== null, grey: BEYOND[theme], hot: route.hot_links.length > 0 });
   }

@@ -1,9 +1,11 @@
 /** Routes: asked for, listed beside each other, drawn on the map, and followed along the way. */
 
 import { ApiError, call, latest } from "../api.js";
+import { createPlanResults } from "../charging/results.js";
 import { byId, el, fill } from "../dom.js";
 import { icon } from "../icons.js";
 import { routeRequest } from "../journey/journey.js";
+import { remember, remembered } from "../remembered.js";
 import { bringToPhone, PHONE, refusal, warningsOf, working } from "../notices.js";
 import { createCards } from "./cards.js";
 import { createChart } from "./chart.js";
@@ -16,9 +18,10 @@ import { partsTable } from "./parts.js";
 import { profileOf, reachOf } from "./profile.js";
 import { stretchList } from "./stretches.js";
 
-const ASKED_BY = ["start", "goal", "via", "soc", "reserve", "vehicle", "graph", "conditions", "effects", "uncertainty"];
+const ASKED_BY = ["start", "goal", "via", "soc", "reserve", "vehicle", "graph", "conditions", "effects", "uncertainty", "charging"];
 const NONE = { status: "none", answer: null, error: null };
 const OF = "routes";
+const STILL_MS = 1200; // after which further plans are asked for, which take longer
 
 export function routesPanel(app, element) {
   const { journey, session } = app;
@@ -27,7 +30,9 @@ export function routesPanel(app, element) {
   fill(element, el("h2", { class: "unseen" }, "Routes"), status, shown.element);
 
   const asking = latest(ask);
+  const further = latest(askFurther, { delay: STILL_MS, maxWait: STILL_MS });
   const renew = () => {
+    further.cancel();
     if (journey.get().tab === "route" && routeRequest(journey.get())) asking.ask();
     else {
       asking.cancel();
@@ -48,9 +53,26 @@ export function routesPanel(app, element) {
       const found = await call("route", { body: routeRequest(journey.get()), signal });
       session.set({ routes: { status: "done", answer: found, error: null } });
       app.say(answerText(found, app.units()));
+      if (found.request.charging && !found.no_plan) further.ask();
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       session.set({ routes: { status: "failed", answer: null, error } });
+    }
+  }
+
+  /** Other plans beside the best one. */
+  async function askFurther(signal) {
+    const { status: state, answer } = session.get().routes;
+    const body = routeRequest(journey.get(), { further: true });
+    if (state !== "done" || !body) return;
+    session.set({ routes: { status: "done", answer, error: null, further: true } });
+    let found = answer; // there are none where they can't be had
+    try {
+      found = await call("route", { body, signal });
+    } catch (error) {
+      if (!(error instanceof ApiError)) throw error;
+    } finally {
+      if (session.get().routes.answer === answer && session.get().routes.further) session.set({ routes: { status: "done", answer: found.no_plan ? answer : found, error: null } });
     }
   }
 
@@ -60,13 +82,14 @@ export function routesPanel(app, element) {
   }
 
   function showStatus() {
-    const { status: state, answer, error } = session.get().routes;
+    const { status: state, answer, error, further: more } = session.get().routes;
     const { range } = session.get();
     element.setAttribute("aria-busy", String(state === "loading"));
     fill(
       status,
-      state === "loading" && !answer && working("Searching routes …"),
+      state === "loading" && !answer && working(journey.get().charging.on ? "Planning …" : "Searching routes …"),
       state === "failed" && refusal(journey, error, () => asking.ask()),
+      more && working("Looking for further plans …"),
       state === "none" && journey.get().tab === "route" && el("p", { class: "dim" }, missingText(journey.get())),
       state === "none" && range.status === "failed" && refusal(journey, range.error),
     );
@@ -78,18 +101,33 @@ export function routesPanel(app, element) {
 function createResults(app) {
   const { journey, session } = app;
   const cards = createCards((name) => journey.set({ route: name }));
-  const chart = createChart((along) => onMap.cursor(along));
-  const onMap = createRoutesOnMap(app, { choose: chooseOnMap, stretch: markOnMap, along: (along) => chart.cursor(along) });
+  const chart = createChart((along) => {
+    onMap.cursor(along);
+    plan.cursor(along);
+  });
+  const plan = createPlanResults(app, (along) => {
+    onMap.cursor(along);
+    chart.cursor(along);
+  }, change);
+  const courses = createCourses({ time: plan.timeline, way: chart.element });
+  const onMap = createRoutesOnMap(app, {
+    choose: chooseOnMap,
+    stretch: markOnMap,
+    along(along) {
+      chart.cursor(along);
+      plan.cursor(along);
+    },
+  });
   const notice = el("div", {});
   const chartPlace = el("div", {});
   const below = el("div", { class: "stack" });
-  const element = el("div", { class: "stack", hidden: true }, notice, cards.element, chartPlace, below);
+  const element = el("div", { class: "stack", hidden: true }, notice, cards.element, chartPlace, plan.list, below);
 
   let looked = null; // the route that is looked at: {answer, route, profile, reserve, reach, units}
   let stretch = null; // position of the hot stretch that is marked
   let unfolded = false; // whether the figures are shown
 
-  const redraw = () => onMap.draw(looked, stretch);
+  const redraw = () => onMap.draw(looked, stretch, plan.markers(redraw));
   session.on(["theme"], redraw);
   journey.on(["colour"], redraw);
   journey.on(["units"], () => looked && show());
@@ -118,6 +156,7 @@ function createResults(app) {
     if (!looked || !before || !isSame(looked.route, before)) stretch = null;
     placeChart();
     showChart();
+    plan.show(looked);
     redraw();
     if (!looked) return;
     cards.select(looked.route.name);
@@ -135,7 +174,7 @@ function createResults(app) {
       setReserve: (least) => change({ reserve: least }),
       choose: (name) => change({ route: name }),
     };
-    fill(notice, reach !== null && outOfReach(route, reach, reserve, others, app.units(), act));
+    fill(notice, plan.notice(answer) ?? (reach !== null && outOfReach(route, reach, reserve, others, app.units(), act)));
   }
 
   /** Change what was chosen, by a button that goes away. */
@@ -147,7 +186,7 @@ function createResults(app) {
   function showBelow() {
     const { answer, route } = looked;
     const units = app.units();
-    const legs = legsTable(route, units);
+    const legs = !route.charging && legsTable(route, units);
     const focused = below.contains(document.activeElement) ? document.activeElement.dataset.stretch : undefined;
     fill(
       below,
@@ -212,7 +251,7 @@ function createResults(app) {
     if (!looked || !looked.route.links.length) return;
     const { answer, route, profile, reserve, reach } = looked;
     const hot = stretch === null ? null : route.hot_links[stretch];
-    const places = route.legs.slice(1).map(({ from_m: from }) => from);
+    const places = route.charging ? route.charging.stops.map(({ along_m: at }) => at) : route.legs.slice(1).map(({ from_m: from }) => from);
     const heights = answer.terrain.terrain !== "absent";
     chart.show({ profile, units: app.units(), reserve, heights, name: `Along ${NAMES[route.name] ?? route.name}`, reach_m: reach, places_m: places, stretch: hot });
   }
@@ -221,11 +260,39 @@ function createResults(app) {
   function placeChart() {
     const drawer = byId("drawer");
     const wanted = Boolean(looked?.route.links.length);
-    if (wanted && PHONE.matches && !chartPlace.contains(chart.element)) fill(chartPlace, el("div", { class: "card" }, chart.element));
-    if (wanted && !PHONE.matches && !drawer.contains(chart.element)) fill(drawer, chart.element);
+    courses.show(Boolean(looked?.route.charging));
+    if (wanted && PHONE.matches && !chartPlace.contains(courses.element)) fill(chartPlace, el("div", { class: "card" }, courses.element));
+    if (wanted && !PHONE.matches && !drawer.contains(courses.element)) fill(drawer, courses.element);
     if (wanted) drawer.dataset.of = OF;
     if (drawer.dataset.of === OF) drawer.hidden = !wanted || PHONE.matches;
     chartPlace.hidden = !wanted || !PHONE.matches;
+  }
+
+  return { element, show };
+}
+
+/** The charts below the map, of which a plan has two: along time and along the way. */
+function createCourses(charts) {
+  const names = { time: "Along time", way: "Along the way" };
+  let chosen = remembered("course") === "way" ? "way" : "time";
+  const buttons = Object.keys(names).map((key) => el("button", { type: "button", class: "profile-toggle", on: { click: () => choose(key) } }, names[key]));
+  const head = el("div", { class: "courses-head", role: "group", "aria-label": "Chart" }, buttons);
+  const element = el("div", { class: "courses" }, head, charts.time, charts.way);
+  let both = false;
+
+  function choose(key) {
+    chosen = key;
+    remember("course", key);
+    show(both);
+  }
+
+  /** plan: whether there is a timeline. */
+  function show(plan) {
+    both = plan;
+    head.hidden = !plan;
+    charts.time.hidden = !plan || chosen !== "time";
+    charts.way.hidden = plan && chosen !== "way";
+    for (const [i, key] of Object.keys(names).entries()) buttons[i].setAttribute("aria-pressed", String(key === chosen));
   }
 
   return { element, show };

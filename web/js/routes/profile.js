@@ -8,6 +8,7 @@ const MEANS_PER_ROUTE = 300; // as many as a chart has room for
  * A route of an answer, ready to be looked up by distance.
  * ends_m, soc, low, high, height_m: at the beginning and at the end of each link, one value more than there are links;
  * low and high (P10 and P90 of the charge) are null where they were not asked for. at_m: distance of each coordinate.
+ * filled: charge at the beginning of links that follow a charging stop, by their position.
  */
 export function profileOf(route) {
   const { links } = route;
@@ -21,6 +22,7 @@ export function profileOf(route) {
     length_m: ends[links.length],
     ends_m: ends,
     soc: along(route.soc_start, "soc_end"),
+    filled: filledOf(route),
     low: withBand ? along(route.soc_start, "soc_end_p10") : null,
     high: withBand ? along(route.soc_start, "soc_end_p90") : null,
     height_m: along(route.height_start_m, "height_end_m"),
@@ -28,6 +30,13 @@ export function profileOf(route) {
     at_m: distancesOf(route, ends),
   };
   return { ...profile, means: meansOf(profile, Math.max(SHORTEST_MEAN_M, profile.length_m / MEANS_PER_ROUTE)) };
+}
+
+/** Charge after each charging stop, by the position of the link that follows it. */
+function filledOf({ legs, charging }) {
+  const stops = charging?.stops ?? [];
+  const after = stops.map(({ leg, depart_soc: soc }) => [legs.slice(leg + 1).find(({ first_link: first }) => first !== null)?.first_link, soc]);
+  return new Map(after.filter(([first]) => first !== undefined));
 }
 
 /** Distance of each coordinate: a link's own length, shared out among its pieces. */
@@ -92,12 +101,12 @@ export function valuesAt(profile, along) {
   const i = linkAt(profile, at);
   const link = profile.links[i];
   const share = link.length_m > 0 ? (at - profile.ends_m[i]) / link.length_m : 1;
-  const between = (values) => values && values[i] + share * (values[i + 1] - values[i]);
+  const between = (values, begin = values?.[i]) => values && begin + share * (values[i + 1] - begin);
   const mean = profile.means.find(({ to_m: to }) => at <= to) ?? profile.means.at(-1);
   return {
     along_m: at,
     link: i,
-    soc: between(profile.soc),
+    soc: between(profile.soc, profile.filled.get(i)),
     low: between(profile.low),
     high: between(profile.high),
     height_m: between(profile.height_m),
@@ -148,7 +157,7 @@ export function alongAt(profile, { lat, lon }, first = 0, last = profile.links.l
 /** How far an infeasible route gets: where `furthest` lies on it; null for a feasible one. */
 export function reachOf(profile, reserve) {
   const { route, soc, links } = profile;
-  if (route.feasible || !route.furthest || !links.length) return null;
+  if (route.feasible || route.charging || !route.furthest || !links.length) return null;
   const last = soc.findIndex((charge) => charge < reserve) - 1;
   return last < 0 ? alongAt(profile, route.furthest) : alongAt(profile, route.furthest, last, last);
 }

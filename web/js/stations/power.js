@@ -9,9 +9,9 @@ import { number } from "../units.js";
 export const CLASSES = [
   { from: 0, name: "not known", radius: 3.6 },
   { from: 0.1, name: "up to 22 kW", radius: 4.2 },
-  { from: 22.5, name: "fast, 50 kW", radius: 5.6 },
-  { from: 100, name: "150 kW", radius: 7 },
-  { from: 250, name: "300 kW and more", radius: 8.6 },
+  { from: 22.5, name: "23 to 99 kW", radius: 5.6 },
+  { from: 100, name: "100 to 249 kW", radius: 7 },
+  { from: 250, name: "250 kW and more", radius: 8.6 },
 ];
 
 const COLOURS = {
