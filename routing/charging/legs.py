@@ -16,7 +16,7 @@ from routing.charging.ways import Line, Pair, Way, profile_of, undominated
 from routing.route.matrix import PathDrives
 from routing.route.via import same_place
 from routing.search.found import Limits, PathOptions
-from routing.search.search import find_path, find_paths, least_costs
+from routing.search.search import find_path, find_paths, find_paths_to, least_costs
 from routing.search.space import potential_share
 from routing.weights import ECO, FASTEST, Weights
 
@@ -33,7 +33,6 @@ if TYPE_CHECKING:
 
 Place: TypeAlias = "tuple[LinkPosition, ...]"  # on each direction of its road
 
-MANY_LINKS: Final = 300_000  # of a graph on which one search to many places takes some tenths of a second
 FEW_TARGETS: Final = 12  # up to which searches directed to each of them take less than one to all
 STAY: Final = Pair((Way(0.0, 0.0, 0.0, 0.0, 0.0),), (), math.inf, compared=True)
 NOWHERE: Final = Pair((), (), math.inf, compared=True)
@@ -113,6 +112,27 @@ class LegFinder:
             self._counts.known += len(places)
         return [known[place] for place in there]
 
+    def find_onward(self, here: Sequence[Place], there: Place, weightings: Sequence[Weights] | None = None) -> None:
+        """Learn the best ways from each of many places to one of which no way is known by some weightings."""
+        for weights in self._weightings if weightings is None else weightings:
+            missing = []
+            for place in dict.fromkeys(here):
+                pair = self._store.known(self._key(place)).get(there)
+                if (pair is None or not pair.holds(weights)) and not same_place(place, there):
+                    missing.append(place)
+            if not missing:
+                continue
+            search = self._store.search
+            self._counts.searches += 1
+            paths, counts = find_paths_to(
+                self.space, search.pool, weights, missing, there, label_limit=search.label_limit
+            )
+            self._counts.crowded |= counts.crowded > 0
+            for place, path in zip(missing, paths, strict=True):
+                key = self._key(place)
+                before = self._store.known(key).get(there)
+                self._store.put(key, {there: self._joined(before, weights, path)})
+
     def climb_m(self, here: Place, there: Place) -> float:
         """How much higher a place is than another [m]."""
         g = self.space.arrays
@@ -123,7 +143,7 @@ class LegFinder:
         return high - low
 
     def least_costs(
-        self, weights: Weights, first: Place, others: Callable[[float], Sequence[Place]], goal: Place
+        self, weights: Weights, first: Place, others: Callable[[float], Sequence[Place]], goal: Place, labels: int
     ) -> NDArray[np.float64]:
         """No way from a first source and from others, given what is found for the first, to a place costs less.
 
@@ -131,7 +151,7 @@ class LegFinder:
         """
         if weights.energy == weights.time == 0.0:
             return np.zeros(1 + len(others(0.0)))
-        return least_costs(self.space, self._store.search.pool, weights, first, others, goal)
+        return least_costs(self.space, self._store.search.pool, weights, first, others, goal, labels=labels)
 
     def straight_costs(self, weights: Weights, places: Sequence[Place], there: Place) -> NDArray[np.float64]:
         """No way between places and another one costs less, by the straight line alone, but for what height stores."""
@@ -150,11 +170,6 @@ class LegFinder:
         """What height stores on the way between two places, as the search counts it."""
         physics = self.space.physics
         return weights.energy / JOULE_PER_KWH * potential_share(physics) * physics.weight_n * self.climb_m(here, there)
-
-    @property
-    def is_bounded(self) -> bool:
-        """Whether the searches to many places tell what no way is better than."""
-        return FASTEST in self._weightings and ECO in self._weightings
 
     def more(self, here: Place, there: Place) -> bool:
         """Add the fastest way and that of least energy where they are not known; whether one was not."""
@@ -197,16 +212,17 @@ class LegFinder:
         found: dict[Place, Pair] = {place: STAY for place in there if same_place(here, place)}
         driven = [place for place in there if place not in found]
         for place, path in zip(driven, self._find(here, driven, weights), strict=True):
-            before = known.get(place)
-            if path is None:
-                found[place] = NOWHERE
-            else:
-                ways, lines = (before.ways, before.lines) if before is not None else ((), ())
-                line = Line.of(weights, path.cost)
-                new = () if any(np.array_equal(way.links, path.links) for way in ways) else (self._way(path),)
-                pair = Pair((), ()) if before is None else before
-                found[place] = replace(pair, ways=undominated([*ways, *new]), lines=(*lines, line))
+            found[place] = self._joined(known.get(place), weights, path)
         return found
+
+    def _joined(self, before: Pair | None, weights: Weights, path: FoundPath | None) -> Pair:
+        """A pair with what a search by one more weighting has found."""
+        if path is None:
+            return NOWHERE
+        ways, lines = (before.ways, before.lines) if before is not None else ((), ())
+        new = () if any(np.array_equal(way.links, path.links) for way in ways) else (self._way(path),)
+        pair = Pair((), ()) if before is None else before
+        return replace(pair, ways=undominated([*ways, *new]), lines=(*lines, Line.of(weights, path.cost)))
 
     def _find(self, here: Place, there: Sequence[Place], weights: Weights) -> list[FoundPath | None]:
         search = self._store.search
@@ -232,6 +248,6 @@ class LegFinder:
         return profile_of(path, *self._drives.uncharged(path))
 
 
-def usual_weightings(mixed: Weights, links: int) -> tuple[Weights, ...]:
-    """Weightings of searches to many places: a mixed one, and those that bound it where a search takes no time."""
-    return (mixed,) if links > MANY_LINKS else (mixed, FASTEST, ECO)
+def usual_weightings(mixed: Weights, *, bounded: bool) -> tuple[Weights, ...]:
+    """Weightings of searches to many places: a mixed one, and those that bound what no way is better than."""
+    return (mixed, FASTEST, ECO) if bounded else (mixed,)

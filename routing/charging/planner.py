@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from routing.charging.legs import Place
     from routing.charging.network import Step
     from routing.charging.plan import ChargingQuery, Plan
+    from routing.charging.sites import Site
     from routing.links.spans import ChainMaker
     from routing.queries import RouteQuery
     from routing.route.best_path import RouteSearch
@@ -36,6 +37,7 @@ PROOF_S: Final = 2.0  # after which an answer with a bound beats a proof; assume
 BEST: Final = "best"  # name of the plan
 NOT_COMPARED: Final = "not all ways were looked at for what they take to be as sure"
 KEPT_ROUNDS: Final = 4  # of proof and promise at most
+MANY_LINKS: Final = 300_000  # on more, one search to many places takes some tenths of a second
 CAPS_TRIED_MPS: Final = (110.0 / 3.6, 90.0 / 3.6)  # where no plan is found
 RESERVE_STEP: Final = 0.05
 RESERVE_COST: Final = 1.2  # of the best plan's cost, that one with more reserve may have; assumed
@@ -44,11 +46,14 @@ RESERVE_COST: Final = 1.2  # of the best plan's cost, that one with more reserve
 class ChargingPlanner:
     """Plans journeys with charging stops on one graph; keeps ways between stations, safe between threads.
 
-    proof_s: how long ways are refined once a plan is known [s].
+    proof_s: how long ways are refined once a plan is known [s]. many_links: of a graph, beyond which a few stations are
+    looked at for each stretch of a journey and plans carry a bound instead of a proof.
     """
 
-    def __init__(self, search: RouteSearch, chains: ChainMaker, *, proof_s: float = PROOF_S) -> None:
-        self._search, self._chains, self._proof_s = search, chains, proof_s
+    def __init__(
+        self, search: RouteSearch, chains: ChainMaker, *, proof_s: float = PROOF_S, many_links: int = MANY_LINKS
+    ) -> None:
+        self._search, self._chains, self._proof_s, self._many_links = search, chains, proof_s, many_links
         self._legs = LegStore(search)
         self._draws = DrawStore()
 
@@ -123,6 +128,7 @@ class _Asked:
         self._began = time.perf_counter()
         self._search, self._chains = planner._search, planner._chains
         self._legs, self._proof_s, self._draws = planner._legs, planner._proof_s, planner._draws
+        self._many_links = planner._many_links
         self._query, self._charging, self._stations = query, charging, stations
         self._places = _places_with_stations(places, charging, stations)
         if query.conditions.ambient_k is not None:
@@ -133,11 +139,28 @@ class _Asked:
 
     def _task(self, query: RouteQuery, charging: ChargingQuery) -> Task:
         sites = usable_sites(self._vehicle_charging, charging, self._stations)
-        task = Task(
-            self._legs, query, charging, self._vehicle_charging, sites, self._places, self._margin_j, self._proof_s
-        )
+        task = self._task_over(sites, query, charging, self._margin_j)
         self._tasks.append(task)
         return task
+
+    def _task_over(
+        self,
+        sites: Sequence[Site],
+        query: RouteQuery,
+        charging: ChargingQuery,
+        margin_j: Callable[[float, float], float] | None,
+    ) -> Task:
+        return Task(
+            self._legs,
+            query,
+            charging,
+            self._vehicle_charging,
+            sites,
+            self._places,
+            margin_j,
+            self._proof_s,
+            self._many_links,
+        )
 
     def answer(self) -> ChargingAnswer:
         """The plans, or why there is none."""

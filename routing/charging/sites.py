@@ -47,7 +47,8 @@ def worth_of(query: ChargingQuery) -> Worth:
 class Site:
     """A station as a vehicle uses it: the socket, its curve, and costs in the unit of the objective.
 
-    a_second, a_joule: of charging. stop_cost: of stopping. wall_eff: battery from wall.
+    a_second, a_joule: of charging. stop_cost: of stopping. wall_eff: battery from wall. window_cost: of a stop from the
+    least to the most charge of a query, over the capacity.
     """
 
     station: Station
@@ -57,6 +58,7 @@ class Site:
     a_joule: float
     stop_cost: float
     wall_eff: float
+    window_cost: float
 
 
 def usable_sites(charging: Charging, query: ChargingQuery, stations: Sequence[Station]) -> list[Site]:
@@ -113,7 +115,8 @@ def _site(
         stop_cost += price.per_session or 0.0
         a_joule = (price.per_kwh or 0.0) / (JOULE_PER_KWH * from_wall)
         a_second += (price.per_min or 0.0) / SECOND_PER_MINUTE
-    return Site(station, socket, curve, a_second, a_joule, stop_cost, from_wall)
+    window_cost = a_second * _window_s(curve, query) + a_joule * abs(query.max_soc_frac - query.arrive_soc_frac)
+    return Site(station, socket, curve, a_second, a_joule, stop_cost, from_wall, window_cost)
 
 
 def _window_s(curve: PowerCurve, query: ChargingQuery) -> float:

@@ -6,6 +6,7 @@ import math
 import time
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import partial
 from statistics import NormalDist
 from typing import TYPE_CHECKING, Final
 
@@ -43,6 +44,11 @@ ROUNDS: Final = 500  # of refinement at most
 FEW_SITES: Final = 48  # of which all are looked at
 LIKELY_FRAC: Final = 0.06  # of the least cost, that a best journey rarely costs more
 LIKELY_S: Final = 900.0
+LIKELY_REACH: Final = 0.7  # of what a way takes by the mean of the whole journey, that it takes at least
+LABELS: Final = 256  # after which the searches of bounds end
+FEW_LABELS: Final = 48
+STRETCHES: Final = 12  # of a journey on a large graph, of each of which a few stations are looked at
+A_STRETCH: Final = 3
 MORE_LIKELY: Final = 3.0
 FAR_FRAC: Final = 3.0
 DAY_S: Final = 86_400.0
@@ -86,6 +92,7 @@ class Task:
         places: Sequence[Place],
         margin_j: Callable[[float, float], float] | None,
         proof_s: float,
+        many_links: int,
     ) -> None:
         self.query, self.charging, self.sites, self.places = query, charging, sites, places
         self.capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
@@ -104,12 +111,15 @@ class Task:
         self.graph = StationGraph(curves, self._stops, self._arcs_from, self.margins.of)
         self._a_joule = least_cost_a_joule(sites, query.vehicle.usable_capacity_wh, charging.max_soc_frac)
         self._mixed = weights_of(self._worth.a_second, self._worth.a_joule + self._a_joule)
-        weightings = usual_weightings(self._mixed, legs.search.graph.link_count)
+        self._is_thinned = legs.search.graph.link_count > many_links
+        weightings = usual_weightings(self._mixed, bounded=not self._is_thinned)
         self.queries = capped(query, charging.speed_caps_mps)
         self._finders = [LegFinder(legs, capped_query, weightings, self.counts) for capped_query in self.queries]
         self._vias: dict[int, list[Arc]] = {}
         self._charged_vias = frozenset(-1 - via_idx for via_idx, _ in charging.via_stations)
         self._beyond: dict[int, list[tuple[int, Way]]] = {}  # ways that no full battery suffices for, by their place
+        self._only_onward = False  # whether ways lead to stations alone that are nearer to where a journey goes
+        self._joule_a_cost = 0.0  # what ways take, of the mixed cost
         self._near = np.ones((self._stages, len(sites)), np.bool_)  # the stations that journeys may call at, by stage
         self.least_cost = self._look_ahead()
 
@@ -173,11 +183,15 @@ class Task:
                         chosen = np.flatnonzero(aside <= COST_UNIT * least + slack)
                     return [spots[k] for k in chosen.tolist()]
 
-                sharp = COST_UNIT * finder.least_costs(self._mixed, here, near, there)
+                labels = FEW_LABELS if self._is_thinned else LABELS
+                sharp = COST_UNIT * finder.least_costs(self._mixed, here, near, there, labels)
                 picked = [spots[k] for k in chosen.tolist()]
-                free = COST_UNIT * finder.least_costs(plain, here, lambda _, picked=picked: picked, there)
-                for bounds in (sharp, free):
-                    bounds[[same_place(source, there) for source in (here, *picked)]] = 0.0
+                free = np.full(sharp.size, -math.inf)
+                if not self._is_thinned:
+                    free = COST_UNIT * finder.least_costs(plain, here, partial(_always, picked), there, labels)
+                at_goal = [same_place(source, there) for source in (here, *picked)]
+                sharp[at_goal] = 0.0
+                free[at_goal] = np.minimum(free[at_goal], 0.0)
                 to_goal[chosen] = sharp[1:]
                 whole_free = np.full(len(spots), -math.inf)
                 whole_free[chosen] = free[1:]
@@ -192,19 +206,58 @@ class Task:
         """No way between stations and a place costs less by the mixed weighting, by the straight line and height."""
         straight = finder.straight_costs(self._mixed, spots, place)
         lifts = [finder.lift_cost(self._mixed, *((spot, place) if to else (place, spot))) for spot in spots]
-        return COST_UNIT * (straight + np.array(lifts))
+        found: NDArray[np.float64] = COST_UNIT * (straight + np.array(lifts))
+        return found
 
     def _likely(self, cost: float) -> float:
         """By how much more than the least a best journey hardly costs."""
         return max(LIKELY_FRAC * abs(cost), LIKELY_S * self._worth.a_second)
 
-    def keep_below(self, cost: float) -> None:
-        """Leave out stations over which no journey costs less."""
-        near = self._through(cost) <= cost
-        if bool((near != self._near).any()):
-            self._near = near
+    def keep_below(self, cost: float, *, thinned: bool = False) -> None:
+        """Leave out stations over which no journey costs less; thinned: and most of those that remain.
+
+        What ways lead on from the others is searched at once, since a search back serves many.
+        """
+        through = self._through(cost)
+        near = through <= cost
+        if thinned:
+            slow = np.array([site.window_cost * self.capacity_j + site.stop_cost for site in self.sites])
+            score = through + 0.5 * (slow - slow.min(initial=math.inf))  # a stop rarely charges all of that
+            near = np.array([self._few_of(stage, score[stage], near[stage]) for stage in range(self._stages)])
+        if bool((near != self._near).any()) or thinned != self._only_onward:
+            self._near, self._only_onward = near, thinned
             self._vias.clear()
             self._stops.known[:] = False
+        for stage in range(self._stages):
+            chosen = np.flatnonzero(near[stage])
+            ahead = self._stops.number[1 + stage * len(self.sites) + chosen, kernels.AHEAD_MIX]
+            chosen = chosen[np.argsort(-ahead, kind="stable")]  # a search back is led to the first, the farthest one
+            spots = [self.sites[k].station.position for k in chosen.tolist()]
+            for finder in self._finders if spots else ():
+                finder.find_onward(spots, self.places[stage + 1])
+                for k in chosen.tolist() if thinned else ():
+                    behind = [self.sites[i].station.position for i in chosen.tolist() if self._leads_on(stage, i, k)]
+                    if behind:
+                        finder.find_onward(behind, self.sites[k].station.position)
+
+    def _few_of(self, stage: int, score: NDArray[np.float64], near: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """A few stations for each stretch of the way, those of the least scores."""
+        ahead = self._stops.number[1 + stage * near.size : 1 + (stage + 1) * near.size, kernels.AHEAD_MIX]
+        kept = np.zeros(near.size, np.bool_)
+        chosen = np.flatnonzero(near)
+        if chosen.size:
+            span = max(float(np.ptp(ahead[chosen])), 1e-9)
+            stretch = np.minimum((STRETCHES * (ahead[chosen] - ahead[chosen].min()) / span).astype(int), STRETCHES - 1)
+            for k in range(STRETCHES):
+                inside = chosen[stretch == k]
+                kept[inside[np.argsort(score[inside], kind="stable")[:A_STRETCH]]] = True
+        return kept
+
+    def _leads_on(self, stage: int, here: int, there: int) -> bool:
+        """Whether one station is farther from the next via point or goal than another, and likely within a charge."""
+        rows = self._stops.number[1 + stage * len(self.sites) : 1 + (stage + 1) * len(self.sites)]
+        onward = float(rows[here, kernels.AHEAD_MIX] - rows[there, kernels.AHEAD_MIX])
+        return onward > 0.0 and onward * self._joule_a_cost * LIKELY_REACH < self.capacity_j
 
     def _through(self, cost: float) -> NDArray[np.float64]:
         """The least that a journey over a station costs, float64 (stages, sites); less than that only above a cost."""
@@ -223,10 +276,14 @@ class Task:
                 least[chosen] = costs[:-1]
                 through[stage] = np.minimum(through[stage], so_far + least + ahead)
                 onward = min(onward, float(costs[-1]))
+                way = pairs[-1].ways[0] if pairs[-1].ways else None
+                if way is not None and costs[-1] > 0.0:
+                    self._joule_a_cost = max(way.energy_j, 0.0) / float(costs[-1])
             so_far += onward
             stay = self.stay_at(stage)
             if stay is not None:
                 so_far += self._worth.a_second * stay.seconds - self._a_joule * self.stay_gain_j(stay)
+        self.least_cost = max(self.least_cost, so_far + self._a_joule * self._goal_least_j())
         return through
 
     def site_at(self, place: int) -> Site:
@@ -313,6 +370,9 @@ class Task:
         first = 1 + stage * len(self.sites)
         last = stage == self._stages - 1
         targets = [first + int(k) for k in np.flatnonzero(self._near[stage]) if first + k != place]
+        if self._only_onward and place > 0:
+            here_idx = (place - 1) % len(self.sites)
+            targets = [to for to in targets if self._leads_on(stage, here_idx, to - first)]
         onward = self.goal if last else -1 - stage
         targets.append(onward)
         spots = [self.position(to) for to in targets]
@@ -322,7 +382,7 @@ class Task:
         for cap, finder in enumerate(self._finders):
             for to, there, pair in zip(targets, spots, finder.pairs(here, spots), strict=True):
                 climb_m = finder.climb_m(here, there) if self._margin_j is not None else 0.0
-                for way in (*pair.ways, *(pair.bounds() if finder.is_bounded else ())):
+                for way in (*pair.ways, *(() if self._is_thinned else pair.bounds())):
                     if way.longest_j > longest_j:
                         if not way.is_bound:
                             self._beyond.setdefault(place, []).append((to, way))
@@ -378,25 +438,27 @@ class Task:
         Stations over which no journey costs less than one that is known are left out, at first those that are likely
         to be such.
         """
+        if self._is_thinned:
+            self.keep_below(self.least_cost + self._likely(self.least_cost), thinned=True)
+            best = self._with_other_ways(self.best())
+            if best is not None:
+                return best
         if len(self.sites) <= FEW_SITES:
+            return self._with_other_ways(self.best()) if self._is_thinned else self.best()
+        slack = self._likely(self.least_cost)
+        while True:
+            self.keep_below(self.least_cost + slack)
             best = self.best()
-        else:
-            slack = self._likely(self.least_cost)
-            while True:
-                self.keep_below(self.least_cost + slack)
-                best = self.best()
-                if best is not None:
-                    if best[-1].cost <= self.least_cost + slack:
-                        break
-                    slack = best[-1].cost - self.least_cost
-                elif bool(self._near.all()):
-                    return None
-                else:
-                    slack = MORE_LIKELY * slack if slack < FAR_FRAC * abs(self.least_cost) + DAY_S else math.inf
-            self.keep_below(best[-1].cost)
-        if not self.is_bounded:
-            best = self._with_other_ways(best)
-        return best
+            if best is not None:
+                if best[-1].cost <= self.least_cost + slack:
+                    break
+                slack = best[-1].cost - self.least_cost
+            elif bool(self._near.all()):
+                return None
+            else:
+                slack = MORE_LIKELY * slack if slack < FAR_FRAC * abs(self.least_cost) + DAY_S else math.inf
+        self.keep_below(best[-1].cost)
+        return self._with_other_ways(best) if self._is_thinned else best
 
     def _with_other_ways(self, best: list[Step] | None) -> list[Step] | None:
         """The best journey with the fastest and least-energy ways between the stops of those before it."""
@@ -444,7 +506,7 @@ class Task:
     @property
     def is_bounded(self) -> bool:
         """Whether it is known of all ways what none is better than."""
-        return all(finder.is_bounded for finder in self._finders)
+        return not self._is_thinned
 
     @property
     def finder(self) -> LegFinder:
@@ -473,11 +535,13 @@ class Task:
         A journey over bounds is no worse than any journey. As long as the best of these is better than the best known
         one, more is learnt of the ways at its bounds.
         """
-        short_by, until, why = (
-            math.inf,
-            time.perf_counter() + self._proof_s,
-            "too many ways between stations to compare",
-        )
+        if best is not None and best[-1].cost - self.least_cost <= PROVEN_FRAC * abs(best[-1].cost):
+            return best, Proof(0.0)
+        if self._is_thinned:
+            why = "on a graph of this size a plan is bounded by what driving and charging cost at least"
+            return best, Proof(None if best is None else best[-1].cost - self.least_cost, why)
+        short_by, until = math.inf, time.perf_counter() + self._proof_s
+        why = "too many ways between stations to compare"
         try:
             for _ in range(ROUNDS):
                 cost = math.inf if best is None else best[-1].cost
@@ -539,6 +603,11 @@ class Task:
         """Charge that a way to a place begins with at least, without a margin [J]."""
         arrive_j = float(self._stops.number[to, kernels.LEAST_J]) + way.energy_j
         return max(self.reserve_j + way.need_j, arrive_j)
+
+
+def _always(places: Sequence[Place], _: float) -> Sequence[Place]:
+    """The places, whatever is known of another one."""
+    return places
 
 
 def weights_of(a_second: float, a_joule: float) -> Weights:

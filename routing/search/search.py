@@ -370,6 +370,42 @@ def _run_to_all(
         pool.give_back(ws, epoch)
 
 
+def find_paths_to(
+    space: SearchSpace,
+    pool: WorkspacePool,
+    weights: Weights,
+    sources: Sequence[Sequence[LinkPosition]],
+    goals: Sequence[LinkPosition],
+    *,
+    label_limit: int = 50_000_000,
+) -> tuple[list[FoundPath | None], SearchCounts]:
+    """The cheapest way from each source to the goals, or None, without limits: directed by one search back for all.
+
+    sources: at least one, the farthest first, to which the search back is led. Raises as find_path does.
+    """
+    rules = _rules(space, weights, Limits(), False, label_limit)
+    found: list[FoundPath | None] = []
+    counted: list[SearchCounts] = []
+    directed = 0 < len(goals) <= MOST_GOALS and not rules.correcting
+    directed_to = pool.directed(space, sources[0], goals) if directed else nullcontext(space.lower_bound.undirected)
+    with space.drives.lent() as lent, directed_to as bound:
+        for starts in sources:
+            ws, epoch, goal, counts = _run(space, pool, rules, starts, goals, lent, bound)
+            try:
+                found.append(None if goal < 0 else _unpack(space, ws, goal, goals, 0.0))
+            finally:
+                pool.give_back(ws, epoch)
+            counted.append(counts)
+    whole = replace(
+        counted[0],
+        labels_made=sum(counts.labels_made for counts in counted),
+        labels_settled=sum(counts.labels_settled for counts in counted),
+        seconds=sum(counts.seconds for counts in counted),
+        crowded=sum(counts.crowded for counts in counted),
+    )
+    return found, whole
+
+
 def least_costs(
     space: SearchSpace,
     pool: WorkspacePool,

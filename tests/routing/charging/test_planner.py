@@ -310,3 +310,23 @@ def test_a_time_that_is_over_before_any_plan_is_an_error() -> None:
     planner = ChargingPlanner(RouteSearch(graph, ChainMaker(graph)), ChainMaker(graph))
     with within(TimeBudget(0.0)), pytest.raises(TimeUpError):
         planner.plan(QUERY, USUAL, CAR, FOUR, [at(0.5), at(14.5)])
+
+
+def test_on_a_graph_of_many_links_a_plan_is_as_good_here_and_carries_a_bound() -> None:
+    chains = ChainMaker(ROAD)
+    thinned = ChargingPlanner(RouteSearch(ROAD, chains), chains, many_links=0)
+    stations = (*FOUR, *(station(f"e{k}", 1.2 + 0.2 * k, 20e3) for k in range(60)))
+    places = [at(0.5), at(14.5)]
+    whole = plan_of(PLANNER.plan(QUERY, USUAL, CAR, stations, places))
+    few = plan_of(thinned.plan(QUERY, USUAL, CAR, stations, places))
+    assert whole.short_by == 0.0
+    assert few.short_by is not None
+    assert few.objective - few.short_by <= whole.objective + 1e-6 <= few.objective + 2e-6
+    assert few.objective <= 1.1 * whole.objective
+
+
+def test_stations_by_the_dozen_are_planned_over_as_few_are() -> None:
+    useless = tuple(station(f"far{k}", 1.1 + 0.2 * k, 3e3) for k in range(60))
+    few, many = plan_of(ask()), plan_of(ask(stations=(*useless, *FOUR)))
+    assert many.objective == pytest.approx(few.objective, rel=1e-9)
+    assert many.short_by == 0.0
