@@ -82,6 +82,7 @@ class Planner:
     def forget(self) -> None:
         """Give up what is kept between queries; what is under way goes on."""
         self._search.forget()
+        self._charging.forget()
 
     def warm_up(self, vehicle: AnyVehicle) -> None:
         """Compile the kernels on a few links, and make what the first query of a vehicle needs of this graph."""

@@ -69,6 +69,10 @@ class LegStore:
             held = sum(pair.held_bytes for pair in kept.values())
         self.search.budget.used(self, key, "legs", lambda: held, partial(self._drop, key))
 
+    def forget(self) -> None:
+        """Give up all pairs."""
+        self.search.budget.forget(self)
+
     def _drop(self, key: tuple[object, ...]) -> None:
         with self._lock:
             self._pairs.pop(key, None)

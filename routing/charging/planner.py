@@ -57,6 +57,10 @@ class ChargingPlanner:
         self._legs = LegStore(search)
         self._draws = DrawStore()
 
+    def forget(self) -> None:
+        """Give up the ways that are kept between queries; what is under way goes on."""
+        self._legs.forget()
+
     def plan(
         self,
         query: RouteQuery,
