@@ -38,7 +38,8 @@ class Charging:
     """What charging stops may be like, by the names of the HTTP API (docs/http-api.md); charges are fractions 0..1.
 
     networks: names of networks and operators in any case; factors are on time there. stations: ids of the only ones to
-    stop at; via_stations: via points by their position that are stations, by id, at which the vehicle charges.
+    stop at; via_stations: via points by their position that are stations, by id, at which the vehicle charges
+    before any other.
     departure: local time, for opening hours. objective: "time", "energy" or "cost". confidence: probability with which
     charges on arrival are kept, None: on average. alternatives: further plans.
     """

@@ -118,7 +118,9 @@ class ChargingRequest(Sent):
         default=[], max_length=MOST_STATIONS, description="ids of stations not to stop at"
     )
     via_stations: list[ViaStationSent] = Field(
-        default=[], max_length=20, description="via points that are stations at which the vehicle charges"
+        default=[],
+        max_length=20,
+        description="via points that are stations, at which the vehicle charges before any other",
     )
     stays: list[StaySent] = Field(default=[], max_length=21, description="stays that are taken anyway")
     departure_time: NaiveDatetime | None = Field(

@@ -49,7 +49,7 @@ class ChargingQuery:
     the mean. speed_caps_mps: highest speeds to try beside none [m/s]. most_stops: at most. alternatives: further plans.
     time_value_per_h: what an hour is worth where the objective is cost, in the currency of the prices.
     excluded_stations: ids that are not used. via_stations: via points, by their position in the query, that are
-    stations, by id, at which the vehicle must charge.
+    stations, by id: the journey goes there, and charges there first of all, since that counts next to nothing.
     """
 
     arrive_soc_frac: float = 0.1

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from routing.stations.station import Socket, Station
 
 ENERGY_SECOND_J: Final = 1.0  # what a second counts as where energy is minimised, which decides between equals
+VIA_STATION_FACTOR: Final = 0.01  # what charging at a chosen station counts as: below what power makes up for; assumed
 NO_PUBLIC: Final = frozenset({Access.PRIVATE})
 
 
@@ -115,6 +116,8 @@ def _site(
         stop_cost += price.per_session or 0.0
         a_joule = (price.per_kwh or 0.0) / (JOULE_PER_KWH * from_wall)
         a_second += (price.per_min or 0.0) / SECOND_PER_MINUTE
+    if any(station.id == station_id for _, station_id in query.via_stations):
+        a_second, a_joule, stop_cost = (VIA_STATION_FACTOR * cost for cost in (a_second, a_joule, stop_cost))
     window_cost = a_second * _window_s(curve, query) + a_joule * abs(query.max_soc_frac - query.arrive_soc_frac)
     return Site(station, socket, curve, a_second, a_joule, stop_cost, from_wall, window_cost)
 

@@ -116,7 +116,6 @@ class Task:
         self.queries = capped(query, charging.speed_caps_mps)
         self._finders = [LegFinder(legs, capped_query, weightings, self.counts) for capped_query in self.queries]
         self._vias: dict[int, list[Arc]] = {}
-        self._charged_vias = frozenset(-1 - via_idx for via_idx, _ in charging.via_stations)
         self._beyond: dict[int, list[tuple[int, Way]]] = {}  # ways that no full battery suffices for, by their place
         self._only_onward = False  # whether ways lead to stations alone that are nearer to where a journey goes
         self._joule_a_cost = 0.0  # what ways take, of the mixed cost
@@ -404,8 +403,6 @@ class Task:
         for k, site in enumerate(self.sites):
             if site.station.position == self.places[-via]:
                 found.append(self._arc(1 + stage * len(self.sites) + k, part.way, (part,)))
-        if via in self._charged_vias:
-            return found
         before = part.way
         stay = self.stay_at(-1 - via)
         if stay is not None:

@@ -1,4 +1,4 @@
-"""Stations that are chosen: to charge at as via points, and not to use."""
+"""Stations that are chosen: to go over as via points, and not to use."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import pytest
 
+from routing.charging.plan import Objective
 from routing.errors import QueryError
 from tests.routing.charging.worlds import drawn_world
 
@@ -22,14 +23,19 @@ SEEDS = range(60)
 def answer(world: World, charging: ChargingQuery, via: tuple[str, ...] = ()) -> ChargingAnswer:
     """The answer of a world over stations as via points."""
     positions = {station.id: station.position for station in world.stations}
-    start, goal = world.places
+    start, goal = world.places[0], world.places[-1]
     query = replace(world.query, via=tuple(world.query.start for _ in via))
     places = [start, *(positions[name] for name in via), goal]
+    charging = replace(charging, stays=())
     return world.planner().plan(query, charging, world.vehicle_charging, world.stations, places)
 
 
 def stops(plan: Plan) -> list[str]:
     return [stop.station.id for stop in plan.stops if stop.station is not None]
+
+
+def took_s(plan: Plan) -> float:
+    return plan.driving_s + plan.charging_s + plan.overhead_s
 
 
 def planned_worlds() -> Iterator[tuple[World, Plan]]:
@@ -53,20 +59,24 @@ def test_excluded_stations_are_not_used_and_never_make_a_plan_better():
     assert found >= 3
 
 
-def test_station_as_a_via_point_is_charged_at_and_never_makes_a_plan_better():
-    found = 0
+def test_chosen_station_is_charged_at_where_charge_is_needed_and_never_makes_a_plan_faster():
+    found, slower, charged = 0, 0, 0
     for world, plan in planned_worlds():
+        in_time = world.charging.objective is Objective.TIME and set(world.charging.network_factors.values()) == {1.0}
         for station in world.stations:
             charging = replace(world.charging, via_stations=((0, station.id),))
-            forced = answer(world, charging, (station.id,)).plans
-            if not forced:
+            over = answer(world, charging, (station.id,)).plans
+            if not over:
                 continue
             found += 1
-            assert station.id in stops(forced[0])
-            assert forced[0].objective >= plan.objective * (1.0 - 1e-9)
+            charged += station.id in stops(over[0])
             if station.id in stops(plan):
-                assert forced[0].objective == pytest.approx(plan.objective, rel=1e-6)
-    assert found >= 8
+                assert station.id in stops(over[0])
+            if in_time:
+                slower += 1
+                assert took_s(over[0]) >= took_s(plan) * (1.0 - 1e-9)
+    assert slower >= 3
+    assert charged > 0.7 * found > 5
 
 
 def test_via_point_that_is_no_usable_station_is_refused_by_its_name():
