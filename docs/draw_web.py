@@ -19,6 +19,7 @@ IMAGES: Final = Path(__file__).resolve().parent / "images"
 JOURNEY: Final = "start=43.872,-36.433&goal=43.697,-35.19&soc=50"
 PICTURES: Final = {
     "web-route.png": f"?{JOURNEY}",
+    "web-charging.png": f"?{JOURNEY.replace('soc=50', 'soc=25')}&charge=1&departure=2026-11-30T08:15&sure=90",
     "web-range.png": "?tab=range&start=43.872,-36.433&soc=50",
 }
 SETTLE_MS: Final = 1500  # after the answer is there: the map moves to it and fetches its tiles

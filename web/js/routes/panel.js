@@ -277,7 +277,7 @@ function createCourses(charts) {
   let chosen = remembered("course") === "way" ? "way" : "time";
   const buttons = Object.keys(names).map((key) => el("button", { type: "button", class: "profile-toggle", on: { click: () => choose(key) } }, names[key]));
   const head = el("div", { class: "courses-head", role: "group", "aria-label": "Chart" }, buttons);
-  const element = el("div", { class: "courses" }, head, charts.time, charts.way);
+  const element = el("div", { class: "courses" }, charts.way);
   let both = false;
 
   function choose(key) {
@@ -288,9 +288,10 @@ function createCourses(charts) {
 
   /** plan: whether there is a timeline. */
   function show(plan) {
+    if (plan && !both) element.prepend(head, charts.time);
+    if (!plan && both) for (const part of [head, charts.time]) part.remove();
     both = plan;
-    head.hidden = !plan;
-    charts.time.hidden = !plan || chosen !== "time";
+    charts.time.hidden = chosen !== "time";
     charts.way.hidden = plan && chosen !== "way";
     for (const [i, key] of Object.keys(names).entries()) buttons[i].setAttribute("aria-pressed", String(key === chosen));
   }
