@@ -78,7 +78,10 @@ Message = Advanced | Finished | Failed
 def portable(task: Task) -> Task:
     """A task that can be sent to another process: read-only views of mappings can't."""
     vehicle = task.order.vehicle
-    plain = replace(vehicle, sources=dict(vehicle.sources), sd=dict(vehicle.sd))
+    charging = vehicle.charging
+    if charging is not None:
+        charging = replace(charging, sources=dict(charging.sources))
+    plain = replace(vehicle, sources=dict(vehicle.sources), sd=dict(vehicle.sd), charging=charging)
     return replace(task, order=replace(task.order, vehicle=plain))
 
 
