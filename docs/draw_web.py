@@ -22,6 +22,8 @@ PICTURES: Final = {
     "web-charging.png": f"?{JOURNEY.replace('soc=50', 'soc=25')}&charge=1&departure=2026-11-30T08:15&sure=90",
     "web-range.png": "?tab=range&start=43.872,-36.433&soc=50",
 }
+SCROLLED_TO: Final = {"web-charging.png": "#routes .route-cards"}  # what begins the panel
+FURTHER: Final = "#routes .busy-line"  # while further plans are asked for
 SETTLE_MS: Final = 1500  # after the answer is there: the map moves to it and fetches its tiles
 
 
@@ -33,6 +35,11 @@ def draw() -> None:
             page = context.new_page()
             page.goto(f"{url}/{query}")
             _settle(page)
+            if name in SCROLLED_TO:
+                page.wait_for_timeout(SETTLE_MS)
+                page.wait_for_selector(FURTHER, state="detached", timeout=WAIT_MS)
+                page.locator(SCROLLED_TO[name]).evaluate("shown => shown.scrollIntoView()")
+                page.locator(SCROLLED_TO[name]).evaluate("shown => shown.closest('main').scrollBy(0, -110)")
             with Image.open(io.BytesIO(page.screenshot())) as taken:
                 taken.convert("RGB").save(IMAGES / name, optimize=True)
             context.close()

@@ -7,7 +7,7 @@ import { clockAfter, courseAt, courseOf, departureOf, stopName } from "./plan.js
 
 const LEFT_PX = 44;
 const RIGHT_PX = 14;
-const TOP_PX = 18;
+const TOP_PX = 24;
 const AXIS_PX = 18;
 const MARK_PX = 20;
 const STEPS = { ArrowRight: 0.01, ArrowUp: 0.01, ArrowLeft: -0.01, ArrowDown: -0.01, PageUp: 0.1, PageDown: -0.1 };
@@ -76,7 +76,7 @@ export function createTimeline(moved) {
         "svg",
         { width, height, viewBox: `0 0 ${width} ${height}`, "aria-hidden": "true" },
         route.charging.stops.map((stop) => svg("rect", { class: "timeline-stop", x: x(stop.arrive_s), width: Math.max(1.5, x(stop.depart_s) - x(stop.arrive_s)), y: TOP_PX, height: bottom - TOP_PX })),
-        svg("text", { class: "profile-label", x: 2, y: TOP_PX - 7 }, "Charge"),
+        svg("text", { class: "profile-label", x: 0, y: 10 }, "Charge, %"),
         ticks.map((tick) => [
           svg("line", { class: "profile-grid", x1: from, x2: to, y1: y(tick / 100), y2: y(tick / 100) }),
           svg("text", { class: "profile-tick", x: from - 6, y: y(tick / 100) + 3.5, "text-anchor": "end" }, number(tick, digitsOf(ticks))),
@@ -148,7 +148,7 @@ function numbers(stops, x) {
     const at = (x(stop.arrive_s) + x(stop.depart_s)) / 2;
     if (at - last < MARK_PX) return null;
     last = at;
-    return [svg("circle", { class: "timeline-number", cx: at, cy: 9, r: 8 }), svg("text", { class: "timeline-number-text", x: at, y: 12.5, "text-anchor": "middle" }, String(i + 1))];
+    return [svg("circle", { class: "timeline-number", cx: at, cy: 10, r: 8 }), svg("text", { class: "timeline-number-text", x: at, y: 13.5, "text-anchor": "middle" }, String(i + 1))];
   });
 }
 
