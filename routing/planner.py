@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from energy.chain.chain import LinkModel, StopRule, simulate_chain
 from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
-from routing.charging.planner import ChargingPlanner
+from routing.charging.planner import ChargingPlanner, places_with_stations
 from routing.charging.route import route_of_plan
 from routing.errors import PointFarFromRoadError, PointOutsideMapError, QueryError, TimeUpError
 from routing.graph.practice import practice_graph
@@ -180,7 +180,8 @@ class Planner:
         if not charged.plans:
             answer = self.route(query)
             return replace(answer, warnings=charged.warnings + answer.warnings), charged
-        routes = tuple(route_of_plan(self._chains, query, plan, points[0], places[1:-1]) for plan in charged.plans)
+        vias = places_with_stations(places, charging, stations)[1:-1]
+        routes = tuple(route_of_plan(self._chains, query, plan, points[0], vias) for plan in charged.plans)
         warnings = charged.warnings + self._search.warnings(query, False, 0.0)
         if (
             any(plan.stops for plan in charged.plans)

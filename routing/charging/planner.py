@@ -134,7 +134,7 @@ class _Asked:
         self._legs, self._proof_s, self._draws = planner._legs, planner._proof_s, planner._draws
         self._many_links = planner._many_links
         self._query, self._charging, self._stations = query, charging, stations
-        self._places = _places_with_stations(places, charging, stations)
+        self._places = places_with_stations(places, charging, stations)
         if query.conditions.ambient_k is not None:
             vehicle_charging = at_battery_temperature(vehicle_charging, query.conditions.ambient_k - ZERO_CELSIUS_K)
         self._vehicle_charging, self._margin_j = vehicle_charging, margin_j
@@ -381,7 +381,7 @@ class _Asked:
         return high / 100.0
 
 
-def _places_with_stations(
+def places_with_stations(
     places: Sequence[Place], charging: ChargingQuery, stations: Sequence[Station]
 ) -> Sequence[Place]:
     """Start, via points and goal, of which those that are stations lie where these are on the roads."""

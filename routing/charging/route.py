@@ -33,8 +33,8 @@ def route_of_plan(
 ) -> Route:
     """The route of a plan, its charge set anew at each stop; legs end at via points, stops and the goal.
 
-    vias: the via points of the query on both directions of their roads. A leg to a via point on which nothing is driven
-    is none of its own.
+    vias: the via points of the query, or the stations that stand for them, on both directions of their roads. A leg to
+    one of them on which nothing is driven is none of its own.
     """
     ahead = list(vias)
     spans: list[LinkSpan] = []

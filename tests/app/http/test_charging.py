@@ -244,6 +244,29 @@ def test_a_stay_charges_at_its_via_point_and_at_the_goal(charged: TestClient) ->
     assert at_goal["depart_s"] - route["charging"]["goal"]["arrive_s"] == pytest.approx(36_000.0)
 
 
+def test_a_via_point_that_is_a_station_is_a_stop(charged: TestClient) -> None:
+    chosen = {"via_stations": [{"via": 0, "station": "osm:n2"}]}
+    at_station = {"via": [[8.005, 46.5101]]}
+    (route,) = ask(charged, chosen, **at_station)["routes"]
+    check_plan(route, ARRIVE_SOC, GOAL_SOC)
+    assert [stop["station"]["id"] for stop in route["charging"]["stops"]] == ["osm:n2"]
+    assert [leg["ends_at"] for leg in route["legs"]] == ["stop", "goal"]
+    (enough,) = ask(charged, chosen, soc=0.9, **at_station)["routes"]
+    assert [leg["ends_at"] for leg in enough["legs"]] == ["via", "goal"]
+    (other,) = ask(charged, {"excluded_stations": ["osm:n2"]})["routes"]
+    assert "osm:n2" not in {stop["station"]["id"] for stop in other["charging"]["stops"]}
+
+
+def test_a_speed_cap_stands_at_the_legs_that_keep_it(charged: TestClient) -> None:
+    free = ask(charged, {"objective": "energy"}, soc=0.8)["routes"][0]
+    slow = ask(charged, {"objective": "energy", "speed_caps_kmh": [35]}, soc=0.8)["routes"][0]
+    check_plan(slow, ARRIVE_SOC, GOAL_SOC)
+    assert [leg["speed_cap_kmh"] for leg in slow["legs"]] == [35.0]
+    assert slow["energy_kwh"] < free["energy_kwh"]
+    assert max(link["speed_end_kmh"] for link in slow["links"]) <= 35.0 + 1e-9
+    assert max(link["speed_limit_kmh"] for link in slow["links"]) > 35.0
+
+
 def test_confidence_keeps_more_than_the_mean(charged: TestClient) -> None:
     plain, sure = ask(charged, soc=0.5), ask(charged, {"confidence": 0.9}, soc=0.5)
     assert (plain["no_plan"], sure["no_plan"]) == (None, None)
@@ -283,6 +306,16 @@ ERRORS: Final[list[tuple[str, dict[str, Any], dict[str, Any], str, object, str]]
     ("percent", {"goal_soc": 20}, {}, "charging.goal_soc", 20, "did you mean 0.2?"),
     ("max below reserve", {"max_soc": 0.3}, {"reserve_soc": 0.31}, "charging.max_soc", 0.3, "above reserve_soc, 0.31"),
     ("unknown station", {"stations": ["osm:n3"]}, {}, "charging.stations[0]", "osm:n3", "did you mean 'osm:n"),
+    ("excluded", {"excluded_stations": ["n9"]}, {}, "charging.excluded_stations[0]", "n9", "ids of stations of graph"),
+    (
+        "via station",
+        {"via_stations": [{"via": 0, "station": "ocm:n2"}]},
+        {"via": [START]},
+        "charging.via_stations[0].station",
+        "ocm:n2",
+        "did you mean 'osm:n2'",
+    ),
+    ("no via point", {"via_stations": [{"via": 0, "station": "osm:n2"}]}, {}, "charging.via_stations[0].via", 0, "via"),
     ("id without source", {"stations": ["n2"]}, {}, "charging.stations[0]", "n2", "did you mean 'osm:n2'?"),
     ("no such plug", {"connectors": ["chademo"]}, {}, "charging.connectors[0]", "chademo", "fit the vehicle: ccs2"),
     (
