@@ -21,7 +21,7 @@ from routing.search.space import potential_share
 from routing.weights import ECO, FASTEST, Weights
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Hashable, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -49,33 +49,48 @@ class LegCounts:
 
 
 class LegStore:
-    """Pairs of places by vehicle, conditions and cap; one for a graph, safe between threads."""
+    """Pairs of places by vehicle, conditions and cap; one for a graph, safe between threads.
+
+    All pairs of one vehicle under its conditions are dropped together where the graph's caches need room.
+    """
 
     def __init__(self, search: RouteSearch) -> None:
         self.search = search
-        self._pairs: dict[tuple[object, ...], dict[Place, Pair]] = {}
+        self._pairs: dict[Hashable, dict[Place, dict[Place, Pair]]] = {}
+        self._held: dict[Hashable, int] = {}
         self._lock = threading.Lock()
 
-    def known(self, key: tuple[object, ...]) -> dict[Place, Pair]:
-        """Pairs from one place, which may be added to by put."""
+    def known(self, space: Hashable, here: Place) -> dict[Place, Pair]:
+        """Pairs from one place, a copy; space: what tells vehicle, conditions and cap from others."""
         with self._lock:
-            return dict(self._pairs.get(key, {}))
+            return dict(self._pairs.get(space, {}).get(here, {}))
 
-    def put(self, key: tuple[object, ...], pairs: dict[Place, Pair]) -> None:
+    def pair(self, space: Hashable, here: Place, there: Place) -> Pair | None:
+        """The pair from one place to another, None where it is not known."""
+        with self._lock:
+            return self._pairs.get(space, {}).get(here, {}).get(there)
+
+    def put(self, space: Hashable, here: Place, pairs: Mapping[Place, Pair]) -> None:
         """Keep pairs from one place; they count against the budget of the graph's caches."""
         with self._lock:
-            kept = self._pairs.setdefault(key, {})
+            kept = self._pairs.setdefault(space, {}).setdefault(here, {})
+            more = sum(pair.held_bytes for pair in pairs.values())
+            more -= sum(kept[there].held_bytes for there in pairs if there in kept)
             kept.update(pairs)
-            held = sum(pair.held_bytes for pair in kept.values())
-        self.search.budget.used(self, key, "legs", lambda: held, partial(self._drop, key))
+            self._held[space] = self._held.get(space, 0) + more
+        self.search.budget.used(self, space, "legs", partial(self._held_bytes, space), partial(self._drop, space))
+
+    def _held_bytes(self, space: Hashable) -> int:
+        return self._held.get(space, 0)
 
     def forget(self) -> None:
         """Give up all pairs."""
         self.search.budget.forget(self)
 
-    def _drop(self, key: tuple[object, ...]) -> None:
+    def _drop(self, space: Hashable) -> None:
         with self._lock:
-            self._pairs.pop(key, None)
+            self._pairs.pop(space, None)
+            self._held.pop(space, None)
 
 
 class LegFinder:
@@ -102,18 +117,21 @@ class LegFinder:
 
         Raises NegativeCycleError, SearchLimitError, TimeUpError.
         """
-        key = self._key(here)
-        known = self._store.known(key)
+        known = self._store.known(self._space_key, here)
         places = list(dict.fromkeys(there))
         searches = self._counts.searches
         for weights in self._weightings if weightings is None else weightings:
             missing = [place for place in places if place not in known or not known[place].holds(weights)]
             if missing:
                 made = self._searched(here, missing, weights, known)
-                self._store.put(key, made)
+                self._store.put(self._space_key, here, made)
                 known |= made
         if self._counts.searches == searches:
             self._counts.known += len(places)
+        # what was dropped meanwhile to make room is searched again
+        lost = [place for place in places if place not in known]
+        if lost:
+            known |= self._searched(here, lost, self._weightings[0], known)
         return [known[place] for place in there]
 
     def find_onward(self, here: Sequence[Place], there: Place, weightings: Sequence[Weights] | None = None) -> None:
@@ -121,7 +139,7 @@ class LegFinder:
         for weights in self._weightings if weightings is None else weightings:
             missing = []
             for place in dict.fromkeys(here):
-                pair = self._store.known(self._key(place)).get(there)
+                pair = self._store.pair(self._space_key, place, there)
                 if (pair is None or not pair.holds(weights)) and not same_place(place, there):
                     missing.append(place)
             if not missing:
@@ -133,18 +151,20 @@ class LegFinder:
             )
             self._counts.crowded |= counts.crowded > 0
             for place, path in zip(missing, paths, strict=True):
-                key = self._key(place)
-                before = self._store.known(key).get(there)
-                self._store.put(key, {there: self._joined(before, weights, path)})
+                before = self._store.pair(self._space_key, place, there)
+                self._store.put(self._space_key, place, {there: self._joined(before, weights, path)})
 
     def climb_m(self, here: Place, there: Place) -> float:
         """How much higher a place is than another [m]."""
+        low, high = self._heights_m([here, there]).tolist()
+        return float(high - low)
+
+    def _heights_m(self, places: Sequence[Place]) -> NDArray[np.float64]:
         g = self.space.arrays
-        low, high = (
-            float(g.tail_height_m[place[0].link_idx] + g.grade_frac[place[0].link_idx] * place[0].offset_m)
-            for place in (here, there)
-        )
-        return high - low
+        link = np.array([place[0].link_idx for place in places], np.int64)
+        offset_m = np.array([place[0].offset_m for place in places])
+        found: NDArray[np.float64] = g.tail_height_m[link] + g.grade_frac[link] * offset_m
+        return found
 
     def least_costs(
         self, weights: Weights, first: Place, others: Callable[[float], Sequence[Place]], goal: Place, labels: int
@@ -170,10 +190,12 @@ class LegFinder:
         )
         return found
 
-    def lift_cost(self, weights: Weights, here: Place, there: Place) -> float:
-        """What height stores on the way between two places, as the search counts it."""
+    def lift_costs(self, weights: Weights, here: Sequence[Place], there: Place) -> NDArray[np.float64]:
+        """What height stores on ways from places to another one, as the search counts it, float64 (n,)."""
         physics = self.space.physics
-        return weights.energy / JOULE_PER_KWH * potential_share(physics) * physics.weight_n * self.climb_m(here, there)
+        climbs_m = self._heights_m([there])[0] - self._heights_m(here)
+        found: NDArray[np.float64] = climbs_m * potential_share(physics) * physics.weight_n
+        return weights.energy / JOULE_PER_KWH * found
 
     def more(self, here: Place, there: Place) -> bool:
         """Add the fastest way and that of least energy where they are not known; whether one was not."""
@@ -187,8 +209,7 @@ class LegFinder:
         By a search between its neighbours, or by comparing all ways that take no longer than most_s, of which no
         stretch takes more than most_j.
         """
-        key = self._key(here)
-        pair = self._store.known(key)[there]
+        (pair,) = self.pairs(here, [there], ())
         weights = pair.chord_at(bound)
         if weights is not None:
             path = self._find(here, [there], weights)[0]
@@ -203,11 +224,8 @@ class LegFinder:
             paths = all_ways(self.space, here, there, most_s, most_j)
             ways = undominated([*pair.ways, *(self._way(path) for path in paths or ())])
             pair = replace(pair, ways=ways, whole_s=pair.whole_s if paths is None else most_s, compared=True)
-        self._store.put(key, {there: pair})
+        self._store.put(self._space_key, here, {there: pair})
         return True
-
-    def _key(self, here: Place) -> tuple[object, ...]:
-        return self._space_key, here
 
     def _searched(
         self, here: Place, there: Sequence[Place], weights: Weights, known: Mapping[Place, Pair]

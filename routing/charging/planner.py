@@ -34,10 +34,10 @@ if TYPE_CHECKING:
     from routing.stations.station import Station
 
 PROOF_S: Final = 2.0  # after which an answer with a bound beats a proof; assumed
+MANY_LINKS: Final = 300_000  # on more, one search to many places takes some tenths of a second
 BEST: Final = "best"  # name of the plan
 NOT_COMPARED: Final = "not all ways were looked at for what they take to be as sure"
 KEPT_ROUNDS: Final = 4  # of proof and promise at most
-MANY_LINKS: Final = 300_000  # on more, one search to many places takes some tenths of a second
 CAPS_TRIED_MPS: Final = (110.0 / 3.6, 90.0 / 3.6)  # where no plan is found
 RESERVE_STEP: Final = 0.05
 RESERVE_COST: Final = 1.2  # of the best plan's cost, that one with more reserve may have; assumed
@@ -131,8 +131,8 @@ class _Asked:
     ) -> None:
         self._began = time.perf_counter()
         self._search, self._chains = planner._search, planner._chains
-        self._legs, self._proof_s, self._draws = planner._legs, planner._proof_s, planner._draws
-        self._many_links = planner._many_links
+        self._legs, self._proof_s, self._many_links = planner._legs, planner._proof_s, planner._many_links
+        self._draws = planner._draws
         self._query, self._charging, self._stations = query, charging, stations
         self._places = places_with_stations(places, charging, stations)
         if query.conditions.ambient_k is not None:
@@ -177,10 +177,14 @@ class _Asked:
                 allowed = "a station that the vehicle can charge at under what is asked"
                 raise QueryError(f"charging.via_stations[{k}].station", station_id, allowed)
         stage_s = {"set_up": self._since()}
-        best = task.found()
-        stage_s["first_plan"] = self._since()
         keeper = self._keeper(task)
-        best, proof = self._kept(keeper, task, best)
+        best: list[Step] | None
+        try:
+            best = task.found()
+            stage_s["first_plan"] = self._since()
+            best, proof = self._kept(keeper, task, best)
+        except TimeUpError as error:
+            best, proof = self._after_time(keeper, task, error)
         stage_s["proof"] = self._since()
         plans: list[Plan] = []
         missing = None
@@ -215,7 +219,7 @@ class _Asked:
     def _kept(self, keeper: PromiseKeeper, task: Task, best: list[Step] | None) -> tuple[list[Step] | None, Proof]:
         """The best journey that keeps what is asked for, and the proof of it.
 
-        Ways that the proof finds have usual margins at first, so that a better journey over them is to be kept as well.
+        Ways that the proof finds have the least margins at first: a better journey over them is to be kept as well.
         """
         if self._charging.confidence is None:
             return task.proven(best)
@@ -228,16 +232,21 @@ class _Asked:
         sure = keeper.kept(best)
         return sure, self._not_compared(task, sure)
 
+    def _after_time(self, keeper: PromiseKeeper, task: Task, error: TimeUpError) -> tuple[list[Step], Proof]:
+        """The journey that was known, and kept what is asked for, when time was up; raises where none was."""
+        if self._charging.confidence is None:
+            return task.after_time(error)
+        if keeper.sure is None:
+            raise error
+        return keeper.sure, Proof(keeper.sure[-1].cost - task.least_cost, f"{error.limit_s:g} s were not enough")
+
     def _not_compared(self, task: Task, best: list[Step] | None) -> Proof:
         return Proof(None if best is None else max(best[-1].cost - task.least_cost, 0.0), NOT_COMPARED)
 
     def _made(self, keeper: PromiseKeeper, task: Task, name: str, steps: list[Step], proof: Proof) -> Plan:
         plan = JourneyMaker(self._search, self._chains, task).plan(name, steps, proof.short_by, proof.unproven)
         known = len(keeper.warnings)
-        try:
-            plan = keeper.promised(plan, gatekeepers=name == BEST)
-        except TimeUpError as error:
-            self._warnings.append(f"what a plan promises is not all told: {error.limit_s:g} s were not enough")
+        plan = keeper.promised(plan, gatekeepers=name == BEST)
         self._warnings += keeper.warnings[known:]
         return plan
 

@@ -6,15 +6,15 @@ import math
 import time
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
 from statistics import NormalDist
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from energy.charging.charge_time import charge_times
-from energy.units import JOULE_PER_KWH, JOULE_PER_WH, SECOND_PER_HOUR, SECOND_PER_MINUTE
+from energy.units import JOULE_PER_WH, SECOND_PER_MINUTE
 from routing.charging import kernels_plan as kernels
+from routing.charging.corridor import FEW_SITES, Charges, Corridor, mixed_weights
 from routing.charging.kernels_plan import Rules, Stops
 from routing.charging.legs import LegCounts, LegFinder, LegStore, usual_weightings
 from routing.charging.margins import Margins
@@ -22,14 +22,10 @@ from routing.charging.network import Arc, Part, StationGraph
 from routing.charging.sites import least_cost_a_joule, worth_of
 from routing.charging.ways import joined, stay_of
 from routing.errors import TimeUpError
-from routing.route.via import same_place
 from routing.stations.opening import open_times
-from routing.weights import Weights
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
-
-    from numpy.typing import NDArray
 
     from energy.charging.charging import Charging
     from routing.charging.legs import Place
@@ -41,19 +37,10 @@ if TYPE_CHECKING:
 
 PROVEN_FRAC: Final = 1e-8  # of the cost, below which a bound meets a plan
 ROUNDS: Final = 500  # of refinement at most
-FEW_SITES: Final = 48  # of which all are looked at
-LIKELY_FRAC: Final = 0.06  # of the least cost, that a best journey rarely costs more
-LIKELY_S: Final = 900.0
-LIKELY_REACH: Final = 0.7  # of what a way takes by the mean of the whole journey, that it takes at least
-LABELS: Final = 256  # after which the searches of bounds end
-FEW_LABELS: Final = 48
-STRETCHES: Final = 12  # of a journey on a large graph, of each of which a few stations are looked at
-A_STRETCH: Final = 3
 MORE_LIKELY: Final = 3.0
 FAR_FRAC: Final = 3.0
 DAY_S: Final = 86_400.0
 MOST_AC_W: Final = 22e3  # of a place to stay at, above which its power is direct current; assumed
-COST_UNIT: Final = 3600.0  # of the objective, that a unit of a search's cost is
 FEW_STOPS: Final = 8  # up to which labels are told apart by their number
 
 
@@ -109,18 +96,26 @@ class Task:
         self.margins = Margins()
         curves = charge_times(list(kinds.values()), self.capacity_j).curves
         self.graph = StationGraph(curves, self._stops, self._arcs_from, self.margins.of)
-        self._a_joule = least_cost_a_joule(sites, query.vehicle.usable_capacity_wh, charging.max_soc_frac)
-        self._mixed = weights_of(self._worth.a_second, self._worth.a_joule + self._a_joule)
+        a_joule = least_cost_a_joule(sites, query.vehicle.usable_capacity_wh, charging.max_soc_frac)
         self._is_thinned = legs.search.graph.link_count > many_links
-        weightings = usual_weightings(self._mixed, bounded=not self._is_thinned)
+        weightings = usual_weightings(mixed_weights(self._worth, a_joule), bounded=not self._is_thinned)
         self.queries = capped(query, charging.speed_caps_mps)
         self._finders = [LegFinder(legs, capped_query, weightings, self.counts) for capped_query in self.queries]
         self._vias: dict[int, list[Arc]] = {}
         self._beyond: dict[int, list[tuple[int, Way]]] = {}  # ways that no full battery suffices for, by their place
-        self._only_onward = False  # whether ways lead to stations alone that are nearer to where a journey goes
-        self._joule_a_cost = 0.0  # what ways take, of the mixed cost
-        self._near = np.ones((self._stages, len(sites)), np.bool_)  # the stations that journeys may call at, by stage
-        self.least_cost = self._look_ahead()
+        self.latest: list[Step] | None = None  # the best journey that was found last
+        stays = [self.stay_at(via_idx) for via_idx in range(self._stages - 1)]
+        self._corridor = Corridor(
+            self._finders,
+            self._worth,
+            a_joule,
+            sites,
+            places,
+            self._stops.number,
+            [(0.0, 0.0) if stay is None else (stay.seconds, self.stay_gain_j(stay)) for stay in stays],
+            Charges(self._start_j, self._goal_least_j(), self.capacity_j),
+            thinned=self._is_thinned,
+        )
 
     def _made_stops(self) -> Stops:
         charging, capacity_j, count = self.charging, self.capacity_j, self.goal + 1
@@ -147,143 +142,6 @@ class Task:
             np.array(opening_first, np.int64),
             np.array(opening, np.float64).reshape(-1, 2),
         )
-
-    def _look_ahead(self) -> float:
-        """Set what is still to be paid at least from each place; the least that any journey costs.
-
-        Whatever is driven is charged sooner or later, but for what is in the battery, and no joule of charge comes
-        cheaper than _a_joule. Stations that are far aside get what the straight line costs.
-        """
-        second = self._worth.a_second
-        plain = weights_of(second, self._worth.a_joule)
-        ahead, mixed, least = 0.0, self._a_joule * self._goal_least_j(), 0.0
-        spots = [site.station.position for site in self.sites]
-        for stage in range(self._stages - 1, -1, -1):
-            here, there = self.places[stage], self.places[stage + 1]
-            stay = self.stay_at(stage) if stage < self._stages - 1 else None
-            if stay is not None:
-                ahead += second * stay.seconds
-                mixed += second * stay.seconds - self._a_joule * self.stay_gain_j(stay)
-            rows = self._stops.number[1 + stage * len(spots) : 1 + (stage + 1) * len(spots)]
-            rows[:, kernels.AHEAD_A_JOULE] = self._a_joule
-            rows[:, kernels.AHEAD], rows[:, kernels.AHEAD_MIX] = math.inf, math.inf
-            onward, onward_mixed = math.inf, math.inf
-            for finder in self._finders:
-                to_goal = self._straight(finder, spots, there, to=True)
-                aside = to_goal + self._straight(finder, spots, here, to=False)
-                chosen = np.arange(len(spots))
-
-                def near(
-                    least: float, aside: NDArray[np.float64] = aside, all_of: bool = len(spots) <= FEW_SITES
-                ) -> list[Place]:
-                    nonlocal chosen
-                    if not all_of:
-                        slack = 1.5 * self._likely(COST_UNIT * least)
-                        chosen = np.flatnonzero(aside <= COST_UNIT * least + slack)
-                    return [spots[k] for k in chosen.tolist()]
-
-                labels = FEW_LABELS if self._is_thinned else LABELS
-                sharp = COST_UNIT * finder.least_costs(self._mixed, here, near, there, labels)
-                picked = [spots[k] for k in chosen.tolist()]
-                free = np.full(sharp.size, -math.inf)
-                if not self._is_thinned:
-                    free = COST_UNIT * finder.least_costs(plain, here, partial(_always, picked), there, labels)
-                at_goal = [same_place(source, there) for source in (here, *picked)]
-                sharp[at_goal] = 0.0
-                free[at_goal] = np.minimum(free[at_goal], 0.0)
-                to_goal[chosen] = sharp[1:]
-                whole_free = np.full(len(spots), -math.inf)
-                whole_free[chosen] = free[1:]
-                rows[:, kernels.AHEAD_MIX] = np.minimum(rows[:, kernels.AHEAD_MIX], mixed + to_goal)
-                rows[:, kernels.AHEAD] = np.minimum(rows[:, kernels.AHEAD], ahead + whole_free)
-                onward, onward_mixed = min(onward, float(free[0])), min(onward_mixed, float(sharp[0]))
-            ahead, mixed = ahead + onward, mixed + onward_mixed
-            least = max(ahead, mixed - self._a_joule * self._start_j)
-        return least
-
-    def _straight(self, finder: LegFinder, spots: Sequence[Place], place: Place, *, to: bool) -> NDArray[np.float64]:
-        """No way between stations and a place costs less by the mixed weighting, by the straight line and height."""
-        straight = finder.straight_costs(self._mixed, spots, place)
-        lifts = [finder.lift_cost(self._mixed, *((spot, place) if to else (place, spot))) for spot in spots]
-        found: NDArray[np.float64] = COST_UNIT * (straight + np.array(lifts))
-        return found
-
-    def _likely(self, cost: float) -> float:
-        """By how much more than the least a best journey hardly costs."""
-        return max(LIKELY_FRAC * abs(cost), LIKELY_S * self._worth.a_second)
-
-    def keep_below(self, cost: float, *, thinned: bool = False) -> None:
-        """Leave out stations over which no journey costs less; thinned: and most of those that remain.
-
-        What ways lead on from the others is searched at once, since a search back serves many.
-        """
-        through = self._through(cost)
-        near = through <= cost
-        if thinned:
-            slow = np.array([site.window_cost * self.capacity_j + site.stop_cost for site in self.sites])
-            score = through + 0.5 * (slow - slow.min(initial=math.inf))  # a stop rarely charges all of that
-            near = np.array([self._few_of(stage, score[stage], near[stage]) for stage in range(self._stages)])
-        if bool((near != self._near).any()) or thinned != self._only_onward:
-            self._near, self._only_onward = near, thinned
-            self._vias.clear()
-            self._stops.known[:] = False
-        for stage in range(self._stages):
-            chosen = np.flatnonzero(near[stage])
-            ahead = self._stops.number[1 + stage * len(self.sites) + chosen, kernels.AHEAD_MIX]
-            chosen = chosen[np.argsort(-ahead, kind="stable")]  # a search back is led to the first, the farthest one
-            spots = [self.sites[k].station.position for k in chosen.tolist()]
-            for finder in self._finders if spots else ():
-                finder.find_onward(spots, self.places[stage + 1])
-                for k in chosen.tolist() if thinned else ():
-                    behind = [self.sites[i].station.position for i in chosen.tolist() if self._leads_on(stage, i, k)]
-                    if behind:
-                        finder.find_onward(behind, self.sites[k].station.position)
-
-    def _few_of(self, stage: int, score: NDArray[np.float64], near: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """A few stations for each stretch of the way, those of the least scores."""
-        ahead = self._stops.number[1 + stage * near.size : 1 + (stage + 1) * near.size, kernels.AHEAD_MIX]
-        kept = np.zeros(near.size, np.bool_)
-        chosen = np.flatnonzero(near)
-        if chosen.size:
-            span = max(float(np.ptp(ahead[chosen])), 1e-9)
-            stretch = np.minimum((STRETCHES * (ahead[chosen] - ahead[chosen].min()) / span).astype(int), STRETCHES - 1)
-            for k in range(STRETCHES):
-                inside = chosen[stretch == k]
-                kept[inside[np.argsort(score[inside], kind="stable")[:A_STRETCH]]] = True
-        return kept
-
-    def _leads_on(self, stage: int, here: int, there: int) -> bool:
-        """Whether one station is farther from the next via point or goal than another, and likely within a charge."""
-        rows = self._stops.number[1 + stage * len(self.sites) : 1 + (stage + 1) * len(self.sites)]
-        onward = float(rows[here, kernels.AHEAD_MIX] - rows[there, kernels.AHEAD_MIX])
-        return onward > 0.0 and onward * self._joule_a_cost * LIKELY_REACH < self.capacity_j
-
-    def _through(self, cost: float) -> NDArray[np.float64]:
-        """The least that a journey over a station costs, float64 (stages, sites); less than that only above a cost."""
-        spots = [site.station.position for site in self.sites]
-        so_far = -self._a_joule * self._start_j
-        through = np.full((self._stages, len(spots)), math.inf)
-        for stage in range(self._stages):
-            here, there = self.places[stage], self.places[stage + 1]
-            onward = math.inf
-            ahead = self._stops.number[1 + stage * len(spots) : 1 + (stage + 1) * len(spots), kernels.AHEAD_MIX]
-            for finder in self._finders:
-                least = self._straight(finder, spots, here, to=False)
-                chosen = np.flatnonzero(so_far + least + ahead <= cost)
-                pairs = finder.pairs(here, [*(spots[k] for k in chosen.tolist()), there], (self._mixed,))
-                costs = COST_UNIT * np.array([pair.least_cost(self._mixed) for pair in pairs])
-                least[chosen] = costs[:-1]
-                through[stage] = np.minimum(through[stage], so_far + least + ahead)
-                onward = min(onward, float(costs[-1]))
-                way = pairs[-1].ways[0] if pairs[-1].ways else None
-                if way is not None and costs[-1] > 0.0:
-                    self._joule_a_cost = max(way.energy_j, 0.0) / float(costs[-1])
-            so_far += onward
-            stay = self.stay_at(stage)
-            if stay is not None:
-                so_far += self._worth.a_second * stay.seconds - self._a_joule * self.stay_gain_j(stay)
-        self.least_cost = max(self.least_cost, so_far + self._a_joule * self._goal_least_j())
-        return through
 
     def site_at(self, place: int) -> Site:
         """The station at a place of the station graph."""
@@ -335,6 +193,17 @@ class Task:
         return self.places[-1] if place == self.goal else self.site_at(place).station.position
 
     @property
+    def least_cost(self) -> float:
+        """No journey costs less."""
+        return self._corridor.least_cost
+
+    def _keep_below(self, cost: float, *, thinned: bool = False) -> None:
+        """Leave out stations over which no journey costs less; thinned: and most of those that remain."""
+        if self._corridor.keep_below(cost, thinned=thinned):
+            self._vias.clear()
+            self._stops.known[:] = False
+
+    @property
     def is_clocked(self) -> bool:
         """Whether opening hours are looked at."""
         return self._stops.opening.size > 0
@@ -368,10 +237,10 @@ class Task:
         stage = self._stage(place)
         first = 1 + stage * len(self.sites)
         last = stage == self._stages - 1
-        targets = [first + int(k) for k in np.flatnonzero(self._near[stage]) if first + k != place]
-        if self._only_onward and place > 0:
+        targets = [first + int(k) for k in np.flatnonzero(self._corridor.near[stage]) if first + k != place]
+        if self._corridor.only_onward and place > 0:
             here_idx = (place - 1) % len(self.sites)
-            targets = [to for to in targets if self._leads_on(stage, here_idx, to - first)]
+            targets = [to for to in targets if self._corridor.leads_on(stage, here_idx, to - first)]
         onward = self.goal if last else -1 - stage
         targets.append(onward)
         spots = [self.position(to) for to in targets]
@@ -435,26 +304,27 @@ class Task:
         Stations over which no journey costs less than one that is known are left out, at first those that are likely
         to be such.
         """
-        if self._is_thinned:
-            self.keep_below(self.least_cost + self._likely(self.least_cost), thinned=True)
+        bounded = math.isfinite(self.least_cost)
+        if self._is_thinned and bounded:
+            self._keep_below(self._corridor.likely_cost, thinned=True)
             best = self._with_other_ways(self.best())
             if best is not None:
                 return best
-        if len(self.sites) <= FEW_SITES:
+        if len(self.sites) <= FEW_SITES or not bounded:
             return self._with_other_ways(self.best()) if self._is_thinned else self.best()
-        slack = self._likely(self.least_cost)
+        slack = self._corridor.likely_cost - self.least_cost
         while True:
-            self.keep_below(self.least_cost + slack)
+            self._keep_below(self.least_cost + slack)
             best = self.best()
             if best is not None:
                 if best[-1].cost <= self.least_cost + slack:
                     break
                 slack = best[-1].cost - self.least_cost
-            elif bool(self._near.all()):
+            elif bool(self._corridor.near.all()):
                 return None
             else:
                 slack = MORE_LIKELY * slack if slack < FAR_FRAC * abs(self.least_cost) + DAY_S else math.inf
-        self.keep_below(best[-1].cost)
+        self._keep_below(best[-1].cost)
         return self._with_other_ways(best) if self._is_thinned else best
 
     def _with_other_ways(self, best: list[Step] | None) -> list[Step] | None:
@@ -494,7 +364,17 @@ class Task:
         until, known_only: as of StationGraph.best.
         """
         rules = self._rules(bounded=bounded)
-        return self.graph.best(0, self._start_j, self.goal, rules, below, until=until, known_only=known_only)
+        steps = self.graph.best(0, self._start_j, self.goal, rules, below, until=until, known_only=known_only)
+        if steps is not None and not bounded:
+            self.latest = steps
+        return steps
+
+    def after_time(self, error: TimeUpError) -> tuple[list[Step], Proof]:
+        """The journey that was known when time was up; raises where none was."""
+        if self.latest is None:
+            raise error
+        why = f"{error.limit_s:g} s were not enough to look at all stations"
+        return self.latest, Proof(self.latest[-1].cost - self.least_cost, why)
 
     def weigh(self) -> None:
         """Take margins as they are known now."""
@@ -514,6 +394,10 @@ class Task:
     def goal_least_frac(self) -> float:
         """Charge on arrival at the goal that is asked for."""
         return self._goal_least_j() / self.capacity_j
+
+    def look_at_all(self) -> None:
+        """Leave no station out of searches."""
+        self._keep_below(math.inf)
 
     @contextmanager
     def closed(self, station_id: str) -> Iterator[None]:
@@ -600,16 +484,6 @@ class Task:
         """Charge that a way to a place begins with at least, without a margin [J]."""
         arrive_j = float(self._stops.number[to, kernels.LEAST_J]) + way.energy_j
         return max(self.reserve_j + way.need_j, arrive_j)
-
-
-def _always(places: Sequence[Place], _: float) -> Sequence[Place]:
-    """The places, whatever is known of another one."""
-    return places
-
-
-def weights_of(a_second: float, a_joule: float) -> Weights:
-    """Weights of a search whose costs are COST_UNIT of the objective's."""
-    return Weights(a_joule * JOULE_PER_KWH / COST_UNIT, a_second * SECOND_PER_HOUR / COST_UNIT, 0.0)
 
 
 def capped(query: RouteQuery, caps_mps: Sequence[float]) -> tuple[RouteQuery, ...]:

@@ -40,6 +40,7 @@ class PromiseKeeper:
         query = task.query
         shifts = draws.shifts(search.space_key(query, query.vehicle), query.vehicle)
         self._promises = PromiseMaker(chains, task.queries, task.charging, task.goal_least_frac, shifts)
+        self.sure: list[Step] | None = None  # the best journey so far that is as sure as it was asked to be
         self.is_best = True  # of all journeys along known ways that are as sure
         self.warnings: list[str] = []
 
@@ -67,18 +68,13 @@ class PromiseKeeper:
                 taken = self._taken(best, promise)
                 settled = task.margins.learn(taken, confidence, task.capacity_j)
                 if promise.least_kept_frac >= confidence:
-                    sure = best
+                    self.sure = sure = best
                 if k == 0:
                     task.margins.expect(taken)
                 elif settled and task.margins.factor > 1.0:
                     continue
             task.weigh()
-            try:
-                best = task.found()
-            except TimeUpError:
-                if sure is None:
-                    raise
-                break
+            best = task.found()
         self.is_best = False
         return sure
 
@@ -91,8 +87,12 @@ class PromiseKeeper:
         """A plan with what it promises, fallbacks, and stations marked without which there is none."""
         promise = self._promises.of(plan)
         plan = with_promise(plan, promise)
-        gates = self._gatekeepers(plan) if gatekeepers else frozenset()
-        return replace(plan, stops=self._with_fallbacks(plan, promise.spread_frac, gates))
+        try:
+            gates = self._gatekeepers(plan) if gatekeepers else frozenset()
+            return replace(plan, stops=self._with_fallbacks(plan, promise.spread_frac, gates))
+        except TimeUpError as error:
+            self.warnings.append(f"{error.limit_s:g} s were not enough to tell fallbacks and gatekeepers")
+            return plan
 
     def _taken(self, steps: Sequence[Step], promise: Promise) -> list[Taken]:
         """Arcs that end at stops which are charged, and what they need after those that lead to stations passed."""
@@ -144,17 +144,19 @@ class PromiseKeeper:
         return frozenset(found)
 
     def _is_gatekeeper(self, station_id: str, until: float) -> bool | None:
-        """Whether no journey does without a station; None where time was up.
+        """Whether no journey does without a station; None where that can't be told in time.
 
         First along ways that the search knows already, then along all, and then along bounds that no way is better
-        than: only without these there is none.
+        than: only without these there is none. On graphs of which the search knows no bounds only the first is tried.
         """
         task = self._task
         with task.closed(station_id):
             try:
                 if task.best(known_only=True) is not None:
                     return False
-                task.keep_below(math.inf)
+                if not task.is_bounded:
+                    return None
+                task.look_at_all()
                 while task.best(until=until) is None:
                     bound = task.best(bounded=True, until=until)
                     if bound is None:

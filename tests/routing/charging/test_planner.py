@@ -330,3 +330,22 @@ def test_stations_by_the_dozen_are_planned_over_as_few_are() -> None:
     few, many = plan_of(ask()), plan_of(ask(stations=(*useless, *FOUR)))
     assert many.objective == pytest.approx(few.objective, rel=1e-9)
     assert many.short_by == 0.0
+
+
+def test_a_journey_may_begin_at_a_station_or_end_where_it_begins() -> None:
+    low = replace(QUERY, soc_frac=0.1)
+    places = [FOUR[0].position, at(9.2)]
+    plan = plan_of(PLANNER.plan(low, USUAL, CAR, FOUR, places))
+    assert plan.legs[0].spans == ()
+    assert plan.legs[0].distance_m == 0.0
+    assert calls_of(plan)[0] == "a"
+    assert plan.stops[0].arrive_soc_frac == 0.1
+    here = plan_of(PLANNER.plan(QUERY, USUAL, CAR, FOUR, [at(4.2), at(4.2)]))
+    assert here.stops == ()
+    assert here.objective == 0.0
+
+
+def test_two_stations_at_one_place_are_told_apart() -> None:
+    slow = replace(FOUR[1], id="slow", sockets=(Socket(Connector.CCS2, 7e3),))
+    plan = plan_of(ask(stations=(slow, *FOUR)))
+    assert "slow" not in calls_of(plan)

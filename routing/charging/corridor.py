@@ -1,0 +1,230 @@
+"""The stations over which the best journey may lead, and what is still to be paid at least from each of them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from energy.units import JOULE_PER_KWH, SECOND_PER_HOUR
+from routing.charging import kernels_plan as kernels
+from routing.route.via import same_place
+from routing.weights import Weights
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from numpy.typing import NDArray
+
+    from routing.charging.legs import LegFinder, Place
+    from routing.charging.sites import Site, Worth
+
+FEW_SITES: Final = 48  # of which all are looked at
+LIKELY_FRAC: Final = 0.06  # of the least cost, that a best journey rarely costs more
+LIKELY_S: Final = 900.0
+LIKELY_REACH: Final = 0.7  # of what a way takes by the mean of the whole journey, that it takes at least
+LABELS: Final = 256  # after which the searches of bounds end
+FEW_LABELS: Final = 48
+STRETCHES: Final = 12  # of a journey on a large graph, of each of which a few stations are looked at
+A_STRETCH: Final = 3
+COST_UNIT: Final = 3600.0  # of the objective, that a unit of a search's cost is
+
+
+@dataclass(frozen=True, slots=True)
+class Charges:
+    """Charge at departure, asked for at the goal, and of a full battery [J]."""
+
+    start_j: float
+    goal_j: float
+    capacity_j: float
+
+
+class Corridor:
+    """The stations of one query by what a journey over them costs at least.
+
+    a_joule: no joule of charge costs less at any of sites, stops counted. places: start, via points, goal. number: rows
+    of the station graph, of which the columns ahead are filled. stays: seconds and charge [J] at each via point.
+    thinned: for a graph on which few stations are looked at. near: bool (stages, sites), those that remain;
+    only_onward: whether ways lead to stations alone that are nearer to where a journey goes.
+    """
+
+    def __init__(
+        self,
+        finders: Sequence[LegFinder],
+        worth: Worth,
+        a_joule: float,
+        sites: Sequence[Site],
+        places: Sequence[Place],
+        number: NDArray[np.float64],
+        stays: Sequence[tuple[float, float]],
+        charges: Charges,
+        *,
+        thinned: bool,
+    ) -> None:
+        self._finders, self._worth, self._a_joule, self._sites, self._places = finders, worth, a_joule, sites, places
+        self._number, self._stays, self._charges, self._thinned = number, stays, charges, thinned
+        self._stages = len(places) - 1
+        self._mixed = mixed_weights(worth, a_joule)
+        self._joule_a_cost = 0.0  # what ways take, of the mixed cost
+        self.near = np.ones((self._stages, len(sites)), np.bool_)
+        self.only_onward = False
+        self.least_cost = self._look_ahead()
+
+    @property
+    def likely_cost(self) -> float:
+        """A best journey hardly costs more."""
+        return self.least_cost + self._likely(self.least_cost)
+
+    def _look_ahead(self) -> float:
+        """Set what is still to be paid at least from each place; the least that any journey costs.
+
+        Whatever is driven is charged sooner or later, but for what is in the battery, and no joule of charge comes
+        cheaper than _a_joule. Stations that are far aside get what the straight line costs.
+        """
+        second = self._worth.a_second
+        plain = weights_of(second, self._worth.a_joule)
+        ahead, mixed, least = 0.0, self._a_joule * self._charges.goal_j, 0.0
+        spots = [site.station.position for site in self._sites]
+        for stage in range(self._stages - 1, -1, -1):
+            here, there = self._places[stage], self._places[stage + 1]
+            if stage < self._stages - 1:
+                seconds, gain_j = self._stays[stage]
+                ahead += second * seconds
+                mixed += second * seconds - self._a_joule * gain_j
+            rows = self._number[1 + stage * len(spots) : 1 + (stage + 1) * len(spots)]
+            rows[:, kernels.AHEAD_A_JOULE] = self._a_joule
+            rows[:, kernels.AHEAD], rows[:, kernels.AHEAD_MIX] = math.inf, math.inf
+            onward, onward_mixed = math.inf, math.inf
+            for finder in self._finders:
+                to_goal = self._straight(finder, spots, there, to=True)
+                aside = to_goal + self._straight(finder, spots, here, to=False)
+                chosen = np.arange(len(spots))
+
+                def near(
+                    least: float, aside: NDArray[np.float64] = aside, all_of: bool = len(spots) <= FEW_SITES
+                ) -> list[Place]:
+                    nonlocal chosen
+                    if not all_of:
+                        slack = 1.5 * self._likely(COST_UNIT * least)
+                        chosen = np.flatnonzero(aside <= COST_UNIT * least + slack)
+                    return [spots[k] for k in chosen.tolist()]
+
+                labels = FEW_LABELS if self._thinned else LABELS
+                sharp = COST_UNIT * finder.least_costs(self._mixed, here, near, there, labels)
+                picked = [spots[k] for k in chosen.tolist()]
+                free = np.full(sharp.size, -math.inf)
+                if not self._thinned:
+                    free = COST_UNIT * finder.least_costs(plain, here, partial(_always, picked), there, labels)
+                at_goal = [same_place(source, there) for source in (here, *picked)]
+                sharp[at_goal] = 0.0
+                free[at_goal] = np.minimum(free[at_goal], 0.0)
+                to_goal[chosen] = sharp[1:]
+                whole_free = np.full(len(spots), -math.inf)
+                whole_free[chosen] = free[1:]
+                rows[:, kernels.AHEAD_MIX] = np.minimum(rows[:, kernels.AHEAD_MIX], mixed + to_goal)
+                rows[:, kernels.AHEAD] = np.minimum(rows[:, kernels.AHEAD], ahead + whole_free)
+                onward, onward_mixed = min(onward, float(free[0])), min(onward_mixed, float(sharp[0]))
+            ahead, mixed = ahead + onward, mixed + onward_mixed
+            least = max(ahead, mixed - self._a_joule * self._charges.start_j)
+        return least
+
+    def _straight(self, finder: LegFinder, spots: Sequence[Place], place: Place, *, to: bool) -> NDArray[np.float64]:
+        """No way between stations and a place costs less by the mixed weighting, by the straight line and height."""
+        straight = finder.straight_costs(self._mixed, spots, place)
+        lifts = finder.lift_costs(self._mixed, spots, place)
+        found: NDArray[np.float64] = COST_UNIT * (straight + (lifts if to else -lifts))
+        return found
+
+    def _likely(self, cost: float) -> float:
+        """By how much more than the least a best journey hardly costs."""
+        return max(LIKELY_FRAC * abs(cost), LIKELY_S * self._worth.a_second)
+
+    def keep_below(self, cost: float, *, thinned: bool = False) -> bool:
+        """Leave out stations over which no journey costs less; thinned: and most of those that remain; whether others.
+
+        What ways lead on from the others is searched at once, since a search back serves many.
+        """
+        through = self._through(cost)
+        near = through <= cost
+        if thinned:
+            slow = np.array([site.window_cost * self._charges.capacity_j + site.stop_cost for site in self._sites])
+            score = through + 0.5 * (slow - slow.min(initial=math.inf))  # a stop rarely charges all of that
+            near = np.array([self._few_of(stage, score[stage], near[stage]) for stage in range(self._stages)])
+        changed = bool((near != self.near).any()) or thinned != self.only_onward
+        self.near, self.only_onward = near, thinned
+        for stage in range(self._stages):
+            chosen = np.flatnonzero(near[stage])
+            ahead = self._number[1 + stage * len(self._sites) + chosen, kernels.AHEAD_MIX]
+            chosen = chosen[np.argsort(-ahead, kind="stable")]  # a search back is led to the first, the farthest one
+            spots = [self._sites[k].station.position for k in chosen.tolist()]
+            for finder in self._finders if spots else ():
+                finder.find_onward(spots, self._places[stage + 1])
+                for k in chosen.tolist() if thinned else ():
+                    behind = [self._sites[i].station.position for i in chosen.tolist() if self.leads_on(stage, i, k)]
+                    if behind:
+                        finder.find_onward(behind, self._sites[k].station.position)
+        return changed
+
+    def _few_of(self, stage: int, score: NDArray[np.float64], near: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """A few stations for each stretch of the way, those of the least scores."""
+        ahead = self._number[1 + stage * near.size : 1 + (stage + 1) * near.size, kernels.AHEAD_MIX]
+        kept = np.zeros(near.size, np.bool_)
+        chosen = np.flatnonzero(near)
+        if chosen.size:
+            span = max(float(np.ptp(ahead[chosen])), 1e-9)
+            stretch = np.minimum((STRETCHES * (ahead[chosen] - ahead[chosen].min()) / span).astype(int), STRETCHES - 1)
+            for k in range(STRETCHES):
+                inside = chosen[stretch == k]
+                kept[inside[np.argsort(score[inside], kind="stable")[:A_STRETCH]]] = True
+        return kept
+
+    def leads_on(self, stage: int, here: int, there: int) -> bool:
+        """Whether one station is farther from the next via point or goal than another, and likely within a charge."""
+        rows = self._number[1 + stage * len(self._sites) : 1 + (stage + 1) * len(self._sites)]
+        onward = float(rows[here, kernels.AHEAD_MIX] - rows[there, kernels.AHEAD_MIX])
+        return onward > 0.0 and onward * self._joule_a_cost * LIKELY_REACH < self._charges.capacity_j
+
+    def _through(self, cost: float) -> NDArray[np.float64]:
+        """The least that a journey over a station costs, float64 (stages, sites); less than that only above a cost."""
+        spots = [site.station.position for site in self._sites]
+        so_far = -self._a_joule * self._charges.start_j
+        through = np.full((self._stages, len(spots)), math.inf)
+        for stage in range(self._stages):
+            here, there = self._places[stage], self._places[stage + 1]
+            onward = math.inf
+            ahead = self._number[1 + stage * len(spots) : 1 + (stage + 1) * len(spots), kernels.AHEAD_MIX]
+            for finder in self._finders:
+                least = self._straight(finder, spots, here, to=False)
+                chosen = np.flatnonzero(so_far + least + ahead <= cost)
+                pairs = finder.pairs(here, [*(spots[k] for k in chosen.tolist()), there], (self._mixed,))
+                costs = COST_UNIT * np.array([pair.least_cost(self._mixed) for pair in pairs])
+                least[chosen] = costs[:-1]
+                through[stage] = np.minimum(through[stage], so_far + least + ahead)
+                onward = min(onward, float(costs[-1]))
+                way = pairs[-1].ways[0] if pairs[-1].ways else None
+                if way is not None and costs[-1] > 0.0:
+                    self._joule_a_cost = max(way.energy_j, 0.0) / float(costs[-1])
+            so_far += onward
+            if stage < self._stages - 1:
+                seconds, gain_j = self._stays[stage]
+                so_far += self._worth.a_second * seconds - self._a_joule * gain_j
+        self.least_cost = max(self.least_cost, so_far + self._a_joule * self._charges.goal_j)
+        return through
+
+
+def _always(places: Sequence[Place], _: float) -> Sequence[Place]:
+    """The places, whatever is known of another one."""
+    return places
+
+
+def weights_of(a_second: float, a_joule: float) -> Weights:
+    """Weights of a search whose costs are COST_UNIT of the objective's."""
+    return Weights(a_joule * JOULE_PER_KWH / COST_UNIT, a_second * SECOND_PER_HOUR / COST_UNIT, 0.0)
+
+
+def mixed_weights(worth: Worth, a_joule: float) -> Weights:
+    """Weights of time and energy with what driving takes charged at a cost."""
+    return weights_of(worth.a_second, worth.a_joule + a_joule)
