@@ -42,6 +42,12 @@ ASKED: Final = {
 DEPARTURE: Final = "2026-11-30T08:15"
 
 
+@pytest.fixture(scope="module", autouse=True)
+def _known_ways(served: ServedMap) -> None:
+    """The ways between stations are searched for before a page waits for them, which takes long on a busy machine."""
+    served.ask("/route", ASKED)
+
+
 def stops_of(page: MapPage) -> Locator:
     """The cards of the stops."""
     return page.page.locator("#routes .plan-stop")

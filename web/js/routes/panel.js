@@ -53,7 +53,7 @@ export function routesPanel(app, element) {
       const found = await call("route", { body: routeRequest(journey.get()), signal });
       session.set({ routes: { status: "done", answer: found, error: null } });
       app.say(answerText(found, app.units()));
-      if (found.request.charging && !found.no_plan) further.ask();
+      if (found.request.charging && !found.no_plan && !found.request.charging.via_stations.length) further.ask(); // with chosen stations there is little choice
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
       session.set({ routes: { status: "failed", answer: null, error } });
