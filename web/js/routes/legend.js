@@ -54,7 +54,7 @@ function ramp({ bounds, colours }, colouring, units) {
     "div",
     { role: "img", "aria-label": spoken },
     el("div", { class: "ramp-blocks" }, colours.map((colour) => el("span", { style: { "background-color": colour } }))),
-    el("div", { class: `ramp-bounds num${bounds.length > 5 ? " many" : ""}` }, values.map((value, i) => el("span", { style: { left: `${(100 * (i + 1)) / colours.length}%` } }, number(value, digits)))),
+    el("div", { class: `ramp-bounds num${bounds.length > 5 ? (digits ? " many wide" : " many") : ""}` }, values.map((value, i) => el("span", { style: { left: `${(100 * (i + 1)) / colours.length}%` } }, number(value, digits)))),
     el("div", { class: "dim" }, colouring === "soc" ? "% of the battery" : `${unit}; below 0 energy comes back`),
   );
 }
