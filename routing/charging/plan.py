@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
+    from datetime import datetime
 
     from energy.charging.charging import Connector
     from routing.places import LinkPosition, LinkSpan
@@ -45,8 +46,9 @@ class ChargingQuery:
     min_power_w: least output of a socket [W]. network_factors: by network or operator, what time at its stations counts
     as, above 1 where they are avoided, below where preferred; excluded_networks: not used. stations: only these ids,
     empty: all. stays: fixed ones. departure_min: minutes since Monday 0:00 local time, for opening hours, which None
-    does not look at. confidence: probability, 0.5..0.999, with which arrive_soc_frac is kept at every stop; None: by
-    the mean. speed_caps_mps: highest speeds to try beside none [m/s]. most_stops: at most. alternatives: further plans.
+    does not look at; departure: the local time itself, in whose week hours are those of its season. confidence:
+    probability, 0.5..0.999, with which arrive_soc_frac is kept at every stop; None: by the mean. speed_caps_mps:
+    highest speeds to try beside none [m/s]. most_stops: at most. alternatives: further plans.
     time_value_per_h: what an hour is worth where the objective is cost, in the currency of the prices.
     excluded_stations: ids that are not used. via_stations: via points, by their position in the query, that are
     stations, by id: the journey goes there, and charges there first of all, since that counts next to nothing.
@@ -63,6 +65,7 @@ class ChargingQuery:
     stations: tuple[str, ...] = ()
     stays: tuple[FixedStay, ...] = ()
     departure_min: float | None = None
+    departure: datetime | None = None
     objective: Objective = Objective.TIME
     confidence: float | None = None
     speed_caps_mps: tuple[float, ...] = ()

@@ -73,7 +73,7 @@ def usable_sites(charging: Charging, query: ChargingQuery, stations: Sequence[St
             continue
         if not station.position or station.operational is False or station.access in NO_PUBLIC:
             continue
-        if query.departure_min is not None and open_times(station.opening_hours) == ():
+        if query.departure_min is not None and open_times(station.opening_hours, query.departure) == ():
             continue
         if not query.excluded_networks.isdisjoint((station.network, station.operator)):
             continue

@@ -130,7 +130,9 @@ class Task:
             number[place, kernels.A_SECOND], number[place, kernels.A_JOULE] = site.a_second, site.a_joule
             number[place, kernels.STOP_COST], number[place, kernels.STOP_S] = site.stop_cost, charging.overhead_s
             number[place, kernels.CAP] = charging.max_soc_frac * capacity_j
-            hours = open_times(site.station.opening_hours) if charging.departure_min is not None else None
+            hours = None
+            if charging.departure_min is not None:
+                hours = open_times(site.station.opening_hours, charging.departure)
             opening += [(begin * SECOND_PER_MINUTE, end * SECOND_PER_MINUTE) for begin, end in hours or ()]
             opening_first.append(len(opening))
         opening_first.append(len(opening))

@@ -11,6 +11,7 @@ from opening_hours import OpeningHours, State, validate
 
 LONGEST_TEXT: Final = 1000  # characters; OpenStreetMap has 255 at most
 _MONDAY: Final = datetime(2026, 6, 1)  # of a week that stands for any: no holidays of a country are looked at
+_READ: Final = (datetime(1900, 1, 1), datetime(9999, 12, 20))  # beyond which the parser takes all as closed
 _WEEK_MIN: Final = 7 * 24 * 60
 _LOOKED_AHEAD: Final = timedelta(days=366)
 _TEXTS_KEPT: Final = 8192
@@ -37,7 +38,9 @@ def week_time(minute: float) -> datetime:
 def opening_at(hours: str | None, time: datetime) -> Opening:
     """Whether what has these hours is open at a local time."""
     parsed = None if hours is None else _parsed(hours)
-    return Opening.UNKNOWN if parsed is None else _opening(parsed.state(time)[0])
+    if parsed is None or time.replace(tzinfo=None) < _READ[0]:
+        return Opening.UNKNOWN
+    return _opening(parsed.state(time)[0])
 
 
 def opening_during(hours: str | None, begin: datetime, end: datetime) -> Opening:
@@ -80,17 +83,21 @@ def _parsed(hours: str) -> OpeningHours | None:
     return OpeningHours(hours, auto_country=False, auto_timezone=False)
 
 
-def open_times(hours: str | None) -> tuple[tuple[float, float], ...] | None:
-    """When it may be open in a week: from and to in minutes since Monday 0:00, rising; None where hours aren't known.
+def open_times(hours: str | None, time: datetime | None = None) -> tuple[tuple[float, float], ...] | None:
+    """When it may be open in the week of a local time: from and to in minutes since Monday 0:00, rising.
 
-    Times that are said to be unknown count as open.
+    None where hours aren't known. Times that are said to be unknown count as open. Without a time, and before 1900 or
+    at the end of 9999, a week in June stands for any.
     """
     parsed = None if hours is None else _parsed(hours)
     if parsed is None:
         return None
     found = []
-    for begin, end, state, _ in parsed.intervals(_MONDAY, _MONDAY + timedelta(minutes=_WEEK_MIN)):
-        from_min, to_min = ((at - _MONDAY).total_seconds() / 60.0 for at in (begin, end))
+    monday = _MONDAY
+    if time is not None and _READ[0] + timedelta(minutes=_WEEK_MIN) <= time <= _READ[1]:
+        monday = datetime(time.year, time.month, time.day) - timedelta(days=time.weekday())
+    for begin, end, state, _ in parsed.intervals(monday, monday + timedelta(minutes=_WEEK_MIN)):
+        from_min, to_min = ((at - monday).total_seconds() / 60.0 for at in (begin, end))
         if state != State.CLOSED and min(to_min, _WEEK_MIN) > max(from_min, 0.0):
             found.append((max(from_min, 0.0), min(to_min, float(_WEEK_MIN))))
     return tuple(found)

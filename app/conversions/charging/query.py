@@ -63,6 +63,7 @@ def charging_query(understood: RouteRequest, charging: Charging, names: StationN
             for stay in sent.stays
         ),
         departure_min=None if departure is None else float(minute_of_week(departure)),
+        departure=departure,
         objective=sent.objective,
         confidence=sent.confidence,
         speed_caps_mps=tuple(cap / KMH_PER_MPS for cap in sent.speed_caps_kmh),

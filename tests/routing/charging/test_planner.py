@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from datetime import datetime
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -220,6 +221,18 @@ def test_a_closed_station_is_waited_for_or_passed() -> None:
 def test_a_station_that_is_never_open_is_not_called_at() -> None:
     never = tuple(replace(s, opening_hours="off") if s.id == "b" else s for s in FOUR)
     assert "b" not in calls_of(plan_of(ask(replace(USUAL, departure_min=0.0), stations=never)))
+
+
+def test_hours_of_a_season_are_those_of_the_week_of_departure() -> None:
+    summer = tuple(replace(s, opening_hours="Apr-Oct 00:00-24:00; Nov-Mar off") for s in FOUR)
+
+    def calls(day: datetime) -> list[str]:
+        asked = replace(USUAL, departure_min=day.weekday() * 1440.0, departure=day)
+        answer = ask(asked, stations=summer)
+        return calls_of(plan_of(answer)) if answer.plans else []
+
+    assert calls(datetime(2026, 7, 15))
+    assert not calls(datetime(2026, 12, 15))
 
 
 def test_a_speed_cap_is_kept_where_it_saves_time_and_never_makes_a_plan_slower() -> None:

@@ -11,6 +11,7 @@ from routing.stations.opening import (
     Opening,
     is_understood,
     next_opening,
+    open_times,
     opening_at,
     opening_during,
     week_time,
@@ -90,3 +91,20 @@ def test_the_first_and_last_times_that_there_are_can_be_asked_for(hours: str, ti
     assert opening_at(hours, time) in Opening
     found = next_opening(hours, time)
     assert found is None or found >= time
+
+
+def test_times_of_a_week_are_those_of_its_season() -> None:
+    hours = "Apr-Oct 08:00-20:00; Nov-Mar off"
+    assert open_times(hours, datetime(2026, 12, 3, 7)) == ()
+    times = open_times(hours, datetime(2026, 7, 15, 23, 59))
+    assert times is not None
+    assert times[0] == (480.0, 1200.0)
+    assert len(times) == 7
+    assert open_times(hours) == times
+    assert open_times("nonsense", MONDAY_9) is None
+
+
+@pytest.mark.parametrize("time", [datetime.min, datetime(1899, 12, 31), datetime(1900, 1, 1), datetime.max])
+def test_a_time_of_any_year_is_no_error_and_never_closes_what_is_always_open(time: datetime) -> None:
+    assert opening_at("24/7", time) is not Opening.CLOSED
+    assert open_times("24/7", time) == ((0.0, 10080.0),)
