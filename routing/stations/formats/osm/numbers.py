@@ -7,6 +7,7 @@ import re
 from typing import Final
 
 from energy.charging.charging import MOST_POWER_W
+from routing.stations.formats.numbers import LEAST_POWER_W
 
 MOST_PARTS: Final = 20  # of a list
 # what a number without a unit is: no car charges at less than a kilowatt, no station has an output of a megawatt
@@ -15,6 +16,8 @@ _OUTPUT: Final = re.compile(
     r"(?:(?P<count>\d{1,3})\s*[x×*]\s*)?(?P<number>\d{1,7}(?:[.,]\d{1,3})?)\s*(?P<unit>k\s?w|k\s?va|mw|mva|w|va)?(?![a-z])",
 )
 _UNITS_W: Final = {"kw": 1e3, "kva": 1e3, "mw": 1e6, "mva": 1e6, "w": 1.0, "va": 1.0}
+_GROUPED: Final = re.compile(r"[1-9]\d{0,2}[.,]\d{3}")
+_SIGN: Final = re.compile(r"[.,]")
 _NUMBER: Final = re.compile(r"\d{1,6}(?:[.,]\d{1,3})?")
 _COUNT: Final = re.compile(r"\d{1,4}")
 
@@ -30,10 +33,12 @@ def outputs_w(text: str) -> list[float]:
         match = _OUTPUT.search(part)
         if match is None:
             continue
-        number = float(match["number"].replace(",", "."))
         unit = (match["unit"] or "").replace(" ", "")
+        # three digits behind a sign are thousands of watts, as no output is told in thousandths of one
+        is_grouped = unit in ("w", "va") and _GROUPED.fullmatch(match["number"]) is not None
+        number = float(_SIGN.sub("" if is_grouped else ".", match["number"]))
         power_w = number * _UNITS_W[unit] if unit else number * (1.0 if number >= _BARE_WATT else 1e3)
-        if 0.0 < power_w <= MOST_POWER_W:
+        if LEAST_POWER_W <= power_w <= MOST_POWER_W:
             found += [power_w] * min(int(match["count"] or 1), MOST_PARTS)
     return found
 
