@@ -93,8 +93,14 @@ def _station(entry: Any, gathering: Gathering) -> Station:
     if isinstance(entry.get("id"), str | int):
         values.setdefault("id", entry["id"])
 
+    price = values.get("price")
+    if isinstance(price, dict):  # as GET /graphs/{name}/stations has it
+        values |= {name: price[name] for name in ("currency", "per_kwh", "per_min", "per_session") if name in price}
+        values["price"] = price.get("text")
+
     def cell(value: str) -> Any:
-        return values.get(value, "")
+        found = values.get(value, "")
+        return str(found).lower() if isinstance(found, bool) else found
 
     return station_of(cell, gathering, gathering.own_key, at=at)
 

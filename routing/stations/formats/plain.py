@@ -62,13 +62,16 @@ COLUMNS: Final = {  # names of each value, the first that is there is read
 }
 OF_OBJECTS: Final = (  # names of kind, power [kW] and count in objects of GeoJSON
     ("type", "connector", "plug", "standard", "name"),
-    ("power_kw", "powerKW", "powerKw", "power", "max_power_kw"),
+    ("power_kw", "powerKW", "powerKw", "power", "max_power_kw", "output_kw", "output"),
     ("count", "quantity"),
 )
 PLUGS_APART: Final = re.compile(r"\s*[;,|/+&\n]\s*")
 PLUG: Final = re.compile(
     r"(?:(?P<before>\d{1,3})\s*[x×*]\s*)?(?P<name>[^()@]{1,60}?)(?:\s*[x×*]\s*(?P<after>\d{1,3}))?"
-    r"(?:\s*[@(]?\s*(?P<power>\d[\d.,]{0,8}\s*[kKmM]?[wWvV][aA]?)\s*\)?)?",
+    r"(?:\s*[@(]?\s*(?P<power>\d[\d.,]{0,8}\s*[kKmM]?[wWvV][aA]?)\s*\)?)?(?:\s*[x×*]\s*(?P<last>\d{1,3}))?",
+)
+POWER_FIRST: Final = re.compile(
+    r"\A(?:(?P<count>\d{1,3}\s*[x×*])\s*)?(?P<power>\d[\d.,]{0,8}\s*[kKmM]?[wWvV][aA]?)[\s:-]+(?P<name>[^\d\s].{0,59})"
 )
 DECIMAL_COMMA: Final = re.compile(r"(?<=\d),(?=\d)")
 TRUTHS: Final = {"yes": True, "true": True, "1": True, "y": True, "ja": True, "no": False, "false": False, "0": False}
@@ -186,14 +189,14 @@ def _sockets(cell: Callable[[str], Any], at: Point, gathering: Gathering, *, dec
     sockets: list[Socket] = []
     unknown: dict[str, int] = {}
     for text, power_w in zip(texts, powers, strict=True):
-        match = PLUG.fullmatch(text)
+        match = PLUG.fullmatch(POWER_FIRST.sub(r"\g<count> \g<name> \g<power>", text).strip())
         connector = connector_of(match["name"], at) if match is not None else None
         if match is None or connector is None:
             gathering.unknown_plug(text)
             unknown[text] = 1
             continue
         own_w = power_w_of(match["power"]) if match["power"] else None
-        own_count = count_of(match["before"] or match["after"])
+        own_count = count_of(match["before"] or match["after"] or match["last"])
         sockets.append(socket_of(connector, own_w or power_w, own_count or (count if len(texts) == 1 else None) or 1))
     return with_sockets(sockets, unknown)
 
@@ -205,7 +208,9 @@ def _plug_text(plug: object) -> str:
     kind, kilowatts, count = (
         next((clean(plug[name], 30) for name in names if plug.get(name) is not None), "") for names in OF_OBJECTS
     )
-    return f"{f'{count}x ' if count else ''}{kind}{f' {kilowatts} kW' if number_of(kilowatts) is not None else ''}"
+    bare = number_of(kilowatts) is not None
+    power = f" {kilowatts}{' kW' if bare else ''}" if bare or power_w_of(kilowatts) is not None else ""
+    return f"{f'{count}x ' if count else ''}{kind}{power}"
 
 
 def _own_price(cell: Callable[[str], Any], *, decimal_comma: bool) -> Price | None:

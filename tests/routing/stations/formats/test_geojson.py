@@ -5,9 +5,11 @@ from typing import Any
 
 import pytest
 
+from app.stations.features import station_feature
 from energy.charging.charging import Connector
+from routing.places import Point
 from routing.stations.notes import StationFileError
-from routing.stations.station import Access, Price, Socket
+from routing.stations.station import Access, Price, Socket, Station
 from tests.routing.stations.formats.conftest import Reading
 
 
@@ -117,3 +119,30 @@ def test_stations_of_several_kinds_are_of_the_file(read_text: Reading) -> None:
     read = read_text(collection(feature(TAGS, id="node/1"), feature({"connectors": "CCS2"}, at=(11.6, 48.2))))
     assert {station.source for station in read.stations} == {read.source.key} == {"file-stations"}
     assert "ODbL" in read.source.licence
+
+
+def test_what_is_true_or_false_in_json_is_read_as_such(read_text: Reading) -> None:
+    names = {"connectors": "CCS2", "fee": False, "operational": False}
+    (station,) = read_text(collection(feature(names))).stations
+    assert (station.fee, station.operational) == (False, False)
+    (station,) = read_text(collection(feature(names | {"fee": True, "operational": True}))).stations
+    assert (station.fee, station.operational) == (True, True)
+
+
+def test_plugs_that_are_objects_have_powers_with_or_without_a_unit(read_text: Reading) -> None:
+    plugs = [{"type": "CCS2", "power": "150 kW", "count": 2}, {"type": "Type 2", "power_kw": 22}, {"type": "CHAdeMO"}]
+    (station,) = read_text(collection(feature({"connectors": plugs, "power_kw": 60}))).stations
+    assert [(socket.output_w, socket.count) for socket in station.sockets] == [(150e3, 2), (22e3, 1), (60e3, 1)]
+
+
+def test_stations_as_the_service_answers_them_are_read_again(read_text: Reading) -> None:
+    sockets = (Socket(Connector.CCS2, 300e3, 4), Socket(Connector.TYPE2, 11e3, 2, 3), Socket(Connector.CHADEMO, 50e3))
+    price = Price("0.59 EUR/kWh + 0.1 EUR/min", "EUR", 0.59, 0.1)
+    answered = Station(
+        *("x:1", Point(48.1, 11.5), sockets, "Inn", "Op", "Net", 6, Access.CUSTOMERS, True, price, "24/7", False),
+        source="x",
+    )
+    (station,) = read_text(collection(station_feature(answered))).stations
+    same = ("at", "sockets", "name", "operator", "network", "capacity", "access", "fee", "opening_hours", "operational")
+    assert [getattr(station, name) for name in same] == [getattr(answered, name) for name in same]
+    assert station.price == price

@@ -205,3 +205,12 @@ def test_text_in_utf_8_with_a_few_broken_letters_stays_utf_8(tmp_path: Path) -> 
 )
 def test_signs_that_are_sure_are_read_whatever_the_file_writes_else(text: str, number: float | None) -> None:
     assert [number_of(text, decimal_comma=decimal_comma) for decimal_comma in (False, True)] == [number, number]
+
+
+@pytest.mark.parametrize(
+    "plug",
+    ["2x CCS2 150 kW", "CCS2 x2 150 kW", "CCS2 150kW x2", "2 x 150 kW CCS2", "CCS2 (150 kW) x 2", "2× 150kW - CCS 2"],
+)
+def test_count_and_power_stand_before_or_behind_a_plug(read_text: Reading, plug: str) -> None:
+    (station,) = read_text(f"lat,lon,connectors\n48.1,11.5,{plug}\n").stations
+    assert station.sockets == (Socket(Connector.CCS2, 150_000.0, 2),)
