@@ -97,6 +97,8 @@ def _allowed(kind: str, context: Mapping[str, object], message: str) -> str:
         few = kind == "too_short"
         count = context["min_length" if few else "max_length"]
         return f"at {'least' if few else 'most'} {count} item{'' if count == 1 else 's'}"
+    if kind == "timezone_naive":
+        return "a local time without a time zone, such as 2026-11-30T08:15"
     if kind == "string_pattern_mismatch":
         return f"text that matches {context['pattern']}"
     for start in ("Input should be ", "String should have ", "Value error, "):

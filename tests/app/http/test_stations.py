@@ -155,6 +155,11 @@ def test_what_is_asked_wrongly_is_named(charged: TestClient, query: str, field: 
     assert problem["errors"][0]["allowed"]
 
 
+def test_a_time_with_a_zone_is_refused_in_words_that_say_what_is_meant(charged: TestClient) -> None:
+    problem = check_problem(charged.get(f"{STATIONS}?open_at=2026-11-30T12:00Z"), 422, "invalid_request")
+    assert problem["errors"][0]["allowed"] == "a local time without a time zone, such as 2026-11-30T08:15"
+
+
 def test_a_graph_without_stations_has_none_and_an_unknown_one_is_named(charged: TestClient) -> None:
     answer = charged.get("/graphs/level/stations").json()
     assert (answer["features"], answer["sources"], answer["matched"]) == ([], [], 0)
