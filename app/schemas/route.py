@@ -126,6 +126,10 @@ class RouteRequest(SearchRequest):
             raise refusal("stops", self.stops.value, "with charging expected, none or crossings")
         if self.reserve_soc >= charging.max_soc:
             raise refusal("charging.max_soc", charging.max_soc, f"above reserve_soc, {self.reserve_soc}")
+        is_charged_by_stays = any(stay.power_kw > 0.0 for stay in charging.stays)
+        if charging.goal_soc > max(charging.max_soc, self.soc) and not is_charged_by_stays:
+            allowed = f"at most max_soc, {charging.max_soc}, or more with a greater soc or a stay that charges"
+            raise refusal("charging.goal_soc", charging.goal_soc, allowed)
         for k, chosen in enumerate(charging.via_stations):
             if chosen.via >= len(self.via):
                 allowed = f"0..{len(self.via) - 1}" if self.via else "a request with via points"

@@ -9,7 +9,7 @@ import pytest
 from shapely.geometry import shape
 
 from app.http.routes.access import prefers_geojson
-from app.schemas.route import RouteFeatureCollection, RouteResponse
+from app.schemas.route import RouteFeatureCollection, RouteRequest, RouteResponse
 
 if TYPE_CHECKING:
     from starlette.testclient import TestClient
@@ -463,3 +463,25 @@ def test_pareto_set_as_geojson_says_the_same(client: TestClient) -> None:
     assert collection["pareto"] == plain["pareto"]
     lines = [f["properties"]["name"] for f in collection["features"] if f["geometry"]["type"] == "LineString"]
     assert lines == [route["name"] for route in plain["routes"]]
+
+
+@pytest.mark.parametrize("change", [{}, {"stays": [{"at": "goal", "minutes": 60}]}])
+def test_more_charge_at_the_goal_than_stations_give_is_refused(client: TestClient, change: dict[str, Any]) -> None:
+    charging = {"goal_soc": 0.9, "max_soc": 0.8} | change
+    response = client.post("/route", json=ROUTE | {"charging": charging})
+    assert response.status_code == 422
+    (error,) = response.json()["errors"]
+    assert (error["field"], error["value"]) == ("charging.goal_soc", 0.9)
+    assert error["allowed"].startswith("at most max_soc, 0.8")
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"soc": 0.95, "charging": {"goal_soc": 0.9}},
+        {"charging": {"goal_soc": 0.9, "max_soc": 0.9}},
+        {"charging": {"goal_soc": 0.9, "stays": [{"at": "goal", "minutes": 60, "power_kw": 11}]}},
+    ],
+)
+def test_charge_at_the_goal_that_can_be_there_is_asked_for(change: dict[str, Any]) -> None:
+    assert RouteRequest.model_validate(ROUTE | change).charging is not None
