@@ -356,6 +356,8 @@ class _Asked:
         else:
             whence = "the start" if station is None else f"station {station.name or station.id!r}"
             reason = f"from {whence} nothing that leads on is reached: {kwh:.2f} kWh are missing"
+            if missing_j == 0.0:  # charge is enough for each next leg
+                reason = f"the goal is not reached with at most {_counted(self._charging.most_stops)}"
         if not task.sites:
             reason += "; no station may be used"
         return NoPlan(reason, station, missing_j, last, tuple(helps))
@@ -399,6 +401,10 @@ def places_with_stations(
     positions = {station.id: station.position for station in stations}
     at = dict(charging.via_stations)
     return [positions.get(at.get(k - 1, ""), place) for k, place in enumerate(places)]
+
+
+def _counted(stops: int) -> str:
+    return f"{stops} stop{'' if stops == 1 else 's'}"
 
 
 def _stops_of(plan: Plan) -> tuple[tuple[str, int, float | None], ...]:

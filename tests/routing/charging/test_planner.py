@@ -235,6 +235,13 @@ def test_hours_of_a_season_are_those_of_the_week_of_departure() -> None:
     assert not calls(datetime(2026, 12, 15))
 
 
+def test_too_few_stops_are_named_and_not_a_charge_that_is_not_missing() -> None:
+    missing = ask(replace(USUAL, most_stops=1)).no_plan
+    assert missing is not None
+    assert "at most 1 stop" in missing.reason
+    assert missing.missing_j == 0.0
+
+
 def test_a_speed_cap_is_kept_where_it_saves_time_and_never_makes_a_plan_slower() -> None:
     slow = tuple(replace(s, sockets=(Socket(Connector.CCS2, 5e3),)) for s in FOUR)
     free = plan_of(ask(stations=slow))
