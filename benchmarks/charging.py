@@ -1,8 +1,7 @@
 """How long plans with charging stops take: `python -m benchmarks.charging [--graph FOLDER]`.
 
 Stations are made on major roads. First: nothing is known of vehicle and weather but compiled code. Again: the same
-question. Near: start and goal some kilometres away. Times are those of the processor; beside them are those of the
-clock.
+question. Near: start and goal some kilometres away. Times are those of the processor, stages by the clock.
 """
 
 from __future__ import annotations
