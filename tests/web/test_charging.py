@@ -133,7 +133,7 @@ def test_stop_says_how_sure_it_is_where_else_to_go_and_that_there_is_no_way_with
     expect(card).to_contain_text("Should it fail: Far Away, 21 min on, not reached: 4 % short")
     expect(card).to_contain_text("no way without it")
     expect(page.page.locator("#routes")).to_contain_text("Another plan may be better by at most 2 min: time was up.")
-    expect(page.page.locator(".timeline-whisker")).to_have_count(1)
+    expect(page.page.locator(".timeline-whisker")).to_have_count(2)  # at the stop and at the goal
 
 
 def test_timeline_is_walked_with_keys_and_shows_its_place_on_the_map_and_in_the_list(
