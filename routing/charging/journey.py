@@ -135,7 +135,7 @@ class JourneyMaker:
                 stops.append(stop)
                 clock_s, soc = stop.depart_s, stop.depart_soc_frac
         at_goal = task.stay_at(None)
-        prices = [stop.price for stop in stops if stop.price is not None]
+        price, currency = _paid(stops)
         return Plan(
             name=name,
             legs=tuple(legs),
@@ -147,7 +147,8 @@ class JourneyMaker:
             objective=steps[-1].cost - self._passed_cost(steps),
             short_by=short_by,
             unproven=why,
-            price=sum(prices) if prices else None,
+            price=price,
+            currency=currency,
             goal_stay=None if at_goal is None else self._stay(_Drive((), task.goal, stay=at_goal), clock_s, soc),
         )
 
@@ -236,3 +237,12 @@ class JourneyMaker:
             drawn_j=min(stay.power_w, power_w / task.ac_eff) * charging_s,
             mean_power_w=power_w if charging_s > 0.0 else 0.0,
         )
+
+
+def _paid(stops: Sequence[ChargeStop]) -> tuple[float | None, str]:
+    """Price of all stops at stations, and its currency; None and "" where one has none in numbers, or they differ."""
+    at_stations = [stop for stop in stops if stop.station is not None]
+    currencies = {stop.currency for stop in at_stations}
+    if len(currencies) != 1 or any(stop.price is None for stop in at_stations):
+        return None, ""
+    return sum(stop.price for stop in at_stations if stop.price is not None), currencies.pop()

@@ -150,7 +150,8 @@ class Plan:
     short_by_s: by how much at most a better plan is better, in the objective's own unit (s, J or currency); 0: proven
     best for the model, None: nothing is proven, and why is in unproven.
     goal_quantiles_frac, goal_kept_probability_frac: as at stops. goal_stay: what a fixed stay at the goal charges.
-    kept_probability_frac: of keeping all of them in one journey.
+    kept_probability_frac: of keeping all of them in one journey. price: of all stops at stations, in one currency; None
+    where a station has none in numbers or currencies differ.
     """
 
     name: str
@@ -166,6 +167,7 @@ class Plan:
     goal_quantiles_frac: tuple[float, float, float] | None = None
     goal_kept_probability_frac: float | None = None
     price: float | None = None
+    currency: str = ""
     goal_stay: ChargeStop | None = None
     kept_probability_frac: float | None = None
 

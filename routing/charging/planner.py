@@ -262,6 +262,8 @@ class _Asked:
             return Proof(None, "energy is not conserved by this model under these conditions")
         if task.counts.crowded:
             return Proof(None, "very many short links: dominance was relaxed")
+        if self._charging.objective is Objective.ENERGY:
+            return Proof(None, "a halt at which nothing is charged may save energy, which is not looked for")
         if task.is_clocked:
             return Proof(None, "with opening hours a later arrival may be better, which is not looked for")
         return proof

@@ -53,11 +53,10 @@ def plan_answer(
     ]
     total_s = float(plan.driving_s + plan.charging_s + plan.overhead_s)
     quantiles = plan.goal_quantiles_frac or (None, None, None)
-    price, currency = _price(plan)
     assert understood.charging is not None
     objective = understood.charging.objective
     per_unit = JOULE_PER_KWH if objective is Objective.ENERGY else 1.0
-    units = {Objective.TIME: "s", Objective.ENERGY: "kWh", Objective.COST: currency}
+    units = {Objective.TIME: "s", Objective.ENERGY: "kWh", Objective.COST: plan.currency}
     stations = [place for stop in plan.stops for place in (stop.station, _elsewhere(stop)) if place is not None]
     return {
         "objective": objective,
@@ -75,8 +74,8 @@ def plan_answer(
             "overhead_s": float(plan.overhead_s),
             "charged_kwh": sum(stop.charged_j for stop in plan.stops) / JOULE_PER_KWH,
             "drawn_kwh": sum(stop.drawn_j for stop in plan.stops) / JOULE_PER_KWH,
-            "price": price,
-            "currency": currency,
+            "price": plan.price,
+            "currency": plan.currency,
         },
         "stops": stops,
         "goal": {
@@ -239,15 +238,6 @@ def _fallback(fallback: Fallback) -> dict[str, object]:
 
 def _elsewhere(stop: ChargeStop) -> Station | None:
     return None if stop.fallback is None else stop.fallback.station
-
-
-def _price(plan: Plan) -> tuple[float | None, str]:
-    """Of all stops at stations, and its currency; None and "" where one has none in numbers, or currencies differ."""
-    paid = [stop for stop in plan.stops if stop.station is not None]
-    currencies = {stop.currency for stop in paid}
-    if len(currencies) != 1 or any(stop.price is None for stop in paid):
-        return None, ""
-    return sum(stop.price for stop in paid if stop.price is not None), currencies.pop()
 
 
 def _sources(stations: Iterable[Station], sources: Mapping[str, StationSource]) -> list[dict[str, object]]:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from energy.stops import FunctionalClass
+from routing.graph.nearest import RoadTree
 from routing.graph.road_graph import RoadGraph
 from routing.graph.snap import RoadIndex
 from routing.importers.region import import_region
@@ -122,13 +123,14 @@ def test_the_road_found_is_the_best_of_all_roads() -> None:
         station(str(k), 0, 0, at=Point(float(lat), float(lon)))
         for k, (lat, lon) in enumerate(zip(rng.uniform(south, north, 60), rng.uniform(west, east, 60), strict=True))
     ]
-    index = RoadIndex(graph)
+    roads = RoadTree(graph)
     placed = {found.id: found for found in place_stations(graph, stations).stations}
     assert len(placed) > 3
     for asked in stations:
         scores = []
         for link in range(graph.link_count):
-            offset_m, away_m, _ = index._project(link, asked.at)
+            share, away_m, _ = roads.foot(link, asked.at)
+            offset_m = share * float(graph.length_m[link])
             extra_m = EXTRA_M[FunctionalClass(int(graph.functional_class[link]))] + 60.0 * bool(graph.structure[link])
             if away_m <= STATION_LIMIT_M:
                 scores.append((away_m + extra_m, offset_m, away_m))
