@@ -56,7 +56,7 @@ def _sockets_text(sockets: Iterable[SocketAnswer]) -> str:
 
 def report_lines(kept: Stations, report: StationsReport, read: Iterable[ReadSource] = ()) -> list[str]:
     """What became of stations that were imported, a sentence a line."""
-    lines = [f"source: {source.name}, {source.licence}" for source in kept.sources]
+    lines = [f"source: {source.name}, {source.licence} ({source.key})" for source in kept.sources]
     lines += [f"read from {key}: {count}" for key, count in report.read_count.items()]
     if report.united:
         lines.append(f"united with another one: {report.united}")

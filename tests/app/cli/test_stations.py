@@ -116,7 +116,7 @@ def test_a_map_brings_its_stations_with_its_roads(tmp_path: Path) -> None:
     assert done.exit_code == 0, done.output
     assert "charging stations: 1" in done.stderr
     assert "left out, for bicycles or others, not for cars: 1" in done.stderr
-    assert "source: © OpenStreetMap contributors, ODbL-1.0" in done.stderr
+    assert "source: © OpenStreetMap contributors, ODbL-1.0 (osm)" in done.stderr
     (found,) = listed("--graph", folder)["features"]
     assert found["id"] == "osm:n3"
 
