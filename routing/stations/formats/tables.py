@@ -18,6 +18,7 @@ BEFORE_HEADER: Final = 40  # lines; the German register has ten
 MOST_ROWS: Final = 1_000_000
 MOST_COLUMNS: Final = 400
 MOST_SIGNS: Final = 4 * MOST_COLUMNS  # that set off cells of a header, with those in quotes
+MOST_ROW_LINES: Final = 50  # of cells in quotes; more are a quote that was never closed, assumed
 MOST_LINE: Final = 200_000  # letters
 
 
@@ -47,7 +48,13 @@ class Table:
         count = 0
         try:
             next(reader, None)
+            begin = reader.line_num
             for row in reader:
+                lines, begin = reader.line_num - begin, reader.line_num
+                if lines > MOST_ROW_LINES:
+                    where = f"row {begin - lines + 1 + first}"
+                    found, allowed = f"{lines} lines long", f"at most {MOST_ROW_LINES}; quotes that are closed"
+                    raise StationFileError(self.path, where, "the row", found, allowed)
                 if not row or not any(row):
                     continue
                 count += 1

@@ -214,3 +214,10 @@ def test_signs_that_are_sure_are_read_whatever_the_file_writes_else(text: str, n
 def test_count_and_power_stand_before_or_behind_a_plug(read_text: Reading, plug: str) -> None:
     (station,) = read_text(f"lat,lon,connectors\n48.1,11.5,{plug}\n").stations
     assert station.sockets == (Socket(Connector.CCS2, 150_000.0, 2),)
+
+
+def test_a_quote_that_is_never_closed_is_named_with_its_row_and_does_not_swallow_the_others(read_text: Reading) -> None:
+    rows = [f"48.{k},11.5,CCS2,n{k}" for k in range(100, 200)]
+    rows[5] = '48.9,11.5,CCS2,"broken'
+    with pytest.raises(StationFileError, match=r"row 7.*95 lines long, allowed: at most 50; quotes that are closed"):
+        read_text("\n".join(["lat,lon,connectors,name", *rows]) + "\n")
