@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 NAME: Final = "GeoJSON"
 OSM: Final = StationSource("osm", "OpenStreetMap contributors", "ODbL 1.0", "https://www.openstreetmap.org/copyright")
 MOST_CORNERS: Final = 10_000  # of an outline
+HALF_ROUND_DEG: Final = 180.0
 MOST_PROPERTIES: Final = 500
 KINDS: Final = ("node", "way", "relation")
 VALUES: Final = {folded(name): value for value, names in reversed(COLUMNS.items()) for name in reversed(names)}
@@ -154,7 +155,12 @@ def _place(geometry: object) -> Point:
     lons = [lon for _, lon in pairs if lon is not None]
     if not lats or not lons:
         raise LeftOutError("no place", "coordinates", "an outline without corners", "pairs of longitude and latitude")
-    return place_of((min(lats) + max(lats)) / 2.0, (min(lons) + max(lons)) / 2.0)
+    if max(lons) - min(lons) > HALF_ROUND_DEG:  # over the antimeridian
+        lons = [lon % (2.0 * HALF_ROUND_DEG) for lon in lons]
+    lon_deg = (min(lons) + max(lons)) / 2.0
+    if lon_deg > HALF_ROUND_DEG:
+        lon_deg -= 2.0 * HALF_ROUND_DEG
+    return place_of((min(lats) + max(lats)) / 2.0, lon_deg)
 
 
 def _point(coordinates: object) -> Point:

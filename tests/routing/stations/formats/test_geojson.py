@@ -146,3 +146,10 @@ def test_stations_as_the_service_answers_them_are_read_again(read_text: Reading)
     same = ("at", "sockets", "name", "operator", "network", "capacity", "access", "fee", "opening_hours", "operational")
     assert [getattr(station, name) for name in same] == [getattr(answered, name) for name in same]
     assert station.price == price
+
+
+def test_an_outline_over_the_antimeridian_stands_for_its_middle(read_text: Reading) -> None:
+    ring = [[179.99, -17.0], [-179.97, -17.0], [-179.97, -17.2], [179.99, -17.2], [179.99, -17.0]]
+    entry = feature(TAGS, geometry={"type": "Polygon", "coordinates": [ring]})
+    (station,) = read_text(collection(entry)).stations
+    assert (station.at.lat_deg, station.at.lon_deg) == pytest.approx((-17.1, -179.99))
