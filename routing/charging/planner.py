@@ -17,7 +17,7 @@ from routing.charging.plan import ChargingAnswer, NoPlan, Objective, PlanStats
 from routing.charging.promise.keeper import PromiseKeeper
 from routing.charging.promise.promise import DrawStore
 from routing.charging.sites import usable_sites
-from routing.charging.task import Proof, Task, usual_margin_j
+from routing.charging.task import PROVEN_FRAC, Proof, Task, usual_margin_j
 from routing.errors import QueryError, TimeUpError
 
 if TYPE_CHECKING:
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 PROOF_S: Final = 2.0  # after which an answer with a bound beats a proof; assumed
 MANY_LINKS: Final = 300_000  # on more, one search to many places takes some tenths of a second
 BEST: Final = "best"  # name of the plan
+HOURS: Final = "with opening hours a later arrival may be better, which is not looked for"
 NOT_COMPARED: Final = "not all ways were looked at for what they take to be as sure"
 KEPT_ROUNDS: Final = 4  # of proof and promise at most
 CAPS_TRIED_MPS: Final = (110.0 / 3.6, 90.0 / 3.6)  # where no plan is found
@@ -191,7 +192,7 @@ class _Asked:
         if best is None:
             missing = self._no_plan(task)
         else:
-            plans.append(self._made(keeper, task, BEST, best, self._honest(task, proof)))
+            plans.append(self._made(keeper, task, BEST, best, self._honest(task, best, proof)))
             stage_s["promise"] = self._since()
             try:
                 self._add_alternatives(plans, task, best)
@@ -250,7 +251,7 @@ class _Asked:
         self._warnings += keeper.warnings[known:]
         return plan
 
-    def _honest(self, task: Task, proof: Proof) -> Proof:
+    def _honest(self, task: Task, best: list[Step], proof: Proof) -> Proof:
         """A proof, taken back where the model that it is of is not quite what is driven."""
         space = self._search.space_of(self._query, self._query.vehicle)
         physics = space.physics
@@ -264,9 +265,20 @@ class _Asked:
             return Proof(None, "very many short links: dominance was relaxed")
         if self._charging.objective is Objective.ENERGY:
             return Proof(None, "a halt at which nothing is charged may save energy, which is not looked for")
-        if task.is_clocked:
-            return Proof(None, "with opening hours a later arrival may be better, which is not looked for")
-        return proof
+        return self._by_open_stations(best) if task.is_clocked else proof
+
+    def _by_open_stations(self, best: list[Step]) -> Proof:
+        """The proof of a journey over stations with opening hours: none is better than if all were always open."""
+        task = self._task(self._query, replace(self._charging, departure_min=None))
+        try:
+            steps, proof = task.proven(task.found())
+        except TimeUpError:
+            return Proof(None, HOURS)
+        if steps is None or proof.short_by is None:
+            return Proof(None, HOURS)
+        cost = best[-1].cost
+        short_by = cost - (steps[-1].cost - proof.short_by)
+        return Proof(0.0) if short_by <= PROVEN_FRAC * abs(cost) else Proof(short_by, HOURS)
 
     def _least_margin(self, confidence: float) -> Callable[[float, float], float]:
         """What a confidence keeps at least beyond a way's energy; promises tell what it takes more."""

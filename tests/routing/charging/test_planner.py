@@ -212,10 +212,18 @@ def test_a_closed_station_is_waited_for_or_passed() -> None:
     waited = plan_of(ask(replace(USUAL, departure_min=11.5 * 60.0), stations=only))
     first = waited.stops[0]
     assert first.depart_s >= 1800.0
-    assert waited.short_by is None
     assert "opening hours" in waited.unproven
     unasked = plan_of(ask(stations=only))
     assert unasked.objective < waited.objective
+    assert waited.short_by == pytest.approx(waited.objective - unasked.objective)
+
+
+def test_a_plan_that_finds_its_stations_open_is_proven_whatever_others_do() -> None:
+    day = tuple(replace(s, opening_hours="Mo-Su 06:00-22:00" if s.id in "bd" else "24/7") for s in FOUR)
+    asked = plan_of(ask(replace(USUAL, departure_min=10 * 60.0), stations=day))
+    unasked = plan_of(ask(stations=day))
+    assert calls_of(asked) == calls_of(unasked)
+    assert (asked.objective, asked.short_by, asked.unproven) == (pytest.approx(unasked.objective), 0.0, "")
 
 
 def test_a_station_that_is_never_open_is_not_called_at() -> None:
