@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from energy.charging.charging import Charging
 
 _PREFIX: Final = "charging."
+_BESIDE: Final = {"curve_kw": "curve_soc_percent", "cold_factor": "cold_c"}  # figures that are of the same source
 _FIELD_OF_FIGURE: Final = {figure: field for field, figure in FIGURE_OF_FIELD.items()}
 
 
@@ -46,4 +47,6 @@ def charging_sources(charging: Charging | None) -> dict[str, str]:
     """Where each figure is from, by its name below `charging.`."""
     if charging is None:
         return {}
-    return {f"{_PREFIX}{FIGURE_OF_FIELD[field]}": text for field, text in charging.sources.items()}
+    figures = {FIGURE_OF_FIELD[field]: text for field, text in charging.sources.items()}
+    figures |= {other: figures[figure] for figure, other in _BESIDE.items() if figure in figures}
+    return {f"{_PREFIX}{figure}": text for figure, text in figures.items()}

@@ -183,7 +183,10 @@ def test_the_fastest_way_with_bans_is_the_fastest_legal_one(case, data):
     assert path.goal == LinkPosition(ends[1], at_m)
     assert all(path.links[: k + 1] in onward(graph, bans, path.links[:k]) for k in range(1, len(path.links)))
     if leads_on(copied, free.links):
-        assert path.cost == pytest.approx(free.cost, rel=1e-12)
+        assert path.cost <= free.cost * (1.0 + 1e-12)
+        # where bans leave nothing else at the end of a link, vehicles turn there, which no one may without them
+        if leads_on(graph, path.links):
+            assert path.cost == pytest.approx(free.cost, rel=1e-12)
 
 
 @pytest.fixture

@@ -3,7 +3,7 @@
 import { el } from "../dom.js";
 import { keyHeadersFor } from "../key.js";
 import { basemapStyle } from "./basemap.js";
-import { installGlyphs } from "./glyphs.js";
+import { GLYPHS_URL, installGlyphs } from "./glyphs.js";
 import { MarkerSet } from "./markers.js";
 import { placeNear } from "./nearest.js";
 import { EMPTY, overlayLayers, OVERLAYS } from "./overlays.js";
@@ -84,17 +84,18 @@ export class MapView {
     const { areas, lines } = overlayLayers(this.theme);
     const top = lines.findIndex(({ id }) => id === "cursor-point");
     const layers = [
-      ...style.layers.slice(0, roads), ...areas, ...style.layers.slice(roads, names), ...lines.slice(0, top), ...style.layers.slice(names), ...this.#stationLayers(sources), ...lines.slice(top),
+      ...style.layers.slice(0, roads), ...areas, ...style.layers.slice(roads, names), ...lines.slice(0, top), ...style.layers.slice(names), ...this.#stationLayers(sources, style.glyphs), ...lines.slice(top),
     ];
-    return { ...style, sources, layers };
+    return { glyphs: GLYPHS_URL, ...style, sources, layers }; // a style without letters of its own may lack them
   }
 
   /** Layers of the graph's charging stations, none where it has none; a style of one's own lacks their source, which is added. */
-  #stationLayers(sources) {
+  #stationLayers(sources, glyphs = GLYPHS_URL) {
     const { tiles } = this;
     if (!tiles?.vector_layers?.some(({ id }) => id === STATIONS)) return [];
     if (this.styleUrl) sources[STATIONS] = { type: "vector", tiles: tiles.tiles.map(addressOf), bounds: tiles.bounds, minzoom: tiles.minzoom, maxzoom: tiles.maxzoom, attribution: tiles.attribution };
-    return stationLayers(this.theme, this.styleUrl ? STATIONS : "roads", this.#stationVisibility());
+    const layers = stationLayers(this.theme, this.styleUrl ? STATIONS : "roads", this.#stationVisibility());
+    return glyphs === GLYPHS_URL ? layers : layers.filter(({ type }) => type !== "symbol"); // other letters lack our font
   }
 
   #stationVisibility() {
