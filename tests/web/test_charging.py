@@ -179,7 +179,8 @@ def test_other_station_is_chosen_with_the_keyboard_and_kept_in_the_link(planned:
     assert other.sent[0] == ("/route", again.body)
     expect(stops_of(other)).to_have_count(len(route["charging"]["stops"]))
     forget = planned.page.get_by_role("list", name="Chosen stations").get_by_role("button")
-    forget.first.click()
+    with planned.asking("/route"):
+        forget.first.click()
     with planned.asking("/route") as forgotten:
         forget.first.click()
     assert forgotten.body == ASKED
