@@ -24,6 +24,8 @@ if TYPE_CHECKING:
 
 HALF_SENT = 500
 WAIT_S = 1  # in place of the 10 s of the file
+SAID_WITHIN_S = 10.0
+QUIET_S = 0.5  # without a new line of the log
 UNPACKED = Path(sys.prefix, "nginx", "usr", "sbin", "nginx")  # by `make nginx`
 ROUTE = {"start": [-36.433, 43.872], "goal": [-35.19, 43.697], "soc": 0.5, "links": False}
 
@@ -39,10 +41,17 @@ class Proxied:
     def connected(self) -> socket.socket:
         return socket.create_connection(("127.0.0.1", self.port), timeout=30.0)
 
+    def said(self) -> str:
+        """The service's log, once nothing has been added for a while: a line follows its answer."""
+        before, until = "", time.monotonic() + SAID_WITHIN_S
+        while (said := self.log.read_text(encoding="utf-8")) != before and time.monotonic() < until:
+            before = said
+            time.sleep(QUIET_S)
+        return said
+
     def requests(self, method: str = "[A-Z]+") -> list[str]:
         """What has reached the service; those of a client that hung up are said when their end is known."""
-        said = self.log.read_text(encoding="utf-8")
-        return re.findall(rf"^INFO: +({method} /\S*) \d{{3}} ", said, re.MULTILINE)
+        return re.findall(rf"^INFO: +({method} /\S*) \d{{3}} ", self.said(), re.MULTILINE)
 
 
 def program() -> str:
@@ -164,7 +173,7 @@ def test_body_that_is_too_large_is_refused_before_it_reaches_the_service(behind:
 
 def test_client_cannot_make_up_its_address(behind: Proxied) -> None:
     behind.client.get("/readyz", headers={"X-Forwarded-For": "203.0.113.9"})
-    said = behind.log.read_text(encoding="utf-8")
+    said = behind.said()
     assert "GET /readyz" in said
     assert "203.0.113.9" not in said
 
