@@ -49,7 +49,7 @@ ViaStationOption = Annotated[
     list[str] | None,
     typer.Option(
         "--via-station",
-        help="a via point, by its position from 0, that is a station at which the vehicle charges; repeatable",
+        help="a via point, by its position from 0, that is a station, at which the vehicle charges first; repeatable",
         metavar="PLACE,ID",
     ),
 ]
