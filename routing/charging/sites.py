@@ -66,7 +66,7 @@ def usable_sites(charging: Charging, query: ChargingQuery, stations: Sequence[St
     """Stations that a query may use, each with the socket that charges its vehicle fastest."""
     only = frozenset(query.stations)
     worth = worth_of(query)
-    curves: dict[tuple[object, ...], PowerCurve | None] = {}
+    taken: dict[tuple[object, ...], tuple[float, PowerCurve] | None] = {}  # by kinds of sockets, of which there are few
     sites = []
     for station in stations:
         if (only and station.id not in only) or station.id in query.excluded_stations:
@@ -84,27 +84,27 @@ def usable_sites(charging: Charging, query: ChargingQuery, stations: Sequence[St
             if socket.output_w is None or socket.output_w < query.min_power_w:
                 continue
             key = (socket.connector, socket.output_w, socket.phases)
-            if key not in curves:
-                curves[key] = accepted_power(charging, socket.connector, socket.output_w, socket.phases)
-            curve = curves[key]
-            if curve is None:
-                continue
-            window_s = _window_s(curve, query)
-            if best is None or window_s < best[0]:
-                best = window_s, socket, curve
+            if key not in taken:
+                curve = accepted_power(charging, socket.connector, socket.output_w, socket.phases)
+                taken[key] = None if curve is None else (_window_s(curve, query), curve)
+            found = taken[key]
+            if found is not None and (best is None or found[0] < best[0]):
+                best = found[0], socket, found[1]
         if best is not None:
-            sites.append(_site(station, best[1], best[2], charging, query, worth.a_second))
+            sites.append(_site(station, *best, charging, query, worth.a_second))
     return sites
 
 
 def _site(
     station: Station,
+    window_s: float,
     socket: Socket,
     curve: PowerCurve,
     charging: Charging,
     query: ChargingQuery,
     a_second: float,
 ) -> Site:
+    """The site of a station; window_s: of its curve, from the least to the most charge of a query [s]."""
     factors = [
         query.network_factors[name] for name in (station.network, station.operator) if name in query.network_factors
     ]
@@ -118,7 +118,7 @@ def _site(
         a_second += (price.per_min or 0.0) / SECOND_PER_MINUTE
     if any(station.id == station_id for _, station_id in query.via_stations):
         a_second, a_joule, stop_cost = (VIA_STATION_FACTOR * cost for cost in (a_second, a_joule, stop_cost))
-    window_cost = a_second * _window_s(curve, query) + a_joule * abs(query.max_soc_frac - query.arrive_soc_frac)
+    window_cost = a_second * window_s + a_joule * abs(query.max_soc_frac - query.arrive_soc_frac)
     return Site(station, socket, curve, a_second, a_joule, stop_cost, from_wall, window_cost)
 
 
