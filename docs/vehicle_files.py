@@ -2,8 +2,8 @@
 
 A row of vehicles.csv is one test vehicle of EPA's test car list 2022 with what other data sets say of its battery and
 auxiliaries. A row of more_vehicles.csv is a car that is not on that list: its road load is a sister's or an estimate
-(docs/vehicle_estimates.py). charging.csv says how each charges. What no data set gives is the same in every file and
-stands here, with its reason. The other files of data/vehicles are written by hand, but for their section `[charging]`,
+(docs/vehicle_estimates.py). charging.csv says how each charges, heat_pumps.csv which have a heat pump beside those of
+which a data set says so. What no data set gives is the same in every file and stands here, with its reason. The other files of data/vehicles are written by hand, but for their section `[charging]`,
 which is put into them.
 """
 
@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 
 DOCS: Final = Path(__file__).resolve().parent
 JOINED: Final = DOCS / "data" / "vehicles.csv"
+HEAT_PUMPS: Final = DOCS / "data" / "heat_pumps.csv"
 VEHICLES: Final = DOCS.parent / "data" / "vehicles"
 BY_HAND: Final = ("bmw-i3-60ah", "chevrolet-bolt", "nissan-leaf", "tesla-model-3", "vw-id4")
 
@@ -155,6 +156,8 @@ def vehicle_file(row: dict[str, str]) -> str:
     if row["voltage_v"]:
         source = f"{EMOBPY}, {row['voltage_entry']}: voltage"
         parts.append(_section("battery_voltage", f"value_v = {row['voltage_v']}", source))
+    if row["id"] in heat_pumps():
+        parts.append(_heat_pump(f"that it has one: {heat_pumps()[row['id']]}"))
     parts.append(charging_section(charging_rows()[row["id"]]))
     parts.append(_published(row))
     return "\n".join(parts)
@@ -180,6 +183,12 @@ def _aux_power(row: Mapping[str, str]) -> str:
     return _section("aux_power", f"value_w = {watts}\nsd_w = {AUX_SD_W}", source + AUX_SD_REASON)
 
 
+def _heat_pump(source: str) -> str:
+    return _section(
+        "heating_cop", f"value_coef = {HEAT_PUMP_COP}", f"assumed: {HEAT_PUMP_COP} of a heat pump in the cold; {source}"
+    )
+
+
 def _published(row: dict[str, str]) -> str:
     unit = row["listed_unit"]
     printed = "MPGe" if unit == "mpge" else "kWh a 100 miles, though the list says MPG"
@@ -201,6 +210,13 @@ def more_rows() -> tuple[dict[str, str], ...]:
     """Rows of docs/data/more_vehicles.csv."""
     with MORE.open(encoding="utf-8", newline="") as file:
         return tuple(csv.DictReader(file))
+
+
+@cache
+def heat_pumps() -> dict[str, str]:
+    """Who says that a car has a heat pump, by vehicle, of cars of which the dataset does not say so."""
+    with HEAT_PUMPS.open(encoding="utf-8", newline="") as file:
+        return {row["id"]: row["source"] for row in csv.DictReader(file)}
 
 
 @cache
@@ -255,10 +271,9 @@ def more_vehicle_file(row: Mapping[str, str]) -> str:
     ]
     if row["heat_pump_source"]:
         listed = row["heat_pump_source"].removeprefix("oevd:")
-        source = (
-            f"assumed: {HEAT_PUMP_COP} of a heat pump in the cold; {DATASET}src/{listed} at commit {DATASET_COMMIT})"
-        )
-        parts.append(_section("heating_cop", f"value_coef = {HEAT_PUMP_COP}", f"{source} lists one: heat_pump"))
+        parts.append(_heat_pump(f"{DATASET}src/{listed} at commit {DATASET_COMMIT}) lists one: heat_pump"))
+    elif row["id"] in heat_pumps():
+        parts.append(_heat_pump(f"that it has one: {heat_pumps()[row['id']]}"))
     charging = charging_rows()[row["id"]]
     parts.append(charging_section(charging))
     if charging["listed_kwh_per_100km"]:
