@@ -3,8 +3,8 @@
 A row of vehicles.csv is one test vehicle of EPA's test car list 2022 with what other data sets say of its battery and
 auxiliaries. A row of more_vehicles.csv is a car that is not on that list: its road load is a sister's or an estimate
 (docs/vehicle_estimates.py). charging.csv says how each charges, heat_pumps.csv which have a heat pump beside those of
-which a data set says so. What no data set gives is the same in every file and stands here, with its reason. The other files of data/vehicles are written by hand, but for their section `[charging]`,
-which is put into them.
+which a data set says so. What no data set gives is the same in every file and stands here, with its reason. The other
+files of data/vehicles are written by hand, but for their section `[charging]`, which is put into them.
 """
 
 from __future__ import annotations
