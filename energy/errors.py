@@ -6,6 +6,7 @@ from difflib import get_close_matches
 from typing import ClassVar, Final
 
 MOST_NAMED: Final = 10  # ids that the error of an unknown vehicle names
+INLINE_ID: Final = "inline"  # of a vehicle that a request describes
 LEAST_LIKE: Final = 0.3  # difflib's ratio of an id that is like another
 
 
@@ -35,19 +36,19 @@ class EnergyError(ValueError):
 
 
 class VehicleError(Refusal, EnergyError):
-    """A vehicle that cannot be; one without an id is a part of a request."""
+    """A vehicle that cannot be; one of id `INLINE_ID` is a part of a request, and named by its path there."""
 
     code = "invalid_vehicle"
 
     def __init__(self, field: str, value: object, allowed: str, vehicle_id: str = "") -> None:
         self.vehicle_id = vehicle_id
-        of = f" of vehicle {vehicle_id!r}" if vehicle_id else ""
-        super().__init__(field, value, allowed, subject=f"{field}{of}")
+        subject = f"{field} of vehicle {vehicle_id!r}" if vehicle_id else field
+        super().__init__(field, value, allowed, subject=f"vehicle.{field}" if vehicle_id == INLINE_ID else subject)
 
     @property
     def request_field(self) -> str:
         """The field itself of a vehicle that is the whole body, else below `vehicle`."""
-        return self.field if self.vehicle_id else f"vehicle.{self.field}"
+        return self.field if self.vehicle_id not in ("", INLINE_ID) else f"vehicle.{self.field}"
 
 
 class VehicleNotFoundError(Refusal, EnergyError):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from types import MappingProxyType
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,7 +21,7 @@ from app.schemas.vehicles.vehicle import (
     RoadLoadMetric,
     SentVehicle,
 )
-from energy.errors import VehicleError
+from energy.errors import INLINE_ID, VehicleError
 from energy.units import KMH_PER_MPS, MPS_PER_MPH, NEWTON_PER_LBF
 from energy.vehicle.consumption_table import ConsumptionTableVehicle
 from energy.vehicle.vehicle import Vehicle
@@ -30,23 +30,20 @@ if TYPE_CHECKING:
     from app.schemas.vehicles.answer import AnyVehicleDetail
     from energy.vehicle.files import AnyVehicle
 
-INLINE_ID: Final = "inline"
-
 
 def vehicle_from_sent(sent: SentVehicle, tables_from: AnyVehicle | None, vehicle_id: str = INLINE_ID) -> AnyVehicle:
     """The vehicle that a request or a stored document describes, in SI units.
 
     tables_from: whose acceleration tables apply where none are sent; None only where they are.
 
-    Raises VehicleError with the names of the schema, and with the id unless it is that of inline vehicles.
+    Raises VehicleError with the names of the schema, and with the id.
     """
     try:
         if isinstance(sent, InlineTableVehicle):
             return table_vehicle_from_sent(sent, vehicle_id)
         return _physical_from_sent(sent, tables_from, vehicle_id)
     except VehicleError as error:
-        known_as = "" if vehicle_id == INLINE_ID else vehicle_id
-        raise VehicleError(error.field, error.value, error.allowed, known_as) from error
+        raise VehicleError(error.field, error.value, error.allowed, vehicle_id) from error
 
 
 def _physical_from_sent(sent: InlineVehicle, tables_from: AnyVehicle | None, vehicle_id: str) -> Vehicle:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Final
 
 from pydantic import ValidationError
 
-from app.conversions.vehicle import INLINE_ID
 from app.errors.validation import validation_detail
 from app.schemas.learned_effects import LearnedEffects
 from app.store.errors import DiagnosisDamagedError, EffectsNotFoundError
+from energy.errors import INLINE_ID
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -78,7 +78,8 @@ def charging_of(vehicle: AnyVehicle, understood: RouteRequest) -> Charging:
     if vehicle.charging is not None:
         return vehicle.charging
     if not isinstance(understood.vehicle, str):
-        raise VehicleError("charging", None, "plugs and power of charging, without which no stops can be planned")
+        allowed = "plugs and power of charging, without which no stops can be planned"
+        raise VehicleError("charging", None, allowed, vehicle.id)
     known = "a vehicle with `charging`, as GET /vehicles lists"
     message = f"vehicle {understood.vehicle!r} does not say how it charges: choose {known}"
     raise QueryError("vehicle", understood.vehicle, known, message=message)

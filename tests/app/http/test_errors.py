@@ -13,13 +13,14 @@ from starlette.testclient import TestClient
 from app.errors.handlers import install_error_handlers, problem_response
 from app.errors.problems import KINDS
 from app.errors.raised import OverloadedError
-from app.errors.table import HTTP_CODES, TABLE
+from app.errors.table import HTTP_CODES
+from app.errors.table import TABLE as KINDS_OF_ERROR
 from app.main import create_app
 from app.schemas.problem import ErrorCode
 from diagnosis.errors import ComparisonError
 from energy.errors import LinkError, Refusal
 from routing.errors import GraphFormatError, NegativeCycleError, NoPathError, TimeUpError
-from tests.app.expected import CHAIN_LINK, VEHICLE, check_problem
+from tests.app.expected import CHAIN_LINK, TABLE, VEHICLE, check_problem
 
 if TYPE_CHECKING:
     from app.service.service import Service
@@ -77,6 +78,49 @@ def test_route_with_a_bad_field_names_field_value_and_allowed_range(
     problem = check_problem(client.post("/route", json=ROUTE | change), 422, "invalid_request")
     assert problem["errors"][0] == {"field": field, "value": value, "allowed": allowed}
     assert field in problem["detail"]
+
+
+INLINE: dict[str, dict[str, Any]] = {
+    "/route": ROUTE,
+    "/range": {"origin": ROUTE["start"], "soc": 0.5},
+    "/matrix": {"sources": [ROUTE["start"]], "targets": [ROUTE["goal"]], "soc": 0.5},
+    "/simulate": {"chain": [CHAIN_LINK], "soc": 0.5},
+}
+PLUGS: dict[str, Any] = {"connectors": ["type2"], "ac_kw": 11}
+
+
+@pytest.mark.parametrize("path", INLINE)
+@pytest.mark.parametrize(
+    ("vehicle", "field", "allowed"),
+    [
+        (VEHICLE | {"charging": PLUGS | {"connectors": ["type2", "type2"]}}, "charging.connectors", "each once"),
+        (VEHICLE | {"charging": PLUGS | {"connectors": ["ccs2"]}}, "charging.curve_kw", "with the connectors ccs2"),
+        (VEHICLE | {"charging": PLUGS | {"ac_one_phase_kw": 20}}, "charging.ac_one_phase_kw", "to ac_kw"),
+        (VEHICLE | {"effects": {"cabin_target_c": 25, "cooling_target_c": 20}}, "effects.cooling_target_c", "25"),
+        (VEHICLE | {"road_load": {"a_n": 0, "b_n_per_kmh": -5, "c_n_per_kmh2": 0}}, "road_load", "at least 0 N"),
+        (
+            VEHICLE | {"acceleration": {"speed_kmh": [0, 10, 5], "accel_mps2": [1, 1], "decel_mps2": [-1, -1]}},
+            "acceleration.speed_kmh",
+            "rising",
+        ),
+        (TABLE | {"consumption": {"speed_kmh": [50, 40], "kwh_per_100km": [9, 9]}}, "consumption.speed_kmh", "rising"),
+        (TABLE | {"descent_wh_per_m": 100}, "descent_wh_per_m", "at most ascent_wh_per_m"),
+    ],
+)
+def test_contradiction_in_a_vehicle_of_a_request_is_named_by_its_path_from_the_root(
+    client: TestClient, path: str, vehicle: dict[str, Any], field: str, allowed: str
+) -> None:
+    problem = check_problem(client.post(path, json=INLINE[path] | {"vehicle": vehicle}), 422, "invalid_vehicle")
+    assert problem["errors"][0]["field"] == f"vehicle.{field}"
+    assert allowed in problem["errors"][0]["allowed"]
+    assert problem["detail"].startswith(f"vehicle.{field} is ")
+
+
+def test_deviations_that_no_vehicle_can_have_are_named_by_their_path_from_the_root(client: TestClient) -> None:
+    body = ROUTE | {"vehicle": VEHICLE | {"sd": {"mass_kg": 1e9}}, "uncertainty": True}
+    problem = check_problem(client.post("/route", json=body), 422, "invalid_vehicle")
+    assert problem["errors"][0]["field"] == "vehicle.sd"
+    assert problem["detail"].startswith("vehicle.sd is ")
 
 
 @pytest.mark.parametrize("missing", ["start", "goal", "soc"])
@@ -434,11 +478,11 @@ def refusals(of: type[Refusal] = Refusal) -> list[type[Refusal]]:
 
 def test_every_error_code_is_reachable_from_the_table_and_refusals() -> None:
     own = {ErrorCode(refused.code) for refused in refusals() if refused.code}
-    reached = {code for code, _ in TABLE.values()} | own | set(HTTP_CODES.values()) | {ErrorCode.INTERNAL}
+    reached = {code for code, _ in KINDS_OF_ERROR.values()} | own | set(HTTP_CODES.values()) | {ErrorCode.INTERNAL}
     assert reached == set(ErrorCode) == set(KINDS)
 
 
 @pytest.mark.parametrize("refused", [kind for kind in refusals() if kind.code], ids=lambda kind: kind.__name__)
 def test_refusal_with_a_code_is_answered_by_it_and_no_class_before(refused: type[Refusal]) -> None:
     order = refused.__mro__
-    assert not [kind for kind in order[: order.index(Refusal)] if kind in TABLE]
+    assert not [kind for kind in order[: order.index(Refusal)] if kind in KINDS_OF_ERROR]
