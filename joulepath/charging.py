@@ -74,7 +74,6 @@ class Charging:
         is given. Raises QueryError where it names what they lack.
         """
         plugs = tuple(one_of("charging.connectors", name, Connector) for name in self.connectors)
-        names.check_any("graph")
         for field in ("stations", "excluded_stations"):
             for k, station_id in enumerate(getattr(self, field)):
                 names.check_id(f"charging.{field}[{k}]", station_id)

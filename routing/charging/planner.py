@@ -372,7 +372,11 @@ class _Asked:
             reason = f"from {whence} nothing that leads on is reached: {kwh:.2f} kWh are missing"
             if missing_j == 0.0:  # charge is enough for each next leg
                 reason = f"the goal is not reached with at most {_counted(self._charging.most_stops)}"
-        if not task.sites:
+        if not self._stations:
+            name = self._search.graph.meta.name
+            reason += f"; graph {name!r} has no charging stations"
+            helps.append(f"charging stations: joulepath stations import FILE --graph {name}")
+        elif not task.sites:
             reason += "; no station may be used"
         return NoPlan(reason, station, missing_j, last, tuple(helps))
 

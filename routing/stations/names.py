@@ -47,26 +47,21 @@ class StationNames:
                 self._most_w[socket.connector] = most_w
         self._sorted_networks = sorted(min(names) for names in self._networks.values())
 
-    def check_any(self, field: str) -> None:
-        """Raise where there are no stations at all."""
-        if not self._ids:
-            allowed = "a graph with charging stations, which `joulepath stations import` gives it"
-            message = f"graph {self.graph_name!r} has no charging stations, allowed: {allowed}"
-            raise QueryError(field, self.graph_name, allowed, message=message)
-
     def check_id(self, field: str, station_id: str) -> None:
         """Raise where no station has this id."""
         if station_id not in self._ids:
             ends = [known for known in self._sorted_ids if known.partition(":")[2] == station_id]
             meant = ends[:SHOWN] or _similar(station_id, self._sorted_ids)
-            allowed = f"ids of stations of graph {self.graph_name!r}{_question(meant)}"
+            allowed = (
+                f"ids of stations of graph {self.graph_name!r}{_question(meant) if self._ids else ', which has none'}"
+            )
             raise QueryError(field, station_id, allowed)
 
     def usable_plugs(self, field: str, charging: Charging, asked: Sequence[Connector]) -> list[Connector]:
         """Plugs of stations that a vehicle may use, of those asked for if any are.
 
         Raises where one asked for does not fit it, or no station has any of them. Where none is asked for and none
-        fits, there are none.
+        fits, or there are no stations, there are none.
         """
         fitting = [plug for plug in self._most_w if fits(charging, plug)]
         if not asked:
@@ -76,7 +71,7 @@ class StationNames:
                 allowed = f"plugs that fit the vehicle: {_listed(charging.connectors)}"
                 raise QueryError(f"{field}[{k}]", plug.value, allowed)
         usable = [plug for plug in fitting if plug in asked]
-        if not usable:
+        if not usable and self._ids:
             has = _listed(fitting) or f"none that fits the vehicle, but {_listed(self._most_w) or 'no plugs'}"
             allowed = f"plugs that stations of graph {self.graph_name!r} have: {has}"
             raise QueryError(field, [plug.value for plug in asked], allowed)
@@ -92,9 +87,14 @@ class StationNames:
             raise QueryError(field, least_kw, f"at most {most_kw:g}, {whose}")
 
     def networks(self, field: str, name: str) -> set[str]:
-        """Names of networks and operators as stations have them, of one in any case; raises where there is none."""
+        """Names of networks and operators as stations have them, of one in any case.
+
+        Raises where there is none, but on a graph without stations, where no name says anything.
+        """
         known = self._networks.get(name.casefold())
         if known is None:
+            if not self._ids:
+                return set()
             within = [other for other in self._sorted_networks if name.casefold() in other.casefold()]
             meant = within[:SHOWN] or _similar(name, self._sorted_networks)
             allowed = f"a network or an operator of stations of graph {self.graph_name!r}{_question(meant)}"

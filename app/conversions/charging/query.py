@@ -31,7 +31,6 @@ def charging_query(understood: RouteRequest, charging: Charging, names: StationN
     sent = understood.charging
     if sent is None:
         raise QueryError("charging", None, "an object")
-    names.check_any("graph")
     for k, station_id in enumerate(sent.stations or ()):
         names.check_id(f"charging.stations[{k}]", station_id)
     for k, station_id in enumerate(sent.excluded_stations):

@@ -357,7 +357,14 @@ ERRORS: Final[list[tuple[str, dict[str, Any], dict[str, Any], str, object, str]]
     ("names", {}, {"alternatives": ["eco"]}, "alternatives", "sent with charging", "alternatives without charging"),
     ("counters", {}, {"stops": "counted"}, "stops", "counted", "expected, none or crossings"),
     ("petrol", {}, {"vehicle": "toyota-corolla-petrol"}, "vehicle", "toyota-corolla-petrol", "with `charging`"),
-    ("no stations", {}, {"graph": "level"}, "graph", "level", "a graph with charging stations"),
+    (
+        "no stations",
+        {"stations": ["fast"]},
+        {"graph": "level"},
+        "charging.stations[0]",
+        "fast",
+        "ids of stations of graph 'level', which has none",
+    ),
     ("confidence", {"confidence": 1}, {}, "charging.confidence", 1, "at most 0.999"),
     ("field", {"speed": 1}, {}, "charging.speed", 1, "no field of this name"),
     ("slow", {"speed_caps_kmh": [5]}, {}, "charging.speed_caps_kmh[0]", 5, "at least 30"),
@@ -381,6 +388,47 @@ def test_a_sent_vehicle_that_does_not_say_how_it_charges_is_refused(charged: Tes
     without = {name: value for name, value in CAR.items() if name != "charging"}
     problem = check_problem(charged.post("/route", json=body(vehicle=without)), 422, "invalid_vehicle")
     assert problem["errors"][0]["field"] == "vehicle.charging"
+
+
+def test_contradiction_in_how_a_sent_vehicle_charges_is_named_by_its_path(charged: TestClient) -> None:
+    twice = CAR | {"charging": CHARGES | {"connectors": ["ccs2", "ccs2"]}}
+    problem = check_problem(charged.post("/route", json=body(vehicle=twice)), 422, "invalid_vehicle")
+    assert problem["errors"][0]["field"] == "vehicle.charging.connectors"
+    assert problem["detail"].startswith("vehicle.charging.connectors is ccs2, ccs2, allowed: ")
+
+
+def test_a_graph_without_stations_answers_the_plan_where_the_charge_suffices(charged: TestClient) -> None:
+    asked = {"networks": {"avoided": ["Ionity"], "excluded": ["Town"]}, "min_power_kw": 50}
+    answer = ask(charged, asked, graph="level", soc=1.0)
+    assert answer["no_plan"] is None
+    (route,) = answer["routes"]
+    check_plan(route, ARRIVE_SOC, GOAL_SOC)
+    assert route["charging"]["stops"] == route["charging"]["sources"] == []
+    assert route["charging"]["proof"]["proven"] is True
+
+
+def test_a_graph_without_stations_answers_the_plan_where_a_stay_suffices(charged: TestClient) -> None:
+    stay = {"stays": [{"at": 0, "minutes": 120, "power_kw": 11}]}
+    (route,) = ask(charged, stay, graph="level", via=[[8.01, 46.509]])["routes"]
+    check_plan(route, ARRIVE_SOC, GOAL_SOC)
+    (stop,) = route["charging"]["stops"]
+    assert stop["station"] is None
+    goal = {"goal_soc": 0.05, "stays": [{"at": "goal", "minutes": 480, "power_kw": 11}]}
+    (route,) = ask(charged, goal, graph="level")["routes"]
+    assert route["charging"]["goal"]["stay"]["depart_soc"] == pytest.approx(1.0)
+
+
+def test_a_graph_without_stations_answers_no_plan_that_says_how_to_add_some(charged: TestClient) -> None:
+    answer = ask(charged, graph="level", soc=0.1)
+    no_plan = answer["no_plan"]
+    assert no_plan["reason"].endswith("graph 'level' has no charging stations")
+    assert no_plan["missing_kwh"] > 0.0
+    assert no_plan["last_reached"] is None
+    assert no_plan["helps"][-1] == "charging stations: joulepath stations import FILE --graph level"
+    assert any(text.startswith("departing with ") for text in no_plan["helps"])
+    (route,) = answer["routes"]
+    assert route["charging"] is None
+    assert route["feasible"] is False
 
 
 def test_damaged_stations_are_named_where_stops_are_asked_for(charged: TestClient) -> None:

@@ -79,6 +79,11 @@ def test_least_power_is_at_most_that_of_the_best_socket() -> None:
         names.check_power("power", 30, [Connector.TYPE2])
 
 
-def test_a_graph_without_stations_is_named() -> None:
-    with pytest.raises(QueryError, match="graph 'drawn' has no charging stations"):
-        named().check_any("graph")
+def test_without_stations_only_ids_are_refused() -> None:
+    names = named()
+    assert names.usable_plugs("connectors", CAR, (Connector.CCS2,)) == []
+    assert names.networks("networks", "Ionity") == set()
+    with pytest.raises(QueryError, match="ids of stations of graph 'drawn', which has none"):
+        names.check_id("stations[0]", "a")
+    with pytest.raises(QueryError, match="plugs that fit the vehicle"):
+        names.usable_plugs("connectors", CAR, (Connector.CHADEMO,))
