@@ -58,6 +58,8 @@ def report_lines(kept: Stations, report: StationsReport, read: Iterable[ReadSour
     """What became of stations that were imported, a sentence a line."""
     lines = [f"source: {source.name}, {source.licence} ({source.key})" for source in kept.sources]
     lines += [f"read from {key}: {count}" for key, count in report.read_count.items()]
+    if report.repeated:
+        lines.append(f"told again under the same id, the later one holds: {report.repeated}")
     if report.united:
         lines.append(f"united with another one: {report.united}")
     lines += [f"left out, {reason}: {count}" for reason, count in report.left_out.items()]
@@ -71,7 +73,16 @@ def report_lines(kept: Stations, report: StationsReport, read: Iterable[ReadSour
         lines.append(f"opening hours not understood, taken as not known: {report.hours_unread}")
     for part in read:
         if isinstance(part, ReadStations):
+            lines.append(_count_line(part))
             lines += [f"unknown plug {name!r}: {count}" for name, count in part.unknown_plugs.items()]
             lines += [f"{part.format}: {note}" for note in part.notes]
             lines += [f"such as {examples[0]}" for examples in part.examples.values() if examples]
     return lines
+
+
+def _count_line(read: ReadStations) -> str:
+    """What became of all that a file tells."""
+    left_out = sum(read.left_out.values())
+    every = len(read.stations) + read.parts + left_out
+    parts = f", {read.parts} parts of others" if read.parts else ""
+    return f"{read.format}: {every} told, {len(read.stations)} stations{parts}, {left_out} left out"

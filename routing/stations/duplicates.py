@@ -51,7 +51,7 @@ def united(stations: Iterable[Station]) -> tuple[tuple[Station, ...], int]:
     groups: list[list[Station]] = []
     named: dict[tuple[str, int, int], list[int]] = defaultdict(list)
     anywhere: dict[tuple[int, int], int] = {}
-    keys = {station.id: _names(station.operator, station.network) for station in by_id.values()}
+    keys = {station.id: names_of(station.operator, station.network) for station in by_id.values()}
     for station in sorted(by_id.values(), key=lambda station: (not keys[station.id], *_order(station))):
         names = keys[station.id]
         found = _joined(station, names, groups, named, anywhere)
@@ -73,7 +73,7 @@ def _order(station: Station) -> tuple[object, ...]:
     return -outputs, -len(station.sockets), station.opening_hours is None, station.id
 
 
-def _names(*texts: str) -> frozenset[str]:
+def names_of(*texts: str) -> frozenset[str]:
     """What the names of an operator and a network have in common with others of the same, empty where none is said."""
     return frozenset().union(*map(_names_in, texts))
 
@@ -119,7 +119,7 @@ def _may_be_one(a: Station, b: Station) -> bool:
     """Whether their operators do not say otherwise: a network may be one of many operators."""
     if a.operator == b.operator:
         return True
-    of_a, of_b = _names(a.operator), _names(b.operator)
+    of_a, of_b = names_of(a.operator), names_of(b.operator)
     return not of_a or not of_b or not of_a.isdisjoint(of_b)
 
 
@@ -159,7 +159,7 @@ def _united(group: Sequence[Station]) -> Station:
     known = [station.operational for station in group if station.operational is not None]
     return replace(
         first,
-        sockets=_best_sockets([_added_up(stations) for stations in by_source.values()]),
+        sockets=best_sockets([added_up(stations) for stations in by_source.values()]),
         name=_first(group, "name"),
         operator=_first(group, "operator"),
         network=_first(group, "network"),
@@ -182,7 +182,7 @@ def _sum_of_known(capacities: Sequence[int | None]) -> int | None:
     return sum(known) if len(known) == len(capacities) else None
 
 
-def _added_up(stations: Sequence[Station]) -> tuple[Socket, ...]:
+def added_up(stations: Sequence[Station]) -> tuple[Socket, ...]:
     """Sockets of stations of one source: those alike counted together."""
     counts: dict[Socket, int] = defaultdict(int)
     for station in stations:
@@ -191,7 +191,7 @@ def _added_up(stations: Sequence[Station]) -> tuple[Socket, ...]:
     return tuple(replace(socket, count=count) for socket, count in counts.items())
 
 
-def _best_sockets(by_source: Sequence[tuple[Socket, ...]]) -> tuple[Socket, ...]:
+def best_sockets(by_source: Sequence[tuple[Socket, ...]]) -> tuple[Socket, ...]:
     """Each plug as told by the source that knows most of it: more outputs, then more sockets; the first of equals."""
     found: list[Socket] = []
     for connector in dict.fromkeys(socket.connector for sockets in by_source for socket in sockets):

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from typing import Protocol
 
     from routing.graph.road_graph import RoadGraph
+    from routing.stations.formats.gathering import ReadStations
     from routing.stations.placing import FarStation
     from routing.stations.station import Station, StationSource
 
@@ -44,7 +45,8 @@ if TYPE_CHECKING:
 class StationsReport:
     """What became of stations that were told.
 
-    read_count: how many, by source. kept: on the graph. united: with another one. left_out: by reason. far: those too
+    read_count: how many, by source, with those that the graph had. repeated: of them, under an id that a later one has.
+    kept: on the graph. united: with another one. left_out: by reason. far: those too
     far from a road, the nearest first. without_sockets: kept ones of which no socket is known; hours_unread: of which
     the opening hours are not understood.
     """
@@ -56,6 +58,7 @@ class StationsReport:
     far: tuple[FarStation, ...]
     without_sockets: int
     hours_unread: int
+    repeated: int = 0
 
 
 def bring_in(
@@ -93,6 +96,7 @@ def bring_in(
         hours_unread=sum(
             station.opening_hours is not None and not is_understood(station.opening_hours) for station in kept
         ),
+        repeated=len(every) - len({station.id for station in every}),
     )
 
 
@@ -100,13 +104,14 @@ def bring_in(
 class StationsBeside:
     """The stations that are written beside a graph that is imported, in files by name, and what became of them.
 
-    problem: why those that the graph had before can't be read, "" where they can.
+    problem: why those that the graph had before can't be read, "" where they can. read: of the map.
     """
 
     stations: Stations
     report: StationsReport
     files: Mapping[str, bytes]
     problem: str
+    read: tuple[ReadStations, ...] = ()
 
 
 def stations_beside(map_path: Path, graph: RoadGraph, place: Path) -> StationsBeside:
@@ -120,6 +125,7 @@ def stations_beside(map_path: Path, graph: RoadGraph, place: Path) -> StationsBe
     except GraphFormatError as error:
         problem = str(error)
     is_osm = not (map_path.suffix.lower() == ".graphml" or is_graphml(map_path))
-    stations, report = bring_in(graph, [read_osm_stations(map_path)] if is_osm else [], before)
+    read = (read_osm_stations(map_path),) if is_osm else ()
+    stations, report = bring_in(graph, read, before)
     files = {STATIONS_FILE: stations_bytes(graph, stations)} if stations.stations or report.left_out else {}
-    return StationsBeside(stations, report, files, problem)
+    return StationsBeside(stations, report, files, problem, read)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from datetime import UTC, datetime
-from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 from routing.stations.formats import alternative_fuels, bundesnetzagentur, geojson, ocpi, open_charge_map, plain
 from routing.stations.formats.contents import text_of
 from routing.stations.formats.entries import Entries, is_json
-from routing.stations.formats.gathering import Gathering
+from routing.stations.formats.gathering import Gathering, ReadStations
 from routing.stations.formats.tables import Table, first_line, table_of
 from routing.stations.notes import StationFileError
 
@@ -18,29 +16,11 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
     from pathlib import Path
 
-    from routing.stations.station import Station, StationSource
+    from routing.stations.station import StationSource
 
 __all__ = ["ReadStations", "StationFileError", "read_stations"]
 
 PEEKED: Final = 50  # entries in which a format is looked for
-
-
-@dataclass(frozen=True, slots=True)
-class ReadStations:
-    """What a file of stations holds: those that are read, and what is left out.
-
-    stations: not on roads yet. format: its name. left_out: how many of its stations by reason; examples: the first few
-    messages of each. unknown_plugs: how many plugs by names that are unknown; their stations are kept where they have
-    another plug. notes: how values were read, as sentences.
-    """
-
-    stations: tuple[Station, ...]
-    source: StationSource
-    left_out: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
-    notes: tuple[str, ...] = ()
-    format: str = ""
-    examples: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: MappingProxyType({}))
-    unknown_plugs: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
 
 
 class TableFormat(Protocol):
@@ -139,16 +119,7 @@ def _result(name: str, gathering: Gathering, source: StationSource) -> ReadStati
     gathering.leave_out_swapped()
     if not gathering.stations:
         raise _nothing(gathering)
-    notes = [f"{text}: {times}" for text, times in gathering.noted.items()]
-    return ReadStations(
-        tuple(gathering.stations.values()),
-        source,
-        MappingProxyType(dict(gathering.left_out.most_common())),
-        tuple(notes),
-        name,
-        MappingProxyType({reason: tuple(texts) for reason, texts in gathering.examples.items()}),
-        MappingProxyType(dict(gathering.unknown_plugs.most_common())),
-    )
+    return gathering.result(name, source)
 
 
 def _nothing(gathering: Gathering) -> StationFileError:

@@ -210,7 +210,7 @@ def _say_stations(beside: StationsBeside) -> None:
     if not beside.files:
         return
     console.print(f"  charging stations: {beside.report.kept}", style="dim", highlight=False)
-    for line in report_lines(beside.stations, beside.report):
+    for line in report_lines(beside.stations, beside.report, beside.read):
         console.print(f"    {line}", style="dim", markup=False, highlight=False)
 
 

@@ -158,7 +158,7 @@ def _add(station: Station, gathering: Gathering, *, is_unit: bool) -> None:
     if there is None or not is_unit:
         gathering.add(station)
         return
-    gathering.note("rows of charging units that were joined to their station")
+    gathering.parts += 1
     sockets = joined((*there.sockets, *station.sockets))
     gathering.stations[station.id] = replace(there, sockets=sockets, capacity=(there.capacity or 1) + 1)
 

@@ -7,6 +7,7 @@ from collections import Counter
 from dataclasses import dataclass, field, replace
 from pathlib import PurePath
 from statistics import median
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from routing.places import Point, place_text, swapped_question
@@ -16,7 +17,7 @@ from routing.stations.notes import LeftOutError, StationFileError, shown
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
-    from routing.stations.station import Socket, Station
+    from routing.stations.station import Socket, Station, StationSource
 
 LEAST_NEIGHBOURS: Final = 3  # beside which a place can be told to be swapped; assumed
 FAR_DEG: Final = 12.0  # from the middle of all; a country's extent, assumed
@@ -31,12 +32,33 @@ OTHERS: Final = "others"
 DAY: Final = re.compile(r"[12]\d{3}-[01]\d-[0-3]\d", re.ASCII)
 
 
+@dataclass(frozen=True, slots=True)
+class ReadStations:
+    """What a file of stations holds: those that are read, and what is left out.
+
+    stations: not on roads yet. format: its name. left_out: how many of its stations by reason; examples: the first few
+    messages of each. parts: how many of its entries are parts of stations that others tell. unknown_plugs: how many
+    plugs by names that are unknown. notes: how values were read, as sentences. All entries are stations, parts or left
+    out.
+    """
+
+    stations: tuple[Station, ...]
+    source: StationSource
+    left_out: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    notes: tuple[str, ...] = ()
+    format: str = ""
+    examples: Mapping[str, tuple[str, ...]] = field(default_factory=lambda: MappingProxyType({}))
+    unknown_plugs: Mapping[str, int] = field(default_factory=lambda: MappingProxyType({}))
+    parts: int = 0
+
+
 @dataclass(slots=True)
 class Gathering:
     """What is read of a file so far.
 
     left_out, examples: stations that were left out by reason, and the first few messages of each. unknown_plugs: names
-    of plugs that no vehicle's is known for. noted: remarks on what was read in which way, and how often.
+    of plugs that no vehicle's is known for. noted: remarks on what was read in which way, and how often. parts: entries
+    that are parts of a station that another one tells.
     """
 
     path: str
@@ -46,6 +68,7 @@ class Gathering:
     examples: dict[str, list[str]] = field(default_factory=dict)
     unknown_plugs: Counter[str] = field(default_factory=Counter)
     noted: Counter[str] = field(default_factory=Counter)
+    parts: int = 0
     _numbers: dict[str, int] = field(default_factory=dict)
 
     @property
@@ -77,6 +100,11 @@ class Gathering:
             unit = "station" if isinstance(number, str) else self.unit
             self.examples.setdefault(error.reason, []).append(f"{unit} {number}: {error}")
 
+    def unite_parts(self, stations: dict[str, Station]) -> None:
+        """Keep the stations that others are parts of."""
+        self.parts += len(self.stations) - len(stations)
+        self.stations = stations
+
     def note(self, text: str, times: int = 1) -> None:
         """Remark on how something was read."""
         self.noted[text] += times
@@ -107,6 +135,19 @@ class Gathering:
                 allowed = f"near the others around {place_text(round(middle.lat_deg, 1), round(middle.lon_deg, 1))}"
                 error = LeftOutError("latitude and longitude swapped", "place", where, allowed, hint)
                 self.leave_out(station.id, error)
+
+    def result(self, name: str, source: StationSource) -> ReadStations:
+        """All that was read; name: of the format."""
+        return ReadStations(
+            tuple(self.stations.values()),
+            source,
+            MappingProxyType(dict(self.left_out.most_common())),
+            tuple(f"{text}: {times}" for text, times in self.noted.items()),
+            name,
+            MappingProxyType({reason: tuple(texts) for reason, texts in self.examples.items()}),
+            MappingProxyType(dict(self.unknown_plugs.most_common())),
+            self.parts,
+        )
 
     def free_id(self, wanted: str) -> str:
         """An id that no station has yet: the wanted one, or with the first number behind it that makes it so."""

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, Final
 
+import shapely
+
 from routing.stations.formats import alternative_fuels
-from routing.stations.formats.entries import member
+from routing.stations.formats.entries import dicts, member
 from routing.stations.formats.gathering import Gathering, clean
 from routing.stations.formats.numbers import degrees_of, place_of
-from routing.stations.formats.osm_tags import SOCKET, is_charging, osm_station
+from routing.stations.formats.osm.parts import Drawing, place_of_shape, without_parts
+from routing.stations.formats.osm.station import OSM_KEY, SOCKET, is_charge_point, osm_source, osm_station
+from routing.stations.formats.osm.tags import STATION_TAG, is_told
 from routing.stations.formats.plain import COLUMNS, station_of
 from routing.stations.formats.tables import folded
 from routing.stations.notes import LeftOutError, StationFileError, shown
@@ -17,12 +21,14 @@ from routing.stations.station import Station, StationSource
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
+    from shapely.geometry.base import BaseGeometry
+
     from routing.places import Point
 
 NAME: Final = "GeoJSON"
-OSM: Final = StationSource("osm", "OpenStreetMap contributors", "ODbL 1.0", "https://www.openstreetmap.org/copyright")
 MOST_CORNERS: Final = 10_000  # of an outline
 HALF_ROUND_DEG: Final = 180.0
+MOST_POLYGONS: Final = 100  # of one station
 MOST_PROPERTIES: Final = 500
 KINDS: Final = ("node", "way", "relation")
 VALUES: Final = {folded(name): value for value, names in reversed(COLUMNS.items()) for name in reversed(names)}
@@ -39,21 +45,25 @@ def read(
 ) -> StationSource:
     """Gather the stations of the features; where they are from."""
     sources: dict[str, None] = {}
+    drawings: dict[str, Drawing] = {}
     for number, entry in entries:
         try:
-            station = _station(entry, gathering)
+            station, drawing = _station(entry, gathering)
             gathering.add(station)
             sources[station.source] = None
+            if drawing is not None:
+                drawings[station.id] = drawing
         except LeftOutError as error:
             gathering.leave_out(number, error)
     _check_reference(members, gathering.path)
-    if list(sources) == ["osm"]:
-        return StationSource(OSM.key, OSM.name, OSM.licence, OSM.url, retrieved)
+    gathering.unite_parts(without_parts(gathering.stations, drawings))
+    if list(sources) == [OSM_KEY]:
+        return osm_source(retrieved)
     if list(sources) == [alternative_fuels.KEY]:
         source = alternative_fuels.SOURCE
         return StationSource(source.key, source.name, source.licence, source.url, retrieved)
     gathering.rekey(gathering.own_key)
-    mixed = " (with stations of OpenStreetMap, ODbL 1.0)" if "osm" in sources else ""
+    mixed = " (with stations of OpenStreetMap, ODbL-1.0)" if OSM_KEY in sources else ""
     return StationSource(gathering.own_key, "a file of its own", f"as its author says{mixed}", "", retrieved)
 
 
@@ -68,7 +78,8 @@ def _is_element(entry: Mapping[str, Any]) -> bool:
     return entry.get("type") in KINDS and "id" in entry and ("tags" in entry or "lat" in entry or "nodes" in entry)
 
 
-def _station(entry: Any, gathering: Gathering) -> Station:
+def _station(entry: Any, gathering: Gathering) -> tuple[Station, Drawing | None]:
+    """The station of an entry, and how it is drawn where it is one of OpenStreetMap; raises LeftOutError."""
     if not isinstance(entry, dict):
         raise LeftOutError("no object", "entry", shown(entry), "a feature")
     if _is_element(entry):
@@ -82,15 +93,21 @@ def _station(entry: Any, gathering: Gathering) -> Station:
     at = _place(entry.get("geometry"))
     nested = properties.get("tags")
     tags = _texts(nested if isinstance(nested, dict) else properties)
-    if is_charging(tags) or any(SOCKET.fullmatch(key) for key in tags):
-        return osm_station(tags, at, _osm_id(entry, properties, at, gathering), gathering)
-    if "fuel_type_code" in properties:
-        return alternative_fuels.json_station(properties, gathering, at)
     values: dict[str, Any] = {}
     for name, value in properties.items():
         known = VALUES.get(folded(name[:40]))
         if known is not None and value is not None:
             values.setdefault(known, value)
+    has_sockets = any(SOCKET.fullmatch(key) for key in tags)
+    if has_sockets or (is_told(tags) and "plugs" not in values):
+        shape = _outline(entry["geometry"]) or shapely.Point(at.lon_deg, at.lat_deg)
+        if shape.area > 0.0:
+            at = place_of_shape(shape)
+        asked = tags if is_told(tags) else {**tags, STATION_TAG[0]: STATION_TAG[1]}
+        station = osm_station(asked, at, _osm_id(entry, properties, at, gathering), gathering)
+        return station, Drawing(shape, is_charge_point(asked))
+    if "fuel_type_code" in properties:
+        return alternative_fuels.json_station(properties, gathering, at), None
     if isinstance(entry.get("id"), str | int):
         values.setdefault("id", entry["id"])
 
@@ -103,17 +120,54 @@ def _station(entry: Any, gathering: Gathering) -> Station:
         found = values.get(value, "")
         return str(found).lower() if isinstance(found, bool) else found
 
-    return station_of(cell, gathering, gathering.own_key, at=at)
+    return station_of(cell, gathering, gathering.own_key, at=at), None
 
 
-def _element(entry: Mapping[str, Any], gathering: Gathering) -> Station:
-    """The station of an element of Overpass, which has a place or a centre."""
+def _element(entry: Mapping[str, Any], gathering: Gathering) -> tuple[Station, Drawing]:
+    """The station of an element of Overpass, which has a place, a centre, or the places of its corners."""
     tags = _texts(entry["tags"]) if isinstance(entry.get("tags"), dict) else {}
-    if not is_charging(tags):
+    if not is_told(tags):
         raise LeftOutError("no charging station", "amenity", shown(tags.get("amenity", "missing")), "charging_station")
-    place = entry if "lat" in entry else entry.get("center")
-    at = place_of(member(place, "lat"), member(place, "lon"))
-    return osm_station(tags, at, f"{entry['type'][0]}{clean(entry.get('id'), 20)}", gathering)
+    corners = [[member(corner, "lon"), member(corner, "lat")] for corner in dicts(entry.get("geometry"), MOST_CORNERS)]
+    shape = _outline({"type": "Polygon", "coordinates": [corners]}) if corners else None
+    if shape is not None:
+        at = place_of_shape(shape)
+    else:
+        place = entry if "lat" in entry else entry.get("center")
+        at = place_of(member(place, "lat"), member(place, "lon"))
+        shape = shapely.Point(at.lon_deg, at.lat_deg)
+    members = [
+        f"{OSM_KEY}:{clean(part.get('type'), 1)}{clean(part.get('ref'), 20)}" for part in dicts(entry.get("members"))
+    ]
+    station = osm_station(tags, at, f"{entry['type'][0]}{clean(entry.get('id'), 20)}", gathering)
+    return station, Drawing(shape, is_charge_point(tags), tuple(members))
+
+
+def _outline(geometry: Any) -> BaseGeometry | None:
+    """The areas of a polygon or several [deg], without their holes; None for other shapes and what is broken."""
+    coordinates = member(geometry, "coordinates")
+    polygons = {"Polygon": [coordinates], "MultiPolygon": coordinates}.get(member(geometry, "type"))
+    areas = []
+    for polygon in polygons[:MOST_POLYGONS] if isinstance(polygons, list) else ():
+        ring = polygon[0] if isinstance(polygon, list) and polygon else None
+        corners = [
+            (lon, lat)
+            for corner in (ring[:MOST_CORNERS] if isinstance(ring, list) else ())
+            if isinstance(corner, list) and len(corner) >= 2
+            if (lon := degrees_of(corner[0])) is not None and (lat := degrees_of(corner[1])) is not None
+        ]
+        if len(corners) > 3 and corners[0] == corners[-1]:
+            area = shapely.Polygon(corners)
+            west, south, east, north = area.bounds
+            if (
+                area.is_valid
+                and east - west <= HALF_ROUND_DEG
+                and max(-south, north) <= 90.0
+                and max(-west, east) <= 180.0
+            ):
+                areas.append(area)
+    found = shapely.union_all(areas)
+    return found if found.area > 0.0 else None
 
 
 def _texts(properties: Mapping[str, Any]) -> dict[str, str]:

@@ -67,6 +67,7 @@ def test_stations_of_a_file_are_placed_listed_and_what_is_left_out_is_told(grid:
     done = run("stations", "import", write(tmp_path, "own.csv", ROWS), "--graph", grid)
     assert done.exit_code == 0, done.output
     assert "2 stations" in done.stderr
+    assert "with lat, lon, connectors and power_kw: 4 told, 4 stations, 0 left out" in done.stderr
     assert "left out, outside the map: 1" in done.stderr
     assert "left out, over 250 m from a road: 1" in done.stderr
     assert "too far from a road: file-own:c 'Meadow' at lat 46.505, lon 8.005" in done.stderr
@@ -109,13 +110,23 @@ def test_stations_of_another_source_stay_unless_they_are_to_be_replaced(grid: st
     assert names(listed("--graph", grid)) == ["Newer"]
 
 
+def test_what_is_told_twice_under_one_id_is_counted(grid: str, tmp_path: Path) -> None:
+    first = write(tmp_path, "own.csv", ROWS)
+    (tmp_path / "other").mkdir()
+    second = write(tmp_path / "other", "own.csv", "a,Inn,46.5001,8.005,CCS2,150,EnBW,,\n")
+    done = run("stations", "import", first, second, "--graph", grid)
+    assert "read from file-own: 5" in done.stderr
+    assert "told again under the same id, the later one holds: 1" in done.stderr
+
+
 def test_a_map_brings_its_stations_with_its_roads(tmp_path: Path) -> None:
     (tmp_path / "town.osm").write_text(MAP, encoding="utf-8")
     folder = str(tmp_path / "town")
     done = run("import", str(tmp_path / "town.osm"), "--out", folder)
     assert done.exit_code == 0, done.output
     assert "charging stations: 1" in done.stderr
-    assert "left out, for bicycles or others, not for cars: 1" in done.stderr
+    assert "left out, not for cars: 1" in done.stderr
+    assert "OpenStreetMap: 2 told, 1 stations, 1 left out" in done.stderr
     assert "source: © OpenStreetMap contributors, ODbL-1.0 (osm)" in done.stderr
     (found,) = listed("--graph", folder)["features"]
     assert found["id"] == "osm:n3"

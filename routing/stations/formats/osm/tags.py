@@ -34,15 +34,20 @@ LIFE_CYCLE: Final = (
     "razed",
     "was",
 )
+TOLD_TAGS: Final = (  # of what is a station or charge point, or was one, or will be
+    STATION_TAG,
+    POINT_TAG,
+    *((f"{prefix}:{key}", value) for prefix in LIFE_CYCLE for key, value in (STATION_TAG, POINT_TAG)),
+)
 MOST_SOCKETS: Final = 1000  # of one kind at one station; a greater number is a mistake
 
 
 class LeftOut(StrEnum):
-    """Why a station of the map is left out."""
+    """Why a station of OpenStreetMap's tags is left out."""
 
-    NOT_FOR_CARS = "for bicycles or others, not for cars"
+    NOT_FOR_CARS = "not for cars"
     NOT_IN_USE = "disused or not built yet"
-    NO_PLACE = "without a place"
+    NO_PLACE = "no place"
 
 
 @dataclass(frozen=True, slots=True)
@@ -165,20 +170,28 @@ _BROKEN: Final = frozenset(
 _CLOSED_HOURS: Final = frozenset(("closed", "off"))
 
 
-def reason_to_leave_out(tags: Mapping[str, str]) -> LeftOut | None:
-    """Why a station or charge point is none that a car can charge at, or None."""
-    if any(_first(tags, key) in _TRUE for key in LIFE_CYCLE):
-        return LeftOut.NOT_IN_USE
-    key, value = STATION_TAG if tags.get("amenity") == STATION_TAG[1] else POINT_TAG
-    if tags.get(key) != value:
-        return LeftOut.NOT_IN_USE  # its tag has a prefix of the life cycle
-    cars = [_first(tags, key) for key in _CAR_KEYS if key in tags]
+def is_told(tags: Mapping[str, str]) -> bool:
+    """Whether tags are those of a charging station or a charge point, of one that was, or will be."""
+    return any(tags.get(key) == value for key, value in TOLD_TAGS)
+
+
+def reason_to_leave_out(tags: Mapping[str, str]) -> tuple[LeftOut, str] | None:
+    """Why a station or charge point is none that a car can charge at, and the key that says so; or None."""
+    for key in LIFE_CYCLE:
+        if _first(tags, key) in _TRUE:
+            return LeftOut.NOT_IN_USE, key
+    if not any(tags.get(key) == value for key, value in (STATION_TAG, POINT_TAG)):
+        lived = (f"{prefix}:{key}" for prefix in LIFE_CYCLE for key, _ in (STATION_TAG, POINT_TAG))
+        return LeftOut.NOT_IN_USE, next((key for key in lived if key in tags), STATION_TAG[0])
+    cars = [key for key in _CAR_KEYS if key in tags]
     if cars:
-        return None if any(value not in _DENIED for value in cars) else LeftOut.NOT_FOR_CARS
-    for_others = any(_first(tags, key) in _TRUE for key in _OTHERS)
+        return None if any(_first(tags, key) not in _DENIED for key in cars) else (LeftOut.NOT_FOR_CARS, cars[0])
     plugs = {kind.connector for key in tags if (kind := socket_kind(key)) is not None} - {Connector.DOMESTIC}
-    others_plugs = any(key.startswith(("socket:bosch", "socket:usb", "socket:bicycle")) for key in tags)
-    return LeftOut.NOT_FOR_CARS if (for_others or others_plugs) and not plugs else None
+    if plugs:
+        return None
+    for_others = [key for key in _OTHERS if _first(tags, key) in _TRUE]
+    for_others += [key for key in tags if key.startswith(("socket:bosch", "socket:usb", "socket:bicycle"))]
+    return (LeftOut.NOT_FOR_CARS, for_others[0]) if for_others else None
 
 
 def _first(tags: Mapping[str, str], key: str) -> str:
