@@ -13,8 +13,9 @@ from energy.units import SECOND_PER_HOUR, SECOND_PER_MINUTE
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.schemas.charging import ChargingPlanAnswer, ChargingStopAnswer, NoPlanAnswer, SourceAnswer, StopStation
+    from app.schemas.charging import ChargingPlanAnswer, ChargingStopAnswer, NoPlanAnswer, StopStation
     from app.schemas.route import RouteFound, RouteLegAnswer
+    from app.schemas.stations.facts import StationSourceAnswer
 
 
 def plan_table(route: RouteFound, plan: ChargingPlanAnswer, departure: datetime | None) -> Table:
@@ -94,7 +95,7 @@ def no_plan_lines(no_plan: NoPlanAnswer) -> list[str]:
     return lines
 
 
-def sources_line(sources: Sequence[SourceAnswer]) -> str:
+def sources_line(sources: Sequence[StationSourceAnswer]) -> str:
     """Whose data stations are."""
     return "stations: " + "; ".join(f"{source.name} ({source.licence})" for source in sources)
 

@@ -13,7 +13,8 @@ from routing.stations.reading import ReadStations
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
-    from app.stations.answer import SocketAnswer, StationCollection
+    from app.schemas.stations.facts import SocketAnswer
+    from app.stations.answer import StationCollection
     from routing.stations.importing import ReadSource, StationsReport
     from routing.stations.station import Stations
 

@@ -8,6 +8,7 @@ from pydantic import Discriminator, Field, NaiveDatetime, Tag, model_validator
 
 from app.schemas.base import Answered, Count, Fraction, Number, Sent, refusal
 from app.schemas.place import LatLon, PointGeometry
+from app.schemas.stations.facts import PriceAnswer, SocketAnswer, StationSourceAnswer
 from energy.charging.charging import MOST_POWER_W, Connector
 from energy.conditions import CONDITION_RANGES
 from energy.units import KMH_PER_MPS
@@ -167,25 +168,6 @@ class ChargingRequest(Sent):
         return self
 
 
-class StopSocket(Answered):
-    """Sockets of one kind at a station."""
-
-    connector: Connector
-    output_kw: float | None = Field(description="most of each [kW]; null where it is not known")
-    count: int
-    phases: int | None = Field(description="of alternating current; null of direct current and where not known")
-
-
-class StopPrice(Answered):
-    """What charging costs at a station."""
-
-    text: str = Field(description="as the source says it")
-    currency: str = Field(description="ISO 4217; empty where numbers were not understood")
-    per_kwh: float | None
-    per_min: float | None
-    per_session: float | None
-
-
 class StopStation(Answered):
     """The station of a stop, as GET /graphs/{name}/stations has it."""
 
@@ -194,11 +176,11 @@ class StopStation(Answered):
     operator: str
     network: str
     at: LatLon = Field(description="the place that its source gives")
-    sockets: list[StopSocket]
+    sockets: list[SocketAnswer]
     capacity: int | None = Field(description="vehicles at a time; null where not known")
     access: Access
     fee: bool | None
-    price: StopPrice | None
+    price: PriceAnswer | None
     opening_hours: str | None = Field(description="in the syntax of OpenStreetMap")
     source: str = Field(description="key of sources")
 
@@ -226,7 +208,7 @@ class ChargingStopAnswer(Answered):
     """One stop of a plan: at a station, or a stay that is taken anyway."""
 
     station: StopStation | None = Field(description="null of a stay that is taken anyway")
-    socket: StopSocket | None = Field(description="that the vehicle charges at; null of a stay")
+    socket: SocketAnswer | None = Field(description="that the vehicle charges at; null of a stay")
     leg: int = Field(description="position in legs of the leg that ends here")
     at: LatLon = Field(description="on the road")
     link_id: int = Field(description="directed link of the graph")
@@ -303,16 +285,6 @@ class PlanProof(Answered):
     unproven: str | None = Field(description="why it is not proven; null where it is")
 
 
-class SourceAnswer(Answered):
-    """Where stations are from, and under which licence."""
-
-    key: str
-    name: str
-    licence: str
-    url: str
-    retrieved: str = Field(description="date of the data, or empty")
-
-
 class ChargingPlanAnswer(Answered):
     """How a route is charged on."""
 
@@ -326,7 +298,9 @@ class ChargingPlanAnswer(Answered):
     probability_kept: float | None = Field(
         description="of arriving everywhere in one journey with at least what was asked; null where not known"
     )
-    sources: list[SourceAnswer] = Field(description="of the stations of this plan; to be named where it is shown")
+    sources: list[StationSourceAnswer] = Field(
+        description="of the stations of this plan; to be named where it is shown"
+    )
 
 
 class NoPlanAnswer(Answered):
@@ -339,7 +313,7 @@ class NoPlanAnswer(Answered):
     missing_kwh: float = Field(description="by how much that leg fails [kWh]")
     last_reached: StopStation | None = Field(description="the station in reach that is nearest to the goal")
     helps: list[str] = Field(description="what would help, the least first: less speed, a higher cap, more charge")
-    sources: list[SourceAnswer] = Field(description="of the stations named here")
+    sources: list[StationSourceAnswer] = Field(description="of the stations named here")
 
 
 class PlanningStats(Answered):

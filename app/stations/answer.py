@@ -7,7 +7,7 @@ from typing import Literal
 from pydantic import Field
 
 from app.schemas.base import Answered
-from energy.charging.charging import Connector
+from app.schemas.stations.facts import PriceAnswer, SocketAnswer, StationSourceAnswer
 from routing.stations.opening import Opening
 from routing.stations.station import Access
 
@@ -17,25 +17,6 @@ class StationPoint(Answered):
 
     type: Literal["Point"] = "Point"
     coordinates: tuple[float, float]
-
-
-class SocketAnswer(Answered):
-    """Sockets of one kind."""
-
-    connector: Connector
-    output_kw: float | None = Field(description="most of each [kW]; null where it is not known")
-    count: int
-    phases: int | None = Field(description="of alternating current; null of direct current and where not known")
-
-
-class PriceAnswer(Answered):
-    """What charging costs."""
-
-    text: str = Field(description="as the source says it")
-    currency: str = Field(description="ISO 4217; empty where numbers were not understood")
-    per_kwh: float | None
-    per_min: float | None
-    per_session: float | None
 
 
 class StationRoad(Answered):
@@ -73,16 +54,6 @@ class StationFeature(Answered):
     id: str
     geometry: StationPoint
     properties: StationProperties
-
-
-class StationSourceAnswer(Answered):
-    """Where stations are from, and under which licence."""
-
-    key: str
-    name: str
-    licence: str
-    url: str
-    retrieved: str = Field(description="date of the data, or empty")
 
 
 class StationCollection(Answered):

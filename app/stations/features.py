@@ -9,6 +9,7 @@ from urllib.parse import quote, urlencode
 
 import orjson
 
+from app.conversions.stations.facts import kilowatts, price_fields, socket_fields, source_fields
 from app.stations.answer import StationCollection
 from routing.stations.opening import Opening, is_understood, opening_at
 from routing.stations.selection import power_w
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from routing.stations.station import Station
 
 LINK_DECIMALS = 2
-KW_DECIMALS = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,16 +60,7 @@ def _collection(index: StationIndex, graph_name: str, sent: StationParameters, p
         "type": "FeatureCollection",
         "features": [station_feature(station, sent.open_at) for station in page],
         "graph": graph_name,
-        "sources": [
-            {
-                "key": source.key,
-                "name": source.name,
-                "licence": source.licence,
-                "url": source.url,
-                "retrieved": source.retrieved,
-            }
-            for source in stations.sources
-        ],
+        "sources": [source_fields(source) for source in stations.sources],
         "matched": len(matching),
         "returned": len(page),
         "next": following,
@@ -81,7 +72,6 @@ def _collection(index: StationIndex, graph_name: str, sent: StationParameters, p
 def station_feature(station: Station, open_at: datetime | None = None) -> dict[str, Any]:
     """One station as the fields of a StationFeature."""
     power = power_w(station)
-    price = station.price
     return {
         "type": "Feature",
         "id": station.id,
@@ -90,28 +80,12 @@ def station_feature(station: Station, open_at: datetime | None = None) -> dict[s
             "name": station.name,
             "operator": station.operator,
             "network": station.network,
-            "sockets": [
-                {
-                    "connector": socket.connector.value,
-                    "output_kw": None if socket.output_w is None else round(socket.output_w / 1000.0, KW_DECIMALS),
-                    "count": socket.count,
-                    "phases": socket.phases,
-                }
-                for socket in station.sockets
-            ],
-            "power_kw": round(power / 1000.0, KW_DECIMALS) if power else None,
+            "sockets": [socket_fields(socket) for socket in station.sockets],
+            "power_kw": kilowatts(power) if power else None,
             "capacity": station.capacity,
             "access": station.access.value,
             "fee": station.fee,
-            "price": None
-            if price is None
-            else {
-                "text": price.text,
-                "currency": price.currency,
-                "per_kwh": price.per_kwh,
-                "per_min": price.per_min,
-                "per_session": price.per_session,
-            },
+            "price": price_fields(station.price),
             "opening_hours": station.opening_hours,
             "open": None if open_at is None else opening_at(station.opening_hours, open_at).value,
             "operational": station.operational,

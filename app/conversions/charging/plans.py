@@ -5,9 +5,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from datetime import timedelta
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
 
 from app.conversions.place import lat_lon
+from app.conversions.stations.facts import W_PER_KW, price_fields, socket_fields, source_fields
 from energy.units import JOULE_PER_KWH
 from routing.charging.plan import Objective
 from routing.graph.snap import part_of_line
@@ -23,10 +24,7 @@ if TYPE_CHECKING:
     from routing.graph.road_graph import RoadGraph
     from routing.places import LinkPosition
     from routing.route.route import Route
-    from routing.stations.station import Socket, Station, StationSource
-
-W_PER_KW: Final = 1000.0
-DIGITS: Final = 9  # of kW and km/h, so that a number comes back as it was sent
+    from routing.stations.station import Station, StationSource
 
 
 @dataclass(frozen=True, slots=True)
@@ -139,7 +137,7 @@ def _stop(
     quantiles = stop.arrive_quantiles_frac or (None, None, None)
     return {
         "station": None if stop.station is None else _station(stop.station),
-        "socket": None if stop.socket is None else _socket(stop.socket),
+        "socket": None if stop.socket is None else socket_fields(stop.socket),
         "leg": leg,
         "at": lat_lon(road_point(graph, stop.position)),
         "link_id": stop.position.link_idx,
@@ -189,38 +187,19 @@ def _goal_stay(stay: ChargeStop, departure: datetime | None) -> dict[str, object
 
 def _station(station: Station) -> dict[str, object]:
     """The fields of a StopStation in their order."""
-    price = station.price
     return {
         "id": station.id,
         "name": station.name,
         "operator": station.operator,
         "network": station.network,
         "at": lat_lon(station.at),
-        "sockets": [_socket(socket) for socket in station.sockets],
+        "sockets": [socket_fields(socket) for socket in station.sockets],
         "capacity": station.capacity,
         "access": station.access,
         "fee": station.fee,
-        "price": None
-        if price is None
-        else {
-            "text": price.text,
-            "currency": price.currency,
-            "per_kwh": price.per_kwh,
-            "per_min": price.per_min,
-            "per_session": price.per_session,
-        },
+        "price": price_fields(station.price),
         "opening_hours": station.opening_hours,
         "source": station.source,
-    }
-
-
-def _socket(socket: Socket) -> dict[str, object]:
-    """The fields of a StopSocket in their order."""
-    return {
-        "connector": socket.connector,
-        "output_kw": None if socket.output_w is None else round(socket.output_w / W_PER_KW, DIGITS),
-        "count": socket.count,
-        "phases": socket.phases,
     }
 
 
@@ -241,15 +220,9 @@ def _elsewhere(stop: ChargeStop) -> Station | None:
 
 
 def _sources(stations: Iterable[Station], sources: Mapping[str, StationSource]) -> list[dict[str, object]]:
-    """The fields of a SourceAnswer for each source of stations, by key."""
+    """The fields of a StationSourceAnswer for each source of stations, by key."""
     return [
-        {
-            "key": source.key,
-            "name": source.name,
-            "licence": source.licence,
-            "url": source.url,
-            "retrieved": source.retrieved,
-        }
+        source_fields(source)
         for key in sorted({station.source for station in stations})
         if (source := sources.get(key)) is not None
     ]

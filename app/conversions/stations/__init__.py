@@ -1,0 +1,1 @@
+"""Charging stations as every answer has them."""

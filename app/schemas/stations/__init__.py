@@ -1,0 +1,1 @@
+"""What every answer says of a charging station."""
