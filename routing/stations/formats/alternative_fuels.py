@@ -86,6 +86,7 @@ class _Csv:
         ]
         newest = ""
         for number, row in table.rows():
+            gathering.number = number
 
             def cell(value: str, row: Sequence[str] = row) -> str:
                 at = columns[value]
@@ -120,6 +121,7 @@ class _Json:
         del members
         newest = ""
         for number, entry in entries:
+            gathering.number = number
             try:
                 if not isinstance(entry, dict):
                     raise LeftOutError("no object", "entry", shown(entry), "a station")

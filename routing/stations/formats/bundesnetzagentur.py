@@ -8,7 +8,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Final
 
 from energy.charging.charging import Connector
-from routing.stations.formats.gathering import Gathering, clean, with_sockets
+from routing.stations.formats.gathering import POWERS_PASSED, Gathering, clean, with_sockets
 from routing.stations.formats.hours import ALWAYS, REPEATED, SPAN, day_of, weekly_hours
 from routing.stations.formats.numbers import count_of, place_of, power_w_of
 from routing.stations.formats.plugs import NO_LETTERS, socket_of
@@ -110,6 +110,7 @@ def read(table: Table, gathering: Gathering, retrieved: str) -> StationSource:
         if (plugs := table.column(f"Steckertypen{k}")) is not None
     ]
     for number, row in table.rows():
+        gathering.number = number
 
         def cell(name: str, row: Sequence[str] = row) -> str:
             at = columns[name]
@@ -196,7 +197,7 @@ def _powers(power: str, whole: str, plugs: int, gathering: Gathering) -> list[fl
         gathering.note("powers of the only charging point from that of the device")
     found = [power_w_of(text, decimal_comma=True) for text in texts]
     if None in found:
-        gathering.note("powers that are no number or out of range")
+        gathering.note(POWERS_PASSED, value=texts[found.index(None)])
     if len(found) == plugs:
         return found
     return [max((power_w for power_w in found if power_w is not None), default=None)] * plugs
@@ -210,7 +211,7 @@ def _hours(kind: str, days: str, times: str, gathering: Gathering) -> str | None
         return None
     hours = _hours_of_days(days, times)
     if hours is None:
-        gathering.note("opening hours that are not understood")
+        gathering.note("opening hours that are not understood", value=f"{days} {times}")
     return hours
 
 

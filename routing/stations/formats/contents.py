@@ -48,9 +48,11 @@ def text_of(path: Path) -> str:
         found = f"broken UTF-16 or UTF-32 ({error.reason})"
         raise StationFileError(str(path), "", "the file", found, ALLOWED) from error
     content = content.rstrip(b"\0")
-    if b"\0" in content:
+    zero = content.find(b"\0")
+    if zero >= 0:
+        line = content.count(b"\n", 0, zero) + 1
         found = "binary (it has a byte of zero), or UTF-16 without a mark"
-        raise StationFileError(str(path), "", "the file", found, ALLOWED)
+        raise StationFileError(str(path), f"line {line}", "the file", found, ALLOWED)
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError:
@@ -70,7 +72,8 @@ def _damaged_text(content: bytes) -> str:
 
 def _content(path: Path) -> bytes:
     with path.open("rb") as file:
-        _check_size(path, os.fstat(file.fileno()).st_size)
+        before = os.fstat(file.fileno())
+        _check_size(path, before.st_size)
         if not file.peek(len(GZIP_MAGIC)).startswith(GZIP_MAGIC):
             content = file.read(MOST_BYTES + 1)
         else:
@@ -80,6 +83,10 @@ def _content(path: Path) -> bytes:
             except (OSError, EOFError, zlib.error) as error:
                 found = f"not gzip ({error})"
                 raise StationFileError(str(path), "", "the file", found, "a whole gzip file") from error
+        after = os.fstat(file.fileno())
+    if (after.st_size, after.st_mtime_ns) != (before.st_size, before.st_mtime_ns):
+        found = f"written while it is read ({before.st_size} bytes, then {after.st_size})"
+        raise StationFileError(str(path), "", "the file", found, "a file that is finished")
     _check_size(path, len(content))
     return content
 

@@ -29,6 +29,7 @@ MOST_TEXT: Final = 160  # letters of names
 MOST_KEY: Final = 40  # letters of a file's name in ids
 NO_WORD: Final = re.compile(r"[^a-z0-9]+")
 OTHERS: Final = "others"
+POWERS_PASSED: Final = "powers that are no number or not 0.5..4000 kW, taken as not known"
 DAY: Final = re.compile(r"[12]\d{3}-[01]\d-[0-3]\d", re.ASCII)
 
 
@@ -57,8 +58,8 @@ class Gathering:
     """What is read of a file so far.
 
     left_out, examples: stations that were left out by reason, and the first few messages of each. unknown_plugs: names
-    of plugs that no vehicle's is known for. noted: remarks on what was read in which way, and how often. parts: entries
-    that are parts of a station that another one tells.
+    of plugs that no vehicle's is known for. noted: remarks on what was read in which way, and how often; first_noted:
+    where first, and of which value. parts: entries that are parts of a station that another one tells.
     """
 
     path: str
@@ -68,7 +69,9 @@ class Gathering:
     examples: dict[str, list[str]] = field(default_factory=dict)
     unknown_plugs: Counter[str] = field(default_factory=Counter)
     noted: Counter[str] = field(default_factory=Counter)
+    first_noted: dict[str, str] = field(default_factory=dict)
     parts: int = 0
+    number: int | str = ""  # of the row or entry that is read; a text is the station's id
     _numbers: dict[str, int] = field(default_factory=dict)
 
     @property
@@ -97,16 +100,20 @@ class Gathering:
         """
         self.left_out[error.reason] += 1
         if self.left_out[error.reason] <= MOST_EXAMPLES:
-            unit = "station" if isinstance(number, str) else self.unit
-            self.examples.setdefault(error.reason, []).append(f"{unit} {number}: {error}")
+            self.examples.setdefault(error.reason, []).append(f"{self._where(number)}: {error}")
 
     def unite_parts(self, stations: dict[str, Station]) -> None:
         """Keep the stations that others are parts of."""
         self.parts += len(self.stations) - len(stations)
         self.stations = stations
 
-    def note(self, text: str, times: int = 1) -> None:
-        """Remark on how something was read."""
+    def _where(self, number: int | str) -> str:
+        return f"station {number}" if isinstance(number, str) else f"{self.unit} {number}"
+
+    def note(self, text: str, times: int = 1, value: object = None) -> None:
+        """Remark on how something was read; value: that which was not taken as it is."""
+        if value is not None and text not in self.noted:
+            self.first_noted[text] = f"{self._where(self.number)}: {shown(value)}"
         self.noted[text] += times
 
     def unknown_plug(self, name: object, times: int = 1) -> None:
@@ -142,7 +149,10 @@ class Gathering:
             tuple(self.stations.values()),
             source,
             MappingProxyType(dict(self.left_out.most_common())),
-            tuple(f"{text}: {times}" for text, times in self.noted.items()),
+            tuple(
+                f"{text}: {times}" + (f", first {self.first_noted[text]}" if text in self.first_noted else "")
+                for text, times in self.noted.items()
+            ),
             name,
             MappingProxyType({reason: tuple(texts) for reason, texts in self.examples.items()}),
             MappingProxyType(dict(self.unknown_plugs.most_common())),

@@ -47,6 +47,7 @@ def read(
     sources: dict[str, None] = {}
     drawings: dict[str, Drawing] = {}
     for number, entry in entries:
+        gathering.number = number
         try:
             station, drawing = _station(entry, gathering)
             gathering.add(station)

@@ -73,6 +73,7 @@ def read(
     """Gather the stations of the Locations; where they are from, with the parties that publish them."""
     parties: dict[str, None] = {}
     for number, entry in entries:
+        gathering.number = number
         try:
             gathering.add(_station(entry, gathering))
             parties[_party(entry)] = None
@@ -181,7 +182,7 @@ def _power_w(plug: Mapping[str, Any], connector: Connector, phases: int | None, 
     if power_w is not None:
         return power_w
     if number_of(given) not in (None, 0.0):
-        gathering.note("powers out of range (watts are meant)")
+        gathering.note("powers out of range (watts are meant)", value=given)
     volts = number_of(plug.get("max_voltage", plug.get("voltage")))
     amps = number_of(plug.get("max_amperage", plug.get("amperage")))
     if volts is None or amps is None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from energy.charging.charging import DC_CONNECTORS, Connector
 from routing.stations.formats.entries import dicts, member
-from routing.stations.formats.gathering import Gathering, clean, with_sockets
+from routing.stations.formats.gathering import POWERS_PASSED, Gathering, clean, with_sockets
 from routing.stations.formats.numbers import count_of, number_of, place_of, power_w_of
 from routing.stations.formats.open_charge_map_codes import (
     ACCESS,
@@ -61,6 +61,7 @@ def read(
     del members
     providers: Counter[str] = Counter()
     for number, entry in entries:
+        gathering.number = number
         try:
             point = _capital(entry) if isinstance(entry, dict) and "addressInfo" in entry else entry
             gathering.add(_station(point, gathering))
@@ -217,7 +218,7 @@ def _socket(connection: Mapping[str, Any], connector: Connector, gathering: Gath
     quantity = connection.get("Quantity")
     count = count_of(quantity)
     if count is None and number_of(quantity) not in (None, 0.0):
-        gathering.note("plugs with a quantity out of range, taken as 1")
+        gathering.note("plugs with a quantity out of range, taken as 1", value=quantity)
     return socket_of(connector, _power_w(connection, connector, phases, gathering), count or 1, phases=phases)
 
 
@@ -230,7 +231,7 @@ def _power_w(
     if power_w is not None:
         return power_w
     if number_of(given) not in (None, 0.0):
-        gathering.note("powers out of range")
+        gathering.note(POWERS_PASSED, value=given)
     amps, volts = number_of(connection.get("Amps")), number_of(connection.get("Voltage"))
     if amps is not None and volts is not None and amps > 0.0 and volts > 0.0:
         direct = connector in DC_CONNECTORS or _code(connection, "CurrentType") == DIRECT_CURRENT

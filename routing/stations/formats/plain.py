@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Any, Final
 
-from routing.stations.formats.gathering import Gathering, clean, with_sockets
+from routing.stations.formats.gathering import POWERS_PASSED, Gathering, clean, with_sockets
 from routing.stations.formats.hours import osm_hours
-from routing.stations.formats.numbers import count_of, number_of, place_of, power_w_of
+from routing.stations.formats.numbers import MOST_COUNT, count_of, number_of, place_of, power_w_of
 from routing.stations.formats.plugs import connector_of, socket_of
 from routing.stations.formats.prices import CODES, MOST_PRICE, price_of
 from routing.stations.formats.tables import folded
@@ -88,10 +88,28 @@ BROKEN: Final = frozenset(
     (
         *("out of order", "broken", "closed", "inactive", "no", "false", "0", "unavailable", "offline", "outoforder"),
         *("not operational", "temporarily unavailable", "außer betrieb", "inoperative"),
+        *("temporarily closed", "closed temporarily", "under maintenance", "maintenance", "defekt", "faulted", "down"),
     )
 )
-PLANNED: Final = frozenset(("planned", "construction", "under construction", "proposed", "in planung", "coming soon"))
-REMOVED: Final = frozenset(("removed", "decommissioned", "disused", "abandoned", "demolished"))
+PLANNED: Final = frozenset(
+    (
+        *("planned", "construction", "under construction", "proposed", "in planung", "coming soon", "geplant"),
+        *("in construction", "im bau", "not yet open", "future"),
+    )
+)
+REMOVED: Final = frozenset(
+    (
+        *("removed", "decommissioned", "disused", "abandoned", "demolished", "dismantled", "closed down", "gone"),
+        *(
+            "permanently closed",
+            "closed permanently",
+            "closed_permanently",
+            "permanently_closed",
+            "dauerhaft geschlossen",
+        ),
+        *("permanently removed", "retired", "abgebaut", "stillgelegt", "defunct"),
+    )
+)
 _FOLDED: Final = {value: frozenset(map(folded, names)) for value, names in COLUMNS.items()}
 
 
@@ -109,6 +127,7 @@ def read(table: Table, gathering: Gathering, retrieved: str) -> StationSource:
         raise StationFileError(table.path, where, "the header", "without a column of plugs", f"one of {names}")
     decimal_comma = _has_decimal_commas(table, columns)
     for number, row in table.rows():
+        gathering.number = number
 
         def cell(value: str, row: Any = row) -> str:
             at = columns[value]
@@ -144,11 +163,16 @@ def station_of(
     own_price = _own_price(cell, decimal_comma=decimal_comma)
     if own_price is not None:
         price, is_fee = own_price, any((own_price.per_kwh, own_price.per_min, own_price.per_session))
+    if status and status not in WORKING and status not in BROKEN:
+        gathering.note("words of status that are not known, taken as nothing said", value=status)
+    access = clean(cell("access")).lower()
+    if access and access not in ACCESS:
+        gathering.note("words of access that are not known, taken as unknown", value=access)
     said_fee = TRUTHS.get(clean(cell("fee")).lower())
     hours = clean(cell("hours"), 600)
     opening_hours = osm_hours(hours)
     if hours and opening_hours is None:
-        gathering.note("opening hours that are not in OpenStreetMap's syntax, not kept")
+        gathering.note("opening hours that are not in OpenStreetMap's syntax, not kept", value=hours)
     own_id = clean(cell("id"), 80)
     place_id = f"{key}:{at.lat_deg:.6f},{at.lon_deg:.6f}"
     return Station(
@@ -158,8 +182,8 @@ def station_of(
         name=clean(cell("name")),
         operator=clean(cell("operator")),
         network=clean(cell("network")),
-        capacity=count_of(cell("capacity")),
-        access=ACCESS.get(clean(cell("access")).lower(), Access.UNKNOWN),
+        capacity=_count(cell("capacity"), gathering, "capacities"),
+        access=ACCESS.get(access, Access.UNKNOWN),
         fee=is_fee if said_fee is None else said_fee,
         price=price,
         opening_hours=opening_hours,
@@ -185,7 +209,7 @@ def _sockets(cell: Callable[[str], Any], at: Point, gathering: Gathering, *, dec
     plugs = "; ".join(_plug_text(plug) for plug in plugs[:20]) if isinstance(plugs, list) else clean(plugs, 400)
     texts = [text for text in PLUGS_APART.split(_without_decimal_commas(plugs)) if text]
     powers = _powers(cell, len(texts), gathering, decimal_comma=decimal_comma)
-    count = count_of(cell("count"))
+    count = _count(cell("count"), gathering, "counts of sockets")
     sockets: list[Socket] = []
     unknown: dict[str, int] = {}
     for text, power_w in zip(texts, powers, strict=True):
@@ -196,9 +220,22 @@ def _sockets(cell: Callable[[str], Any], at: Point, gathering: Gathering, *, dec
             unknown[text] = 1
             continue
         own_w = power_w_of(match["power"]) if match["power"] else None
-        own_count = count_of(match["before"] or match["after"] or match["last"])
+        if match["power"] and own_w is None:
+            gathering.note(POWERS_PASSED, value=text)
+        said = match["before"] or match["after"] or match["last"]
+        if said is not None and int(said) == 0:
+            continue
+        own_count = count_of(said)
         sockets.append(socket_of(connector, own_w or power_w, own_count or (count if len(texts) == 1 else None) or 1))
     return with_sockets(sockets, unknown)
+
+
+def _count(value: object, gathering: Gathering, what: str) -> int | None:
+    """A count of sockets or vehicles, with a note where what is said is none."""
+    count = count_of(value)
+    if count is None and clean(value):
+        gathering.note(f"{what} that are no whole number of 1..{MOST_COUNT}, taken as not known", value=value)
+    return count
 
 
 def _plug_text(plug: object) -> str:
@@ -240,7 +277,7 @@ def _powers(cell: Callable[[str], Any], plugs: int, gathering: Gathering, *, dec
     texts = [part for part in re.split(r"[;|/]", given) if part.strip()] if isinstance(given, str) else [given]
     found = [power_w_of(text, unit=unit, decimal_comma=decimal_comma) for text in texts[:50]]
     if None in found:
-        gathering.note("powers that are no number or out of range")
+        gathering.note(POWERS_PASSED, value=texts[found.index(None)])
     if len(found) == plugs:
         return found
     known = [power_w for power_w in found if power_w is not None]

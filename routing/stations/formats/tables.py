@@ -57,6 +57,11 @@ class Table:
                     raise StationFileError(self.path, where, "the row", found, allowed)
                 if not row or not any(row):
                     continue
+                if lines > 1 and len(row) < columns and "\n" in row[-1]:  # it has taken the rows behind it
+                    where, found = f"row {begin - lines + 1 + first}", f"{lines} lines long with {len(row)} cells"
+                    raise StationFileError(
+                        self.path, where, "the row", found, f"{columns} cells; quotes that are closed"
+                    )
                 count += 1
                 if count > MOST_ROWS:
                     found, allowed = f"more than {MOST_ROWS} rows", f"at most {MOST_ROWS}"
@@ -119,8 +124,8 @@ def _lines(path: str, text: str, at: int) -> Iterator[str]:
         end = text.find(end_sign, at, at + MOST_LINE) + 1
         if not end:
             if len(text) - at >= MOST_LINE:
-                found = f"more than {MOST_LINE} letters long"
-                raise StationFileError(path, "", "a line", found, f"at most {MOST_LINE} letters")
+                where, found = f"line {text.count(end_sign, 0, at) + 1}", f"more than {MOST_LINE} letters long"
+                raise StationFileError(path, where, "the line", found, f"at most {MOST_LINE} letters")
             end = len(text)
         yield text[at:end] if end_sign == "\n" else text[at : end - 1] + "\n"
         at = end

@@ -61,6 +61,7 @@ def read_osm_stations(path: Path) -> ReadStations:
     shapes = _shapes(drawn, location)
     drawings: dict[str, Drawing] = {}
     for thing in drawn:
+        gathering.number = thing.id
         try:
             shape = shapes.get(thing.id)
             at = Point(0.0, 0.0) if shape is None else place_of_shape(shape)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final
 
-from routing.stations.formats.gathering import clean
+from routing.stations.formats.gathering import POWERS_PASSED, clean
 from routing.stations.formats.osm.numbers import count_of, outputs_w
 from routing.stations.formats.osm.tags import (
     MOST_SOCKETS,
@@ -87,9 +87,9 @@ def _note_sockets(tags: Mapping[str, str], gathering: Gathering) -> None:
             continue
         output = tags.get(f"{key}:output", "")
         if output and not outputs_w(output):
-            gathering.note("powers that are no number or out of range")
+            gathering.note(POWERS_PASSED, value=f"{key}:output={output}")
         count = count_of(value)
         if count is not None and count > MOST_SOCKETS:
-            gathering.note(f"counts of sockets above {MOST_SOCKETS}, not believed")
+            gathering.note(f"counts of sockets above {MOST_SOCKETS}, not believed", value=f"{key}={value}")
         if count is None and value.strip().casefold() != "unknown":
-            gathering.note("counts of sockets that are no number, taken as 1")
+            gathering.note("counts of sockets that are no number, taken as 1", value=f"{key}={value}")

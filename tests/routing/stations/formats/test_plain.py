@@ -101,7 +101,8 @@ def test_a_bad_row_is_left_out_with_its_reason_and_the_others_are_read(
 def test_powers_out_of_bounds_are_unknown_and_noted(read_text: Reading) -> None:
     read = read_text("lat,lon,connectors,power_kw\n48.1,11.5,CCS2,22000\n48.2,11.5,CCS2,0\n48.3,11.5,CCS2,fast\n")
     assert [station.sockets[0].output_w for station in read.stations] == [None, None, None]
-    assert "powers that are no number or out of range: 3" in read.notes
+    (note,) = read.notes
+    assert note == "powers that are no number or not 0.5..4000 kW, taken as not known: 3, first row 2: 22000"
 
 
 def test_stations_without_an_id_have_one_of_their_place(read_text: Reading) -> None:
@@ -150,7 +151,7 @@ def test_what_unpacks_to_more_than_may_be_read_is_refused(tmp_path: Path) -> Non
         (b'[{"ID": 1, "AddressInfo": {}}] x', "broken JSON"),
         (b"[" + b"1," * 60 + b"1]", "first entry has no members"),
         (b'lat,lon,connectors\n48.1,11.5,"CCS2\n' + b"48.1,11.5,CCS2\n" * 9000, "row .*quotes that are closed"),
-        (b"lat,lon,connectors\n" + b"x" * 300_000, "a line is more than 200000 letters long"),
+        (b"lat,lon,connectors\n" + b"x" * 300_000, "line 2: the line is more than 200000 letters long"),
         (b"[]", "the file is empty"),
         (b'[{"a": 1}]', "first entry has a, allowed"),
         (b'[{"ID": 1, "AddressInfo": {}, "Connections": []}', "broken JSON"),
@@ -221,3 +222,56 @@ def test_a_quote_that_is_never_closed_is_named_with_its_row_and_does_not_swallow
     rows[5] = '48.9,11.5,CCS2,"broken'
     with pytest.raises(StationFileError, match=r"row 7.*95 lines long, allowed: at most 50; quotes that are closed"):
         read_text("\n".join(["lat,lon,connectors,name", *rows]) + "\n")
+
+
+def test_what_is_not_taken_as_it_stands_is_noted_with_its_first_row_and_value(read_text: Reading) -> None:
+    read = read_text(
+        "lat,lon,connectors,count,capacity,status,access,opening_hours\n"
+        "48.1,11.5,CCS2,-1,many,open,public,24/7\n"
+        "48.2,11.5,CCS2 150000 kW,2,2,who knows,staff only,8 to 6\n"
+        "48.3,11.5,CCS2,2.5,2,on strike,,24/7\n"
+    )
+    assert [station.sockets[0].count for station in read.stations] == [1, 2, 1]
+    assert set(read.notes) == {
+        "counts of sockets that are no whole number of 1..2000, taken as not known: 2, first row 2: -1",
+        "capacities that are no whole number of 1..2000, taken as not known: 1, first row 2: many",
+        "powers that are no number or not 0.5..4000 kW, taken as not known: 1, first row 3: CCS2 150000 kW",
+        "words of status that are not known, taken as nothing said: 2, first row 3: who knows",
+        "words of access that are not known, taken as unknown: 1, first row 3: staff only",
+        "opening hours that are not in OpenStreetMap's syntax, not kept: 1, first row 3: 8 to 6",
+    }
+
+
+@pytest.mark.parametrize(
+    ("status", "reason"),
+    [
+        ("Permanently closed", "removed"),
+        ("permanently_closed", "removed"),
+        ("dauerhaft geschlossen", "removed"),
+        ("Under construction", "planned"),
+        ("In Planung", "planned"),
+    ],
+)
+def test_a_station_that_is_gone_or_not_there_yet_is_left_out(read_text: Reading, status: str, reason: str) -> None:
+    read = read_text(f"lat,lon,connectors,status\n48.1,11.5,CCS2,{status}\n48.2,11.5,CCS2,temporarily closed\n")
+    assert read.left_out == {reason: 1}
+    assert [station.operational for station in read.stations] == [False]
+
+
+def test_a_plug_that_there_is_none_of_is_no_socket(read_text: Reading) -> None:
+    read = read_text('lat,lon,connectors\n48.1,11.5,"0x CCS2; 2x Type 2"\n48.2,11.5,0x CCS2\n')
+    assert [(socket.connector, socket.count) for socket in read.stations[0].sockets] == [(Connector.TYPE2, 2)]
+    assert read.left_out == {"no plug given": 1}
+
+
+def test_a_quote_that_takes_the_rows_behind_it_is_refused_with_its_row(read_text: Reading) -> None:
+    rows = 'lat,lon,connectors,name\n48.1,11.5,CCS2,a\n48.2,11.5,"CCS2,b\n48.3,11.5,CCS2,c\n48.4,11.5,CCS2,d\n'
+    with pytest.raises(
+        StationFileError, match=r"row 3: the row is 3 lines long with 3 cells, allowed: 4 cells; quotes"
+    ):
+        read_text(rows)
+
+
+def test_a_byte_of_zero_is_named_with_its_line(read_text: Reading) -> None:
+    with pytest.raises(StationFileError, match="line 3: the file is binary"):
+        read_text("lat,lon,connectors\n48.1,11.5,CCS2\n48.2,11.5,C\0S2\n48.3,11.5,CCS2\n")
