@@ -225,10 +225,14 @@ def sockets_of(tags: Mapping[str, str], at: Point) -> tuple[Socket, ...]:
 
     An output is that of the socket's kind (`socket:type2:output`), else from its voltage and current, else what its
     name says, else the station's own (`charging_station:output`) as far as the plug can carry it. Where no socket is
-    named but a voltage of three phases and a current, they are of type 2 in Europe, one for each of its capacity.
+    named but a voltage of three phases and a current, they are of type 2 in Europe, one for each of its capacity. Of
+    sockets that are all of type 2 the station's voltage and current are the output, too.
     """
     tesla = tesla_plug(at)
     of_station = max(outputs_w(tags.get("charging_station:output", tags.get("output", ""))), default=None)
+    kinds = {kind.connector for key in tags if (kind := socket_kind(key, tesla)) is not None}
+    if of_station is None and kinds == {Connector.TYPE2}:
+        of_station = next((output_w for _, output_w, _ in _by_voltage(tags, tesla)), None)
     found: dict[tuple[Connector, float | None, int | None], int] = {}
     for key in tags:
         kind = socket_kind(key, tesla)

@@ -58,6 +58,14 @@ STATION = {"amenity": "charging_station"}
             [Socket(Connector.TYPE2, 43_000.0, 1, 3), Socket(Connector.CCS2, 150_000.0, 1)],
         ),
         ({"voltage": "400", "amperage": "32", "capacity": "2"}, [Socket(Connector.TYPE2, 22_200.0, 2, 3)]),
+        (
+            {"socket:type2": "2", "voltage": "400", "amperage": "32"},
+            [Socket(Connector.TYPE2, 22_200.0, 2, 3)],
+        ),
+        (
+            {"socket:type2": "1", "socket:type2_combo": "1", "voltage": "400", "amperage": "125"},
+            [Socket(Connector.TYPE2, None, 1, 3), Socket(Connector.CCS2, None, 1)],
+        ),
         ({"voltage": "230", "amperage": "16"}, []),
         ({"socket:bosch_3pin": "4", "socket:usb-A": "2"}, []),
         ({"socket:type2": "99999999"}, []),
