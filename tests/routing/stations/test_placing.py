@@ -144,3 +144,38 @@ def test_the_road_found_is_the_best_of_all_roads() -> None:
             graph.structure[on.link_idx]
         )
         assert found.snap_m + extra_m == pytest.approx(best[0], abs=0.02)
+
+
+@pytest.mark.parametrize(("north_m", "south_of_m", "north_of_m"), [(-45.0, 0.0, -90.0), (75.0, 120.0, 30.0)])
+def test_a_station_of_motorway_services_is_reached_from_its_own_carriageway_only(
+    draw_map: Any, north_m: float, south_of_m: float, north_of_m: float
+) -> None:
+    points = {
+        1: (0, 0),
+        2: (1000, 0),
+        3: (2000, 0),
+        4: (3000, 0),
+        5: (3000, 30),
+        6: (2000, 30),
+        7: (1000, 30),
+        8: (0, 30),
+        9: (1300, -40),
+        10: (1700, -40),
+        11: (1700, 70),
+        12: (1300, 70),
+    }
+    motorway, ramp = {"highway": "motorway"}, {"highway": "motorway_link", "oneway": "yes"}
+    ways = {
+        20: ([1, 2, 3, 4], motorway),
+        21: ([5, 6, 7, 8], motorway),
+        22: ([2, 9, 10, 3], ramp),
+        23: ([6, 11, 12, 7], ramp),
+        24: ([4, 5], {"highway": "primary"}),
+        25: ([8, 1], {"highway": "primary"}),
+    }
+    graph = import_region(draw_map(points, ways), [], "services")
+    (found,) = place_stations(graph, [station("a", 1500, north_m)]).stations
+    (position,) = found.position  # no link leads the other way
+    lat_deg = graph.geometry(position.link_idx)[:, 1]
+    assert place(0, north_of_m).lat_deg < float(lat_deg.min())
+    assert float(lat_deg.max()) < place(0, south_of_m).lat_deg + 1e-7
