@@ -34,11 +34,13 @@ def import_stations(
     """Bring stations of files into a graph: placed on its roads, those told twice united.
 
     Formats: OpenStreetMap, Open Charge Map, OCPI, registers of Germany and the United States, GeoJSON, CSV. By default
-    the graph's stations of the same source are replaced and those of others stay. Nothing is written when it fails.
+    the graph's stations of the same source are replaced and those of others stay. Nothing is written when it fails,
+    nor where none of the stations is near a road.
     """
     from routing.graph.files import load_graph
     from routing.stations.files import load_stations, save_stations
     from routing.stations.importing import bring_in
+    from routing.stations.notes import StationFileError
 
     service = service_for(graph)
     folder = service.atlas.folder(service.settings.default_graph)
@@ -46,6 +48,12 @@ def import_stations(
     roads = load_graph(folder)
     before = None if replace else load_stations(folder, roads)
     kept, report = bring_in(roads, read, before)
+    fresh = {part.source.key for part in read}
+    if not report.united and not any(station.source in fresh for station in kept.stations):
+        west, south, east, north = roads.meta.bbox
+        found = "; ".join(f"{reason}: {count}" for reason, count in report.left_out.items())
+        allowed = f"at least one near a road within lat {south:g}..{north:g}, lon {west:g}..{east:g}; are they swapped?"
+        raise StationFileError(", ".join(map(str, files)), "", "every station", f"left out ({found})", allowed)
     save_stations(folder, roads, kept)
     console = Console(stderr=True, soft_wrap=True)
     console.print(f"{folder}: {report.kept} stations", highlight=False, markup=False)

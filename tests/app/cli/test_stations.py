@@ -142,6 +142,16 @@ def test_stations_of_a_map_file_are_brought_into_a_graph_that_is_there(tmp_path:
     assert [found["id"] for found in listed("--graph", folder)["features"]] == ["osm:n3"]
 
 
+def test_stations_of_which_none_is_near_a_road_are_refused_and_those_of_before_stay(grid: str, tmp_path: Path) -> None:
+    assert run("stations", "import", write(tmp_path, "own.csv", ROWS), "--graph", grid).exit_code == 0
+    swapped = write(tmp_path, "own.csv", "a,Inn,8.005,46.5001,CCS2,150,EnBW,,\n")
+    done = run("stations", "import", swapped, "--graph", grid, "--replace")
+    assert done.exit_code == 2
+    assert "every station is left out (outside the map: 1)" in done.stderr
+    assert "are they swapped?" in done.stderr
+    assert names(listed("--graph", grid)) == ["Inn [old]", "Bare"]
+
+
 def test_synth_places_stations(tmp_path: Path) -> None:
     folder = str(tmp_path / "small")
     done = run("synth", "--links", "600", "--out", folder)
