@@ -151,6 +151,8 @@ class ChargingRequest(Sent):
 
     @model_validator(mode="after")
     def _no_contradiction(self) -> ChargingRequest:
+        if self.arrive_soc >= self.max_soc and "arrive_soc" not in self.model_fields_set:
+            raise refusal("max_soc", self.max_soc, f"above arrive_soc, {self.arrive_soc}")
         if self.arrive_soc >= self.max_soc:
             raise refusal("arrive_soc", self.arrive_soc, f"below max_soc, {self.max_soc}")
         for name in ("connectors", "stations", "excluded_stations", "speed_caps_kmh"):
@@ -160,6 +162,8 @@ class ChargingRequest(Sent):
         places = [stay.at for stay in self.stays]
         if len(set(places)) != len(places):
             raise refusal("stays", places, "one stay a place")
+        if len(self.via_stations) > self.most_stops:
+            raise refusal("most_stops", self.most_stops, f"at least {len(self.via_stations)}, as many as via_stations")
         for k, chosen in enumerate(self.via_stations):
             if chosen.station in self.excluded_stations:
                 raise refusal(f"via_stations[{k}].station", chosen.station, "a station that is not excluded")

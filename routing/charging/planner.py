@@ -39,6 +39,7 @@ BEST: Final = "best"  # name of the plan
 HOURS: Final = "with opening hours a later arrival may be better, which is not looked for"
 NOT_COMPARED: Final = "not all ways were looked at for what they take to be as sure"
 KEPT_ROUNDS: Final = 4  # of proof and promise at most
+HELP_S: Final = 2.0  # after which nothing more is tried that might help: there is no plan to wait for; assumed
 CAPS_TRIED_MPS: Final = (110.0 / 3.6, 90.0 / 3.6)  # where no plan is found
 RESERVE_STEP: Final = 0.05
 RESERVE_COST: Final = 1.2  # of the best plan's cost, that one with more reserve may have; assumed
@@ -343,8 +344,12 @@ class _Asked:
         """Which leg fails, by how much, the last station in reach, and what would help, in the order of trying."""
         shortage = task.shortage()
         helps: list[str] = []
+        until = time.perf_counter() + HELP_S
         try:
             for cap in CAPS_TRIED_MPS:
+                if time.perf_counter() > until:
+                    self._warnings.append("there was no time to try all that might help")
+                    break
                 slower = replace(self._charging, speed_caps_mps=(cap,))
                 if self._has_plan(self._query, slower):
                     helps.append(f"driving at most {cap * KMH_PER_MPS:.0f} km/h")
@@ -377,7 +382,7 @@ class _Asked:
             reason += f"; graph {name!r} has no charging stations"
             helps.append(f"charging stations: joulepath stations import FILE --graph {name}")
         elif not task.sites:
-            reason += "; no station may be used"
+            reason += "; no station may be used" + (": at most 0 stops" if self._charging.most_stops == 0 else "")
         return NoPlan(reason, station, missing_j, last, tuple(helps))
 
     def _has_plan(self, query: RouteQuery, charging: ChargingQuery) -> bool:
@@ -397,11 +402,15 @@ class _Asked:
         return kept if kept >= 0.5 else None
 
     def _charge_that_suffices(self) -> float | None:
-        """Least charge at departure, in whole percent, with which there is a plan; None where no charge helps."""
+        """Least charge at departure, in whole percent, with which there is a plan; None where no charge helps.
+
+        After HELP_S it is the least of those that are known to suffice.
+        """
         low, high = int(100.0 * self._query.soc_frac), 100
         if low >= high or not self._has_plan(replace(self._query, soc_frac=1.0), self._charging):
             return None
-        while high - low > 1:
+        until = time.perf_counter() + HELP_S
+        while high - low > 1 and time.perf_counter() < until:
             middle = (low + high) // 2
             if self._has_plan(replace(self._query, soc_frac=middle / 100.0), self._charging):
                 high = middle

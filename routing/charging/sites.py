@@ -63,7 +63,9 @@ class Site:
 
 
 def usable_sites(charging: Charging, query: ChargingQuery, stations: Sequence[Station]) -> list[Site]:
-    """Stations that a query may use, each with the socket that charges its vehicle fastest."""
+    """Stations that a query may use, each with the socket that charges its vehicle fastest; none without stops."""
+    if query.most_stops == 0:
+        return []
     only = frozenset(query.stations)
     worth = worth_of(query)
     taken: dict[tuple[object, ...], tuple[float, PowerCurve] | None] = {}  # by kinds of sockets, of which there are few

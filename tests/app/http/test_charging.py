@@ -365,6 +365,14 @@ ERRORS: Final[list[tuple[str, dict[str, Any], dict[str, Any], str, object, str]]
         "fast",
         "ids of stations of graph 'level', which has none",
     ),
+    (
+        "fewer stops than stations",
+        {"most_stops": 0, "via_stations": [{"via": 0, "station": "osm:n2"}]},
+        {"via": [[8.01, 46.509]]},
+        "charging.most_stops",
+        0,
+        "at least 1, as many as via_stations",
+    ),
     ("confidence", {"confidence": 1}, {}, "charging.confidence", 1, "at most 0.999"),
     ("field", {"speed": 1}, {}, "charging.speed", 1, "no field of this name"),
     ("slow", {"speed_caps_kmh": [5]}, {}, "charging.speed_caps_kmh[0]", 5, "at least 30"),
@@ -395,6 +403,20 @@ def test_contradiction_in_how_a_sent_vehicle_charges_is_named_by_its_path(charge
     problem = check_problem(charged.post("/route", json=body(vehicle=twice)), 422, "invalid_vehicle")
     assert problem["errors"][0]["field"] == "vehicle.charging.connectors"
     assert problem["detail"].startswith("vehicle.charging.connectors is ccs2, ccs2, allowed: ")
+
+
+def test_a_cap_below_what_is_kept_by_default_is_the_field_that_is_named(charged: TestClient) -> None:
+    problem = check_problem(
+        charged.post("/route", json=ROUTE | {"charging": {"max_soc": 0.05}}), 422, "invalid_request"
+    )
+    (wrong,) = problem["errors"]
+    assert (wrong["field"], wrong["value"], wrong["allowed"]) == ("charging.max_soc", 0.05, "above arrive_soc, 0.1")
+
+
+def test_without_stops_no_station_is_looked_at(charged: TestClient) -> None:
+    answer = ask(charged, {"most_stops": 0})
+    assert answer["no_plan"]["reason"].endswith("no station may be used: at most 0 stops")
+    assert answer["planning"]["leg_searches"] < 20
 
 
 def test_a_graph_without_stations_answers_the_plan_where_the_charge_suffices(charged: TestClient) -> None:
