@@ -129,6 +129,38 @@ def test_listed_consumption_of_cars_that_epa_has_not_tested_is_met() -> None:
     assert held > 300
 
 
+def test_each_electric_car_has_a_battery_a_mass_and_a_range_that_cars_have() -> None:
+    at_90_kmh = docs_module("vehicle_table").steady_kwh_per_100km
+    for vehicle_id, car in CARS.items():
+        if car.powertrain is Powertrain.BEV:
+            capacity_kwh = car.usable_capacity_wh / 1000.0
+            assert 14.0 <= capacity_kwh <= 215.0, vehicle_id
+            assert 900.0 <= car.mass_kg <= 4300.0, vehicle_id
+            assert 9.0 <= at_90_kmh(car, 90.0) <= 35.0, vehicle_id
+            assert 90.0 <= 100.0 * capacity_kwh / at_90_kmh(car, 90.0) <= 1000.0, vehicle_id
+
+
+def test_each_curve_falls_when_the_battery_fills_and_charges_within_an_hour_and_a_half() -> None:
+    for vehicle_id, car in CARS.items():
+        if car.charging is None or car.charging.dc is None:
+            continue
+        soc, power_w = car.charging.dc.soc_frac, car.charging.dc.power_w
+        most_w = float(power_w.max())
+        assert most_w <= 4.6 * car.usable_capacity_wh, vehicle_id
+        assert power_w[-1] <= 0.55 * most_w, vehicle_id
+        assert np.all(np.diff(power_w[soc >= 0.5]) <= 0.2 * most_w), vehicle_id
+        charged = np.linspace(0.1, 0.8, 701)
+        minutes = 60.0 * car.usable_capacity_wh * np.trapezoid(1.0 / np.interp(charged, soc, power_w), charged)
+        assert 9.0 <= minutes <= 80.0, vehicle_id
+
+
+def test_plugs_go_together_as_markets_have_them() -> None:
+    for vehicle_id, car in CARS.items():
+        plugs = set() if car.charging is None else {plug.value for plug in car.charging.connectors}
+        assert "ccs2" not in plugs or plugs & {"type2"}, vehicle_id
+        assert "ccs1" not in plugs or plugs & {"type1"}, vehicle_id
+
+
 @pytest.mark.parametrize("vehicle_id", TABLE_IDS)
 def test_bundled_consumption_table_has_a_source_for_each_number(vehicle_id: str) -> None:
     vehicle = load_vehicle(BUNDLED / f"{vehicle_id}.toml")
