@@ -19,6 +19,7 @@ from routing.charging.promise.promise import DrawStore
 from routing.charging.sites import usable_sites
 from routing.charging.task import PROVEN_FRAC, Proof, Task, usual_margin_j
 from routing.errors import QueryError, TimeUpError
+from routing.time_budget import TimeBudget, time_budget, within
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -346,24 +347,27 @@ class _Asked:
         helps: list[str] = []
         until = time.perf_counter() + HELP_S
         try:
-            for cap in CAPS_TRIED_MPS:
-                if time.perf_counter() > until:
-                    self._warnings.append("there was no time to try all that might help")
-                    break
-                slower = replace(self._charging, speed_caps_mps=(cap,))
-                if self._has_plan(self._query, slower):
-                    helps.append(f"driving at most {cap * KMH_PER_MPS:.0f} km/h")
-                    break
-            if self._charging.max_soc_frac < 1.0:
-                fuller = replace(self._charging, max_soc_frac=1.0)
-                if self._has_plan(self._query, fuller):
-                    helps.append("charging to 100 % at stations")
-            charge = self._charge_that_suffices()
-            if charge is not None:
-                helps.append(f"departing with {100.0 * charge:.0f} % instead of {100.0 * self._query.soc_frac:.0f} %")
-            confidence = self._confidence_that_is_kept()
-            if confidence is not None:
-                helps.append(f"a confidence of {confidence:g} instead of {self._charging.confidence:g}")
+            with within(TimeBudget(min(3.0 * HELP_S, time_budget().left_s))):
+                for cap in CAPS_TRIED_MPS:
+                    if time.perf_counter() > until:
+                        self._warnings.append("there was no time to try all that might help")
+                        break
+                    slower = replace(self._charging, speed_caps_mps=(cap,))
+                    if self._has_plan(self._query, slower):
+                        helps.append(f"driving at most {cap * KMH_PER_MPS:.0f} km/h")
+                        break
+                if self._charging.max_soc_frac < 1.0:
+                    fuller = replace(self._charging, max_soc_frac=1.0)
+                    if self._has_plan(self._query, fuller):
+                        helps.append("charging to 100 % at stations")
+                charge = self._charge_that_suffices()
+                if charge is not None:
+                    helps.append(
+                        f"departing with {100.0 * charge:.0f} % instead of {100.0 * self._query.soc_frac:.0f} %"
+                    )
+                confidence = self._confidence_that_is_kept()
+                if confidence is not None:
+                    helps.append(f"a confidence of {confidence:g} instead of {self._charging.confidence:g}")
         except TimeUpError:
             self._warnings.append("there was no time to try all that might help")
         station = None if shortage.place <= 0 else task.site_at(shortage.place).station
