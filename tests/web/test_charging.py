@@ -104,6 +104,8 @@ def test_departure_gives_times_of_day_and_is_kept_in_the_address(planned: MapPag
     assert sure.body["charging"]["confidence"] == 0.95
     charging = sure.answer["routes"][0]["charging"]
     plan = planned.page.locator("#routes .plan")
+    kept = charging["probability_kept"]
+    expect(planned.page.locator(".plan-totals")).to_contain_text(f"{100 * kept:.0f} % sure to arrive everywhere")
     for stop in charging["stops"]:
         expect(plan).to_contain_text(f"{stop['arrive_time'][11:16]} → {stop['depart_time'][11:16]}")
     expect(plan).to_contain_text(charging["goal"]["arrive_time"][11:16])
@@ -117,21 +119,23 @@ def with_promise(route: Route) -> None:
     for plan in answer["routes"]:
         stop = plan["charging"]["stops"][0]
         stop |= {"arrive_soc_p10": 0.123, "arrive_soc_p50": 0.2, "arrive_soc_p90": 0.311, "probability_kept": 0.964}
-        stop |= {"gatekeeper": True, "price": None}
+        stop |= {"gatekeeper": True, "price": None, "overhead_s": stop["overhead_s"] + 5400.0}
         place = {"station_id": "x", "station_name": "Far Away", "at": stop["at"], "drive_s": 1260.0}
         stop["fallback"] = place | {"arrive_soc": -0.04, "reached": False}
         plan["charging"]["proof"] = {"proven": False, "short_by": 130.0, "unproven": "time was up"}
     route.fulfill(json=answer)
 
 
-def test_stop_says_how_sure_it_is_where_else_to_go_and_that_there_is_no_way_without_it(visit: Visit):
+def test_stop_says_how_sure_it_is_how_long_it_waits_where_else_to_go_and_that_there_is_no_way_without_it(visit: Visit):
     page = visit(opened=False)
     page.page.route("**/route", with_promise)
     page.open(QUERY)
     card = stops_of(page).first
-    expect(card).to_contain_text("12–31 % on arrival, 96 % sure to keep what is asked")
-    expect(card).to_contain_text("Should it fail: Far Away, 21 min on, not reached: 4 % short")
+    expect(card).to_contain_text("12–31 % on arrival, 96 % sure of ≥ 10 %")
+    expect(card).to_contain_text("Should it fail: Far Away, 21 min farther, not reached: 4 % short")
     expect(card).to_contain_text("no way without it")
+    expect(card).to_contain_text("+ 5 min stop")
+    expect(card).to_contain_text("Closed on arrival, opens 1 h 30 min later")
     expect(page.page.locator("#routes")).to_contain_text("Another plan may be better by at most 2 min: time was up.")
     expect(page.page.locator(".timeline-whisker")).to_have_count(2)  # at the stop and at the goal
 
@@ -184,6 +188,23 @@ def test_other_station_is_chosen_with_the_keyboard_and_kept_in_the_link(planned:
     with planned.asking("/route") as forgotten:
         forget.first.click()
     assert forgotten.body == ASKED
+
+
+def test_other_stations_that_are_closed_on_arrival_are_marked(visit: Visit, served: ServedMap):
+    late = "2026-11-29T22:00"
+    page = visit(f"{QUERY}&departure={late}&chargeat=43.7862446,-36.1999686,synth:town-25")
+    stops_of(page).first.get_by_role("button", name="Another station").click()
+    near = page.page.get_by_role("list", name=f"Stations near {stop_names(page)[0]}").get_by_role("button")
+    expect(near.first).to_be_focused()
+    open_then = served.ask(f"/graphs/highlands/stations?limit=1000&open_at={late}")["features"]
+    names = {station["properties"]["name"] for station in open_then}
+    marked = [" · closed at 22:" in text for text in near.all_inner_texts()]
+    assert marked == [
+        name not in names
+        for name in near.locator(".grow").evaluate_all("shown => shown.map((text) => text.firstChild.textContent)")
+    ]
+    assert True in marked
+    expect(page.page.locator("#routes")).to_contain_text("without charging: that would not help, or it is closed then.")
 
 
 def test_stop_that_is_dragged_to_another_station_is_planned_there(planned: MapPage, served: ServedMap):
@@ -266,6 +287,8 @@ def test_no_plan_says_why_and_its_remedy_makes_one(visit: Visit):
     page = visit(f"{QUERY.replace('soc=25', 'soc=11')}&leastkw=100")
     notice = page.page.locator("#routes .notice.bad")
     expect(notice).to_contain_text("No plan with charging stops")
+    page.page.locator("#charging").get_by_role("button", name="What would help").click()
+    expect(notice.get_by_role("button", name="Depart with")).to_be_focused()
     expect(page.page.locator("#announcer")).to_contain_text("no plan")
     check_accessible(page.page)
     with page.asking("/route") as remedied:

@@ -58,7 +58,6 @@ function createApp(view, settings) {
 
 async function start() {
   const asked = [call("web/settings.json"), call("graphs"), call("vehicles")];
-  for (const one of asked) one.catch(() => {}); // it is told where the answer is awaited, which may be later
   for (const one of asked) one.catch(() => {}); // each is waited for below, and may fail before
   const settings = await asked[0];
   const view = new MapView(byId("map"), { styleUrl: settings.map_style_url });
@@ -70,8 +69,6 @@ async function start() {
   conditionsPanel(app, byId("conditions"));
   app.stationCard = attachStations(app);
   chargingForm(app, byId("charging"));
-  routesPanel(app, byId("routes"));
-  rangePanel(app, byId("range"));
   openDiagnosis(app);
   keepAddress(app.journey);
   app.journey.on(["graph"], () => showGraph(app));
@@ -83,6 +80,9 @@ async function start() {
   const graphs = await asked[1];
   setDefaultGraph(graphs.default);
   app.session.set({ graphs });
+  // Not before: what is asked names the graph that is shown.
+  routesPanel(app, byId("routes"));
+  rangePanel(app, byId("range"));
   await showGraph(app);
 }
 

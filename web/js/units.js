@@ -52,6 +52,9 @@ export const energyText = (kwh) => `${format(kwh, Math.abs(kwh) < 10 ? 2 : 1)} k
 /** A share 0..1 in per cent. */
 export const percentText = (share, digits = 0) => `${format(100 * share, digits)} %`;
 
+/** A span of two shares in per cent: "39–47 %". */
+export const spanText = (low, high) => `${format(100 * low, 0)}–${percentText(high)}`;
+
 /** A time in hours and minutes. */
 export function durationText(seconds) {
   if (seconds < 60) return `${Math.round(seconds)} s`;

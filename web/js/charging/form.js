@@ -27,11 +27,13 @@ export function chargingForm(app, element) {
   const id = newId("stops");
   const box = el("input", { type: "checkbox", id, role: "switch", on: { change: () => set({ on: box.checked }) } });
   const warning = el("div", {});
+  const failed = el("div", { hidden: true }, el("p", { class: "charging-failed" }, "No plan with these choices. ", el("button", { type: "button", class: "link-button", on: { click: showWhy } }, "What would help")));
   const stations = el("div", {});
   const form = el(
     "div",
     { class: "stack" },
     warning,
+    failed,
     part(departure(set)),
     part(segments("Plan for", "objective", OBJECTIVES, OBJECTIVE_NAMES, set)),
     el("div", { class: "pair" }, part(percent("On arrival at least", "arrive", 0, 50, set)), part(percent("At the goal at least", "atGoal", 0, 90, set))),
@@ -58,7 +60,13 @@ export function chargingForm(app, element) {
 
   journey.on(["charging", "vehicle", "units", "graph"], render);
   session.on(["vehicles", "tiles", "graphs", "stationNames"], render);
+  session.on(["routes"], showFailure);
   render();
+
+  /** Where the answer is out of sight below the form, a word about it stands in the form as well. */
+  function showFailure({ routes: { status, answer } }) {
+    if (status === "done" || status === "none") failed.hidden = !answer?.no_plan;
+  }
 
   function render() {
     const { charging } = journey.get();
@@ -70,6 +78,12 @@ export function chargingForm(app, element) {
     fill(warning, said.length > 0 && el("div", { class: "notice warn small" }, said.map((text) => el("p", {}, text))));
     fill(stations, chosenStations(app, charging, (next) => journey.set({ charging: next })));
   }
+}
+
+function showWhy() {
+  const notice = document.querySelector("#routes .out-of-reach");
+  notice?.querySelector("h3").scrollIntoView({ block: "center" });
+  notice?.querySelector("button")?.focus({ preventScroll: true });
 }
 
 /** What keeps stops from being planned, in words. */

@@ -13,10 +13,12 @@ function knownRemedies(helps, { charging }, units) {
   const kmh = Number(found(/at most (\d+) km\/h/)?.[1] ?? 0);
   const full = found(/charging to 100 %/);
   const soc = Number(found(/departing with (\d+) %/)?.[1] ?? 0) / 100;
+  const sure = Number(found(/a confidence of ([\d.]+)/)?.[1] ?? 0);
   return [
     kmh > 0 && { text: `Drive at most ${units.speedText(kmh)}`, patch: { charging: { ...charging, capsKmh: [...charging.capsKmh, kmh].slice(-MOST_CAPS) } } },
     full && { text: "Charge to 100 %", patch: { charging: { ...charging, most: 1 } } },
     soc > 0 && { text: `Depart with ${percentText(soc)}`, patch: { soc } },
+    sure > 0 && { text: `Be ${percentText(sure, 1)} sure`, patch: { charging: { ...charging, confidence: sure } } },
   ].filter(Boolean);
 }
 
@@ -48,8 +50,8 @@ export function noPlanNotice({ reason, last_reached: last, helps }, journey, uni
     el("p", {}, sentence(reason)),
     last && el("p", {}, `The last station in reach is ${stationName(last)}.`),
     known.length === 0 && helps.length > 0 && [el("p", {}, "What would help:"), el("ul", { class: "plan-helps" }, helps.map((text) => el("li", {}, sentence(text))))],
-    known.length > 0 && [el("p", {}, "This helps:"), buttons(known, act, "button primary")],
-    others.length > 0 && [el("p", {}, known.length ? "Or perhaps:" : "What might help:"), buttons(others, act, "button")],
+    known.length > 0 && [el("p", {}, known.length > 1 ? "Each of these helps:" : "This helps:"), buttons(known, act, "button primary")],
+    others.length > 0 && [el("p", { class: "plan-perhaps" }, known.length ? "Or perhaps:" : "What might help:"), buttons(others, act, "button")],
   );
 }
 

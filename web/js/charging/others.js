@@ -40,10 +40,10 @@ export function createOthers(app, list) {
     }
     fill(place, working("Looking for stations near …"));
     try {
-      const near = await stationsNear(app, stop.station.at, filters(), { besides: [stop.station.id] });
+      const near = await stationsNear(app, stop.station.at, filters(), { besides: [stop.station.id], at: stop.arrive_time });
       if (mine !== asked || !place.isConnected) return;
       const { theme } = session.get();
-      fill(place, near.length ? el("ul", { class: "stations-list", "aria-label": `Stations near ${stationName(stop.station)}` }, near.map((one) => entry(one, theme, () => take(stop, one.station)))) : el("p", { class: "small dim" }, "No other station that fits is near."));
+      fill(place, near.length ? el("ul", { class: "stations-list", "aria-label": `Stations near ${stationName(stop.station)}` }, near.map((one) => entry(one, theme, stop.arrive_time, () => take(stop, one.station)))) : el("p", { class: "small dim" }, "No other station that fits is near."));
       place.querySelector("button")?.focus();
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
@@ -51,8 +51,8 @@ export function createOthers(app, list) {
     }
   }
 
-  function entry({ station: { properties: facts }, apart_m: apart }, theme, act) {
-    const more = [app.units().lengthText(apart), priceText(facts), hindranceText(facts)].filter(Boolean);
+  function entry({ station: { properties: facts }, apart_m: apart, closed }, theme, at, act) {
+    const more = [app.units().lengthText(apart), priceText(facts), hindranceText(facts), closed && `closed at ${at.slice(11, 16)}`].filter(Boolean);
     return el(
       "li", {},
       el("button", { type: "button", class: "stations-entry", on: { click: act } },

@@ -24,7 +24,7 @@ export function eventsOf(route) {
 export const stopName = ({ station }) => (station ? stationName(station) : "Stay");
 
 /** The plug and its output. */
-export const plugText = ({ socket }) => (socket ? `${CONNECTORS[socket.connector] ?? socket.connector}${socket.output_kw ? ` ${Math.round(socket.output_kw)} kW` : ""}` : "");
+export const plugText = ({ socket }) => (socket ? `${CONNECTORS[socket.connector] ?? socket.connector}${socket.output_kw ? `, ${Math.round(socket.output_kw)} kW` : ""}` : "");
 
 /**
  * The course of the charge: points {at_s, along_m, soc, what} in order of time, what: "drive", "wait" or "charge" of the
@@ -97,6 +97,12 @@ export function clockText(time, departure) {
 
 /** When something is: by the clock where the departure is known, or else since departure. */
 export const whenText = (time, seconds, departure) => (time ? clockText(time, departure) : `+${durationText(seconds)}`);
+
+/** What is to be left on arrival, by the request as understood: at stops, and at the goal. */
+export const askedOf = ({ request: { charging, reserve_soc: reserve } }) => ({ stop: Math.max(charging.arrive_soc, reserve), goal: Math.max(charging.goal_soc, reserve) });
+
+/** How long a stop waits for its station to open [s]; what is asked for every stop goes besides. */
+export const waitOf = ({ station, overhead_s: besides }, { request }) => (station ? Math.max(0, besides - request.charging.overhead_s) : 0);
 
 /** The time of departure of an answer, null where none was said. */
 export const departureOf = ({ request }) => request.charging?.departure_time ?? null;

@@ -4,7 +4,7 @@ import { el } from "../dom.js";
 import { withoutStation } from "../journey/charging.js";
 import { noPlanNotice } from "./noplan.js";
 import { createOthers } from "./others.js";
-import { courseAt, stopName, timeOf } from "./plan.js";
+import { courseAt, departureOf, stopName, timeOf } from "./plan.js";
 import { nameOf, nameStations } from "../stations/names.js";
 import { stationName } from "../stations/words.js";
 import { createStopList } from "./stops.js";
@@ -80,7 +80,7 @@ export function createPlanResults(app, moved, change) {
   function notice(answer) {
     if (answer.no_plan) return noPlanNotice(answer.no_plan, journey.get(), app.units(), change);
     const passed = (answer.request.charging?.via_stations ?? []).filter(({ station: id }) => !stopsOf().some(({ station }) => station?.id === id));
-    return passed.length && looked ? el("div", { class: "notice plain" }, passed.map(({ station: id }) => el("p", {}, `The plan goes over ${nameOf(app, id)}, where charging does not help.`))) : null;
+    return passed.length && looked ? el("div", { class: "notice plain" }, passed.map(({ station: id }) => el("p", {}, `The plan goes over ${nameOf(app, id)} without charging: that would not help${departureOf(answer) ? ", or it is closed then" : ""}.`))) : null;
   }
 
   return { list: card, timeline: timeline.element, show, cursor, markers, notice };

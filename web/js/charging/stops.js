@@ -4,8 +4,8 @@ import { el, fill } from "../dom.js";
 import { icon } from "../icons.js";
 import { sourceText } from "../stations/card.js";
 import { moneyText } from "../stations/words.js";
-import { durationText, energyText, number, percentText } from "../units.js";
-import { departureOf, eventsOf, plugText, stopName, whenText } from "./plan.js";
+import { durationText, energyText, number, percentText, spanText } from "../units.js";
+import { askedOf, departureOf, eventsOf, plugText, stopName, waitOf, whenText } from "./plan.js";
 
 const span = (from, to) => [percentText(from), " → ", percentText(to)];
 
@@ -23,6 +23,7 @@ export function createStopList(told) {
     const focused = element.contains(document.activeElement) ? document.activeElement.dataset.key : null;
     const { charging } = route;
     const events = eventsOf(route);
+    const asked = askedOf(answer);
     fill(
       element,
       totals(route, units),
@@ -30,7 +31,7 @@ export function createStopList(told) {
         "ol",
         { class: "plan" },
         el("li", { class: "plan-end" }, el("span", { class: "pin start", "aria-hidden": "true" }, "A"), el("b", {}, "Start"), el("span", { class: "num plan-when" }, departure ? `${whenText(departure, 0, departure)}, ` : "", percentText(route.soc_start))),
-        events.map((event) => (event.kind === "drive" ? drive(event, route, units, departure) : stop(event, departure))),
+        events.map((event) => (event.kind === "drive" ? drive(event, route, units, departure, asked) : stop(event, departure, asked, waitOf(event.stop, answer)))),
       ),
       proofText(charging),
       charging.sources.map(({ key }) => sourceText(key, charging.sources)),
@@ -45,7 +46,7 @@ export function createStopList(told) {
     focusout: () => told.point(null),
   });
 
-  function drive({ leg, i, place }, route, units, departure) {
+  function drive({ leg, i, place }, route, units, departure, asked) {
     const before = route.charging.stops.findLast((one) => one.leg < i);
     const last = i === route.legs.length - 1;
     const { goal } = route.charging;
@@ -58,13 +59,13 @@ export function createStopList(told) {
         el("span", { class: "pin goal", "aria-hidden": "true" }, "B"),
         el("b", {}, "Goal"),
         el("span", { class: "num plan-when" }, whenText(goal.arrive_time, goal.arrive_s, departure), ", ", percentText(goal.arrive_soc)),
-        sureText(goal, "at the goal"),
+        sureText(goal, goal.stay ? null : asked.goal),
       ),
       !last && leg.ends_at === "via" && el("li", { class: "plan-end" }, el("span", { class: "pin via", "aria-hidden": "true" }, place.split(" ")[1]), el("b", {}, place), el("span", { class: "num plan-when" }, percentText(leg.soc_end))),
     ];
   }
 
-  function stop({ stop: one, i }, departure) {
+  function stop({ stop: one, i }, departure, asked, wait) {
     const { station } = one;
     const name = stopName(one);
     const minutes = durationText(one.charging_s);
@@ -82,10 +83,11 @@ export function createStopList(told) {
       el(
         "dl",
         { class: "plan-facts num" },
-        fact("Time", [whenText(one.arrive_time, one.arrive_s, departure), " → ", whenText(one.depart_time, one.depart_s, departure)], `${minutes} charging${one.overhead_s ? ` + ${durationText(one.overhead_s)} stop` : ""}`),
+        fact("Time", [whenText(one.arrive_time, one.arrive_s, departure), " → ", whenText(one.depart_time, one.depart_s, departure)], `${minutes} charging${one.overhead_s - wait >= 1 ? ` + ${durationText(one.overhead_s - wait)} stop` : ""}`),
+        wait >= 1 && fact("Waiting", el("span", { class: "plan-wait small" }, `Closed on arrival, opens ${durationText(wait)} later`)),
         fact("Charge", span(one.arrive_soc, one.depart_soc), `${energyText(one.charged_kwh)}${one.mean_power_kw ? ` at ${number(one.mean_power_kw)} kW` : ""}${one.price === null ? "" : ` for ${moneyText(one.price, one.currency)}`}`),
       ),
-      sureText(one, "on arrival"),
+      sureText(one, asked.stop),
       one.fallback && fallbackText(one.fallback),
       station && el("div", { class: "row wrap plan-actions" }, button("other", [icon("swap"), "Another station"], told.choose, `Another station than ${name}`), button("leave", "Not here", told.leave, `Not at ${name}`)),
       el("div", { class: "plan-others", dataset: { others: i } }),
@@ -115,22 +117,22 @@ export function createStopList(told) {
 const stationMore = ({ operator, network }, name) => [operator, network].find((text) => text && text !== name) ?? "";
 const fact = (what, main, more) => el("div", {}, el("dt", { class: "unseen" }, what), el("dd", {}, el("b", {}, main), more && el("span", { class: "small dim" }, more)));
 
-/** How sure a charge on arrival is, null where that was not asked for. */
-function sureText({ arrive_soc_p10: low, arrive_soc_p90: high, probability_kept: kept }, where) {
+/** How sure a charge on arrival is, null where that is not known; asked: what is to be left, null where it is later. */
+function sureText({ arrive_soc_p10: low, arrive_soc_p90: high, probability_kept: kept }, asked) {
   if (low === null || low === undefined) return null;
-  return el("p", { class: "small dim num plan-sure" }, `${number(100 * low)}–${percentText(high)} ${where}`, kept !== null && kept !== undefined && [", ", el("b", {}, sureness(kept)), " sure to keep what is asked"]);
+  return el("p", { class: "small dim num plan-sure" }, `${spanText(low, high)} on arrival`, kept !== null && kept !== undefined && [", ", el("b", {}, sureness(kept)), asked === null ? " sure of what is asked" : ` sure of ≥ ${percentText(asked)}`]);
 }
 
 const sureness = (kept) => (kept > 0.9995 ? "> 99.9 %" : percentText(kept, kept > 0.99 ? 1 : 0));
 
 function fallbackText({ station_name: name, drive_s: drive, arrive_soc: soc, reached }) {
-  const text = reached ? `there with ${percentText(soc)}` : `not reached: ${percentText(Math.max(0, -soc))} short`;
-  return el("p", { class: `small num plan-fallback${reached ? "" : " missing"}` }, el("span", { class: "dim" }, "Should it fail: "), `${name || "the next station"}, ${durationText(drive)} on, ${text}`);
+  const text = reached ? `arriving with ${percentText(soc)}` : `not reached: ${percentText(Math.max(0, -soc))} short`;
+  return el("p", { class: `small num plan-fallback${reached ? "" : " missing"}` }, el("span", { class: "dim" }, "Should it fail: "), `${name || "the next station"}, ${durationText(drive)} farther, ${text}`);
 }
 
 /** Sums over the plan. */
 function totals(route, units) {
-  const { totals: sums, stops } = route.charging;
+  const { totals: sums, stops, probability_kept: kept } = route.charging;
   const parts = [["Driving", sums.driving_s, "driving"], ["Charging", sums.charging_s, "charging"], ["Stopping", sums.overhead_s, "besides"]].filter(([, seconds]) => seconds > 0);
   return el(
     "div",
@@ -138,6 +140,7 @@ function totals(route, units) {
     el("p", { class: "num" }, el("b", {}, durationText(sums.total_s)), ` for ${units.lengthText(route.distance_m)}, `, stops.length ? `${number(stops.length)} ${stops.length === 1 ? "stop" : "stops"}` : "no stop needed", sums.charged_kwh > 0 && `, ${energyText(sums.charged_kwh)} charged`, sums.price !== null && `, ${moneyText(sums.price, sums.currency)}`),
     el("div", { class: "plan-shares", "aria-hidden": "true" }, parts.map(([, seconds, key]) => el("span", { class: `share-${key}`, style: { "flex-grow": String(seconds) } }))),
     el("ul", { class: "plan-sums small num" }, parts.map(([name, seconds, key]) => el("li", {}, el("span", { class: `swatch share-${key}` }), `${name} ${durationText(seconds)}`))),
+    kept !== null && stops.length > 0 && el("p", { class: "small dim num" }, el("b", {}, sureness(kept)), " sure to arrive everywhere with what is asked, if no charger fails"),
   );
 }
 

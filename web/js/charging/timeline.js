@@ -82,7 +82,7 @@ export function createTimeline(moved) {
           svg("text", { class: "profile-tick", x: from - 6, y: y(tick / 100) + 3.5, "text-anchor": "end" }, number(tick, digitsOf(ticks))),
         ]),
         svg("path", { class: "timeline-area", d: areaPath(points.map(({ at_s: at }) => x(at)), points.map(({ soc }) => y(soc)), bottom) }),
-        arrive > 0 && [svg("line", { class: "curve-reserve", x1: from, x2: to, y1: y(arrive), y2: y(arrive) }), svg("text", { class: "curve-reserve-label", x: from + 4, y: y(arrive) - 3 }, "least on arrival")],
+        arrive > 0 && [svg("line", { class: "curve-reserve", x1: from, x2: to, y1: y(arrive), y2: y(arrive) }), svg("text", { class: "curve-reserve-label", x: from + 4, y: y(arrive) + (bottom - y(arrive) >= 12 ? 10 : -3) }, "least on arrival")],
         pieces(points).map(({ what, part }) => svg("path", { class: `timeline-${what}`, d: linePath(part.map(({ at_s: at }) => x(at)), part.map(({ soc }) => y(soc))) })),
         route.charging.stops.map((stop) => whisker(stop, x(stop.arrive_s))),
         whisker(route.charging.goal, to - 1),

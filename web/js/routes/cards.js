@@ -1,8 +1,8 @@
 /** The alternatives side by side, one of which is looked at. */
 
 import { el, fill } from "../dom.js";
-import { durationText, energyText, percentText } from "../units.js";
-import { consumptionOf, NAMES, signed, slugOf, spanText, totalSeconds, twinsOf } from "./compare.js";
+import { durationText, energyText, percentText, spanText } from "../units.js";
+import { consumptionOf, NAMES, signed, slugOf, totalSeconds, twinsOf } from "./compare.js";
 
 /** Cards in a group of radio buttons. choose(name) is called where another one is chosen. */
 export function createCards(choose) {
@@ -77,7 +77,7 @@ function planFacts(route, best, twin, units) {
     { text: stops.length === 1 ? "1 stop" : `${stops.length} stops`, look: "card-main card-time" },
     { text: percentText(goal.arrive_soc), look: "card-main card-charge", spoken: `${percentText(goal.arrive_soc)} on arrival` },
     { text: units.lengthText(route.distance_m), look: "card-more card-energy" },
-    { text: stops.length ? `${durationText(charging)} of it` : energyText(route.battery_kwh), look: "card-more card-time", spoken: stops.length ? `${durationText(charging)} at stops` : undefined },
+    { text: stops.length ? `${durationText(charging)} there` : energyText(route.battery_kwh), look: "card-more card-time", spoken: stops.length ? `${durationText(charging)} at stops` : undefined },
     { text: goal.arrive_soc_p10 === null ? "on arrival" : spanText(goal.arrive_soc_p10, goal.arrive_soc_p90), look: "card-more card-charge" },
     twin && { text: `the same as ${NAMES[twin] ?? twin}`, look: "card-twin" },
     route !== best && !twin && { text: signed(later, durationText), look: "card-last card-energy", spoken: `${signed(later, durationText)} against ${NAMES[best.name] ?? best.name}` },

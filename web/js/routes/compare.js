@@ -1,7 +1,7 @@
 /** Routes beside each other: which are the same, what they take more or less than eco, and all of it in a sentence. */
 
 import { PLANS } from "../journey/journey.js";
-import { durationText, energyText, number, percentText } from "../units.js";
+import { durationText, energyText, percentText } from "../units.js";
 
 export const NAMES = { eco: "Eco", balanced: "Balanced", fastest: "Fastest", ...PLANS };
 
@@ -50,9 +50,6 @@ export function answerText(answer, units) {
     })
     .join(" ");
 }
-
-/** A span of two shares in per cent: "39–47 %". */
-export const spanText = (low, high) => `${number(100 * low)}–${percentText(high)}`;
 
 /** How often a route is charged on, empty where that was not asked for. */
 const stopsSaid = ({ charging }) => (charging ? `${charging.stops.length} charging ${charging.stops.length === 1 ? "stop" : "stops"}, ` : "");

@@ -34,14 +34,19 @@ export async function stationById(app, id, place, reach_deg = 0.002) {
   return station ? { station, sources: found.sources } : null;
 }
 
-/** Stations near a place that fit the filters, the nearest first: [{station, apart_m}]. */
-export async function stationsNear(app, place, filters, { besides = [] } = {}) {
+/**
+ * Stations near a place that fit the filters, the nearest first: [{station, apart_m, closed}]; closed: whether it is at
+ * a local time, false where none is given.
+ */
+export async function stationsNear(app, place, filters, { besides = [], at = null } = {}) {
   let near = [];
   for (const reach of REACH_DEG) {
-    const found = await stationsOf(app, { ...filters, bbox: boxAround(place, reach), limit: 2000 });
+    const asked = { ...filters, bbox: boxAround(place, reach), limit: 2000 };
+    const [found, then] = await Promise.all([stationsOf(app, asked), at && stationsOf(app, { ...asked, open_at: at.slice(0, 16) })]);
+    const open = then && new Set(then.features.map(({ id }) => id));
     near = found.features
       .filter(({ id, properties }) => !besides.includes(id) && properties.operational !== false)
-      .map((station) => ({ station, apart_m: apart_m(place, placeOfFeature(station)) }))
+      .map((station) => ({ station, apart_m: apart_m(place, placeOfFeature(station)), closed: open ? !open.has(station.id) : false }))
       .toSorted((a, b) => a.apart_m - b.apart_m);
     if (near.length >= MOST_NEAR || found.matched === 0 && reach === REACH_DEG.at(-1)) break;
   }
