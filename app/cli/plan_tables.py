@@ -83,7 +83,24 @@ def proof_line(plan: ChargingPlanAnswer) -> str:
     why = f": {proof.unproven}" if proof.unproven else ""
     if proof.short_by is None:
         return f"not proven to be the best{why}"
-    return f"at most {proof.short_by:.4g} {plan.objective_unit} from the best{why}"
+    return f"another plan may be better by at most {proof.short_by:.4g} {plan.objective_unit}{why}"
+
+
+def promise_lines(plan: ChargingPlanAnswer) -> list[str]:
+    """How sure the arrival is, and where to go should a station fail."""
+    lines = []
+    goal = plan.goal
+    if goal.arrive_soc_p10 is not None and goal.arrive_soc_p90 is not None:
+        lines.append(f"charge at the goal: {goal.arrive_soc_p10:.1%} to {goal.arrive_soc_p90:.1%} in 8 of 10 drives")
+    if plan.probability_kept is not None:
+        lines.append(f"{plan.probability_kept:.1%} sure to arrive everywhere with what is asked, if no charger fails")
+    for k, stop in enumerate(plan.stops, 1):
+        elsewhere = stop.fallback
+        if elsewhere is not None:
+            there = f"arriving with {elsewhere.arrive_soc:.1%}" if elsewhere.reached else "not reached"
+            name = elsewhere.station_name or elsewhere.station_id
+            lines.append(f"should stop {k} fail: {name}, {_minutes(elsewhere.drive_s)} min farther, {there}")
+    return lines
 
 
 def no_plan_lines(no_plan: NoPlanAnswer) -> list[str]:
@@ -142,7 +159,7 @@ def _stop_text(stop: ChargingStopAnswer) -> str:
         output = "" if socket.output_kw is None else f" {socket.output_kw:g} kW"
         plug = f", {socket.connector.value}{output}"
     keeper = ", no way without it" if stop.gatekeeper else ""
-    kept = "" if stop.probability_kept is None else f", kept with {stop.probability_kept:.1%}"
+    kept = "" if stop.probability_kept is None else f", {stop.probability_kept:.1%} sure to get there"
     price = _price_text(stop.price, stop.currency, ", ")
     return f"{escape(_name(stop.station))}{plug}, mean {stop.mean_power_kw:.0f} kW{price}{kept}{keeper}"
 

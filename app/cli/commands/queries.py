@@ -201,7 +201,7 @@ def _print_plans(console: Console, answer: RouteResponse) -> None:
         plan = route.charging
         if plan is not None:
             console.print(plan_tables.plan_table(route, plan, departure))
-            for line in (plan_tables.totals_line(plan), plan_tables.proof_line(plan)):
+            for line in (plan_tables.totals_line(plan), *plan_tables.promise_lines(plan), plan_tables.proof_line(plan)):
                 console.print(line, markup=False, highlight=False)
             if plan.sources:
                 console.print(plan_tables.sources_line(plan.sources), style="dim", markup=False, highlight=False)

@@ -92,6 +92,11 @@ def test_plan_is_shown_as_drives_and_stops_with_times_charges_and_licence(client
     assert "45.0 → " in result.output
     assert "ccs2 150 kW" in result.output
     assert "kWh from the wall" in result.output
+    stop = json.loads(run(*ASKED, "--soc", "0.45", "--json").stdout)["routes"][0]["charging"]["stops"][0]
+    assert f"{stop['probability_kept']:.1%} sure to get there" in " ".join(result.output.split())
+    assert "sure to arrive everywhere with what is asked" in result.output
+    fallback = stop["fallback"]
+    assert fallback is None or f"should stop 1 fail: {fallback['station_name']}" in result.output
     assert "(ODbL-1.0)" in result.output or "(CC-BY-4.0)" in result.output
 
 
