@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
 
+LEAST_SHARE: Final = 0.9  # of what an upper bound is that of a share; assumed
 LEAST_PERCENT: Final = 2.0  # that a share above 1 is taken for; assumed
 MOST_ROUNDS_DEG: Final = 3600.0  # up to which a longitude may be counted on by a map that goes on; assumed
 # parts of a location that name a branch of a union, not a field
@@ -83,7 +84,8 @@ def _question(context: Mapping[str, object], value: object) -> str:
         number = float(value) if isinstance(value, (int, float, str)) else math.nan
     except (OverflowError, ValueError):
         return ""
-    if context.get("le") == 1 and LEAST_PERCENT <= number <= 100.0:
+    most = context.get("le")
+    if isinstance(most, (int, float)) and LEAST_SHARE <= most <= 1 and LEAST_PERCENT <= number <= 100.0 * most:
         return f"; did you mean {number / 100.0:g}?"
     if bound in (-180, 180) and abs(number) <= MOST_ROUNDS_DEG:  # those of longitudes only
         return f"; did you mean {degrees_text(math.remainder(number, 360.0))}?"
@@ -99,6 +101,8 @@ def _allowed(kind: str, context: Mapping[str, object], message: str) -> str:
         return f"at {'least' if few else 'most'} {count} item{'' if count == 1 else 's'}"
     if kind == "timezone_naive":
         return "a local time without a time zone, such as 2026-11-30T08:15"
+    if kind in ("datetime_parsing", "datetime_from_date_parsing", "datetime_type"):
+        return "a local time, such as 2026-11-30T08:15"
     if kind == "string_pattern_mismatch":
         return f"text that matches {context['pattern']}"
     for start in ("Input should be ", "String should have ", "Value error, "):

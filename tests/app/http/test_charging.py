@@ -374,6 +374,8 @@ ERRORS: Final[list[tuple[str, dict[str, Any], dict[str, Any], str, object, str]]
         "at least 1, as many as via_stations",
     ),
     ("confidence", {"confidence": 1}, {}, "charging.confidence", 1, "at most 0.999"),
+    ("confidence in percent", {"confidence": 95}, {}, "charging.confidence", 95, "did you mean 0.95?"),
+    ("no time", {"departure_time": "8:15"}, {}, "charging.departure_time", "8:15", "such as 2026-11-30T08:15"),
     ("field", {"speed": 1}, {}, "charging.speed", 1, "no field of this name"),
     ("slow", {"speed_caps_kmh": [5]}, {}, "charging.speed_caps_kmh[0]", 5, "at least 30"),
 ]
