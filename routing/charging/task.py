@@ -27,6 +27,8 @@ from routing.stations.opening import open_times
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
 
+    from numpy.typing import NDArray
+
     from energy.charging.charging import Charging
     from routing.charging.legs import Place
     from routing.charging.network import Step
@@ -102,6 +104,8 @@ class Task:
         self.queries = capped(query, charging.speed_caps_mps)
         self._finders = [LegFinder(legs, capped_query, weightings, self.counts) for capped_query in self.queries]
         self._vias: dict[int, list[Arc]] = {}
+        self._asked: dict[int, tuple[NDArray[np.bool_], bool]] = {}  # stations that arcs of a place lead to
+        self._with_bounds = False  # which no search along known ways looks at
         self._beyond: dict[int, list[tuple[int, Way]]] = {}  # ways that no full battery suffices for, by their place
         self.latest: list[Step] | None = None  # the best journey that was found last
         stays = [self.stay_at(via_idx) for via_idx in range(self._stages - 1)]
@@ -201,9 +205,19 @@ class Task:
 
     def _keep_below(self, cost: float, *, thinned: bool = False) -> None:
         """Leave out stations over which no journey costs less; thinned: and most of those that remain."""
-        if self._corridor.keep_below(cost, thinned=thinned):
+        if not self._corridor.keep_below(cost, thinned=thinned):
+            return
+        near, onward = self._corridor.near, self._corridor.only_onward
+        grown = [
+            place
+            for place, (asked, asked_onward) in self._asked.items()
+            if (asked_onward and not onward) or bool((near & ~asked).any())
+        ]
+        if grown:  # arcs to stations that are left out now may stay
             self._vias.clear()
-            self._stops.known[:] = False
+            self._stops.known[grown] = False
+            for place in grown:
+                del self._asked[place]
 
     @property
     def is_clocked(self) -> bool:
@@ -245,6 +259,8 @@ class Task:
             targets = [to for to in targets if self._corridor.leads_on(stage, here_idx, to - first)]
         onward = self.goal if last else -1 - stage
         targets.append(onward)
+        if place >= 0:
+            self._asked[place] = (self._corridor.near, self._corridor.only_onward)
         spots = [self.position(to) for to in targets]
         arcs: list[Arc] = []
         longest_j = self.capacity_j - self.reserve_j
@@ -252,7 +268,7 @@ class Task:
         for cap, finder in enumerate(self._finders):
             for to, there, pair in zip(targets, spots, finder.pairs(here, spots), strict=True):
                 climb_m = finder.climb_m(here, there) if self._margin_j is not None else 0.0
-                for way in (*pair.ways, *(() if self._is_thinned else pair.bounds())):
+                for way in (*pair.ways, *(pair.bounds() if self._with_bounds else ())):
                     if way.longest_j > longest_j:
                         if not way.is_bound:
                             self._beyond.setdefault(place, []).append((to, way))
@@ -348,10 +364,15 @@ class Task:
     def _forget(self, place: int) -> None:
         """Ask for the arcs of a place anew."""
         if place < 0:
-            self._vias.clear()
-            self._stops.known[:] = False
+            self._forget_all()
         else:
             self.graph.forget(place)
+
+    def _forget_all(self) -> None:
+        """Ask for all arcs anew."""
+        self._vias.clear()
+        self._asked.clear()
+        self._stops.known[:] = False
 
     def best(
         self,
@@ -366,6 +387,9 @@ class Task:
         until, known_only: as of StationGraph.best.
         """
         rules = self._rules(bounded=bounded)
+        if bounded and not self._with_bounds and not self._is_thinned:
+            self._with_bounds = True
+            self._forget_all()
         steps = self.graph.best(0, self._start_j, self.goal, rules, below, until=until, known_only=known_only)
         if steps is not None and not bounded:
             self.latest = steps
