@@ -43,6 +43,8 @@ KEPT_ROUNDS: Final = 4  # of proof and promise at most
 HELP_S: Final = 2.0  # after which nothing more is tried that might help: there is no plan to wait for; assumed
 CAPS_TRIED_MPS: Final = (110.0 / 3.6, 90.0 / 3.6)  # where no plan is found
 RESERVE_STEP: Final = 0.05
+MOST_RESERVE_STEPS: Final = 19
+FEWEST_COST: Final = 1.5  # of the best plan's cost, that one of fewer stops may have; assumed
 RESERVE_COST: Final = 1.2  # of the best plan's cost, that one with more reserve may have; assumed
 
 
@@ -293,7 +295,10 @@ class _Asked:
         """Further plans that differ: fewest stops, fastest, most reserve."""
         charging = self._charging
         wanted: list[tuple[str, Callable[[], tuple[Task, list[Step]] | None]]] = [
-            ("fewest stops", lambda: self._fewest(len(plans[0].stops))),
+            (
+                "fewest stops",
+                lambda: self._fewest(sum(stop.station is not None for stop in plans[0].stops), best[-1].cost),
+            ),
             ("fastest", self._fastest),
             ("most reserve", lambda: self._most_reserve(best[-1].cost)),
         ]
@@ -312,10 +317,13 @@ class _Asked:
             if all(_stops_of(plan) != _stops_of(known) for known in plans):
                 plans.append(plan)
 
-    def _fewest(self, stops: int) -> tuple[Task, list[Step]] | None:
-        for most in range(stops):
-            task = self._task(self._query, replace(self._charging, most_stops=most))
-            steps = task.found()
+    def _fewest(self, stops: int, cost: float) -> tuple[Task, list[Step]] | None:
+        """The best journey of the fewest stops, below a number of them, that does not cost far more."""
+        task = self._task(self._query, replace(self._charging, most_stops=0))
+        task.keep_below(FEWEST_COST * cost)
+        for most in range(task.least_stops(), stops):
+            task.charging = replace(self._charging, most_stops=most)
+            steps = task.best(below=FEWEST_COST * cost)
             if steps is not None:
                 return task, steps
         return None
@@ -328,17 +336,24 @@ class _Asked:
         return None if steps is None else (task, steps)
 
     def _most_reserve(self, cost: float) -> tuple[Task, list[Step]] | None:
+        """The best journey that arrives with the most charge everywhere and does not cost much more.
+
+        More reserve never costs less, so that the most is found by halving what is left to be tried.
+        """
         found = None
-        for step in range(1, 20):
-            least = self._charging.arrive_soc_frac + step * RESERVE_STEP
-            if least > self._charging.max_soc_frac - RESERVE_STEP:
-                break
+        most = self._charging.max_soc_frac - RESERVE_STEP - self._charging.arrive_soc_frac
+        low, high = 0, min(int(most / RESERVE_STEP + 1e-9), MOST_RESERVE_STEPS) + 1
+        while high - low > 1:
+            middle = (low + high) // 2
+            least = self._charging.arrive_soc_frac + middle * RESERVE_STEP
             goal = max(self._charging.goal_soc_frac, least)
             task = self._task(self._query, replace(self._charging, arrive_soc_frac=least, goal_soc_frac=goal))
+            task.keep_below(RESERVE_COST * cost)
             steps = task.best(below=RESERVE_COST * cost)
             if steps is None:
-                break
-            found = task, steps
+                high = middle
+            else:
+                low, found = middle, (task, steps)
         return found
 
     def _no_plan(self, task: Task) -> NoPlan:

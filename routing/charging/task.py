@@ -6,13 +6,14 @@ import math
 import time
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from statistics import NormalDist
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from energy.charging.charge_time import charge_times
-from energy.units import JOULE_PER_WH, SECOND_PER_MINUTE
+from energy.units import JOULE_PER_KWH, JOULE_PER_WH, SECOND_PER_MINUTE
 from routing.charging import kernels_plan as kernels
 from routing.charging.corridor import FEW_SITES, Charges, Corridor, mixed_weights
 from routing.charging.kernels_plan import Rules, Stops
@@ -23,6 +24,7 @@ from routing.charging.sites import least_cost_a_joule, worth_of
 from routing.charging.ways import joined, stay_of
 from routing.errors import TimeUpError
 from routing.stations.opening import open_times
+from routing.weights import ECO
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Sequence
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
     from routing.charging.ways import Way
     from routing.queries import RouteQuery
 
+SAME_FRAC: Final = 1e-9
 PROVEN_FRAC: Final = 1e-8  # of the cost, below which a bound meets a plan
 ROUNDS: Final = 500  # of refinement at most
 MORE_LIKELY: Final = 3.0
@@ -198,12 +201,24 @@ class Task:
             return self.places[-place]
         return self.places[-1] if place == self.goal else self.site_at(place).station.position
 
+    def least_stops(self) -> int:
+        """No journey has fewer stops: by the least energy that it takes, and the most that each of them charges."""
+        least_j = 0.0
+        for here, there in pairwise(self.places):
+            pairs = [pair for finder in self._finders for pair in finder.pairs(here, [there], (ECO,))]
+            least_j += JOULE_PER_KWH * min(pair.least_cost(ECO) for pair in pairs)
+        stays = [self.stay_at(via_idx) for via_idx in range(self._stages - 1)]
+        there_j = self._start_j + sum(self.stay_gain_j(stay) for stay in stays if stay is not None)
+        lacking_j = least_j + self._goal_least_j() - there_j
+        a_stop_j = (self.charging.max_soc_frac - self.charging.arrive_soc_frac) * self.capacity_j
+        return max(math.ceil(lacking_j / a_stop_j - SAME_FRAC), 0) if math.isfinite(lacking_j) else 0
+
     @property
     def least_cost(self) -> float:
         """No journey costs less."""
         return self._corridor.least_cost
 
-    def _keep_below(self, cost: float, *, thinned: bool = False) -> None:
+    def keep_below(self, cost: float, *, thinned: bool = False) -> None:
         """Leave out stations over which no journey costs less; thinned: and most of those that remain."""
         if not self._corridor.keep_below(cost, thinned=thinned):
             return
@@ -324,7 +339,7 @@ class Task:
         """
         bounded = math.isfinite(self.least_cost)
         if self._is_thinned and bounded:
-            self._keep_below(self._corridor.likely_cost, thinned=True)
+            self.keep_below(self._corridor.likely_cost, thinned=True)
             best = self._with_other_ways(self.best())
             if best is not None:
                 return best
@@ -332,7 +347,7 @@ class Task:
             return self._with_other_ways(self.best()) if self._is_thinned else self.best()
         slack = self._corridor.likely_cost - self.least_cost
         while True:
-            self._keep_below(self.least_cost + slack)
+            self.keep_below(self.least_cost + slack)
             best = self.best()
             if best is not None:
                 if best[-1].cost <= self.least_cost + slack:
@@ -342,7 +357,7 @@ class Task:
                 return None
             else:
                 slack = MORE_LIKELY * slack if slack < FAR_FRAC * abs(self.least_cost) + DAY_S else math.inf
-        self._keep_below(best[-1].cost)
+        self.keep_below(best[-1].cost)
         return self._with_other_ways(best) if self._is_thinned else best
 
     def _with_other_ways(self, best: list[Step] | None) -> list[Step] | None:
@@ -423,7 +438,7 @@ class Task:
 
     def look_at_all(self) -> None:
         """Leave no station out of searches."""
-        self._keep_below(math.inf)
+        self.keep_below(math.inf)
 
     @contextmanager
     def closed(self, station_id: str) -> Iterator[None]:
