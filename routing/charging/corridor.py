@@ -11,6 +11,7 @@ import numpy as np
 
 from energy.units import JOULE_PER_KWH, SECOND_PER_HOUR
 from routing.charging import kernels_plan as kernels
+from routing.charging.halts import Course, halt_bounds
 from routing.route.via import same_place
 from routing.weights import Weights
 
@@ -167,6 +168,32 @@ class Corridor:
                     if behind:
                         finder.find_onward(behind, self._sites[k].station.position)
         return changed
+
+    def allow_halts(self, cost: float, until: float) -> bool:
+        """Let all bounds hold for journeys that halt where nothing is charged, and leave out stations over which none
+        of these costs so little; False, and nothing is changed, where time is up before (of time.perf_counter).
+        """
+
+        def least(here: Place, there: Sequence[Place]) -> NDArray[np.float64]:
+            costs = [[pair.least_cost(mixed) for pair in finder.pairs(here, there, (mixed,))] for finder in finders]
+            found: NDArray[np.float64] = COST_UNIT * np.array(costs).min(axis=0)
+            return found
+
+        def straight(here: Place, there: Sequence[Place]) -> NDArray[np.float64]:
+            lines = [self._straight(finder, there, here, to=False) for finder in finders]
+            return np.asarray(np.min(lines, axis=0))
+
+        finders, mixed = self._finders, self._mixed
+        start_cost, goal_cost = -self._a_joule * self._charges.start_j, self._a_joule * self._charges.goal_j
+        stays = [self._worth.a_second * seconds - self._a_joule * gain_j for seconds, gain_j in self._stays]
+        spots = [site.station.position for site in self._sites]
+        bounds = halt_bounds(Course(self._places, start_cost, goal_cost, stays), spots, least, straight, cost, until)
+        if bounds is None:
+            return False
+        rows = self._number[1 : 1 + bounds.ahead.size]
+        rows[:, kernels.AHEAD], rows[:, kernels.AHEAD_MIX] = -math.inf, bounds.ahead.ravel()
+        self.least_cost, self.near = bounds.least_cost, bounds.through <= cost
+        return True
 
     def _few_of(self, stage: int, score: NDArray[np.float64], near: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """A few stations for each stretch of the way, those of the least scores."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -11,7 +10,7 @@ import numpy as np
 from energy.battery import soc_along
 from energy.charging.charge_time import power_bands, seconds
 from energy.units import JOULE_PER_KWH, SECOND_PER_MINUTE
-from routing.charging.plan import ChargeStop, Plan, PlanLeg
+from routing.charging.plan import ChargeStop, Halt, Plan, PlanLeg
 from routing.places import LinkSpan
 
 if TYPE_CHECKING:
@@ -25,6 +24,7 @@ if TYPE_CHECKING:
     from routing.charging.ways import Way
     from routing.links.spans import ChainMaker
     from routing.route.best_path import RouteSearch
+    from routing.stations.station import Station
 
 
 NOTHING_FRAC: Final = 1e-9  # of the capacity, that is no charge
@@ -35,12 +35,14 @@ class _Drive:
     """What is driven without a stop, over via points at which nobody stays, and the stop at its end.
 
     place: of the station graph where it ends. depart_j: charge at departure from a station there; stay: at a via point.
+    halts: after so many parts, at which place of the station graph.
     """
 
     parts: tuple[Part, ...]
     place: int
     depart_j: float = 0.0
     stay: FixedStay | None = None
+    halts: tuple[tuple[int, int], ...] = ()
 
 
 class JourneyMaker:
@@ -83,25 +85,35 @@ class JourneyMaker:
     def _drives(self, steps: Sequence[Step]) -> list[_Drive]:
         drives: list[_Drive] = []
         parts: list[Part] = []
+        halts: list[tuple[int, int]] = []
         for k, step in enumerate(steps[1:], start=1):
             assert step.arc is not None
             for part in step.arc.parts:
                 parts.append(part)
                 stay = self._task.stay_at(-1 - part.there) if part.there < 0 else None
                 if stay is not None:
-                    drives.append(_Drive(tuple(parts), part.there, stay=stay))
-                    parts = []
+                    drives.append(_Drive(tuple(parts), part.there, stay=stay, halts=tuple(halts)))
+                    parts, halts = [], []
             depart_j = steps[k + 1].depart_j if k + 1 < len(steps) else step.charge_j
             if step.place == self._task.goal or depart_j > step.charge_j + NOTHING_FRAC * self._task.capacity_j:
-                drives.append(_Drive(tuple(parts), step.place, depart_j))
-                parts = []
+                drives.append(_Drive(tuple(parts), step.place, depart_j, halts=tuple(halts)))
+                parts, halts = [], []
+            else:
+                halts.append((len(parts), step.place))
         return drives
 
-    def _passed_cost(self, steps: Sequence[Step]) -> float:
-        """Cost of stops at stations that are passed, since nothing is charged there."""
-        most = NOTHING_FRAC * self._task.capacity_j
-        passed = [step.place for step, after in pairwise(steps[1:]) if after.depart_j <= step.charge_j + most]
-        return sum(self._task.site_at(place).stop_cost for place in passed)
+    def _halts(self, drive: _Drive, time_s: NDArray[np.float64], clock_s: float) -> tuple[Halt, ...]:
+        """The halts of a drive that begins at a clock and takes so long on each of its stretches [s]."""
+        found: list[Halt] = []
+        ends = np.cumsum([0, *(part.way.links.size for part in drive.parts)])
+        for count, place in drive.halts:
+            arrive_s = clock_s + float(time_s[: ends[count]].sum()) + sum(halt.overhead_s for halt in found)
+            station = self._task.site_at(place).station
+            overhead_s = self._task.charging.overhead_s + self._task.waiting_s(place, arrive_s)
+            price = _price(station, 0.0, 0.0)
+            currency = "" if station.price is None else station.price.currency
+            found.append(Halt(station, arrive_s, overhead_s, price, currency))
+        return tuple(found)
 
     def plan(self, name: str, steps: Sequence[Step], short_by: float | None, why: str) -> Plan:
         """The plan of steps from start to goal, along known ways."""
@@ -116,6 +128,7 @@ class JourneyMaker:
             charge, _ = soc_along(energy_j, soc, query.vehicle.usable_capacity_wh)
             end = float(charge[-1]) if stretches else soc
             leg_s = float(time_s.sum())
+            halts = self._halts(drive, time_s, clock_s)
             legs.append(
                 PlanLeg(
                     spans=stretches,
@@ -127,24 +140,26 @@ class JourneyMaker:
                     soc_min_frac=float(min(soc, charge.min())) if stretches else soc,
                     speed_cap_mps=task.cap_mps(max(part.cap for part in drive.parts)),
                     caps=tuple((len(self.spans(part.way)), task.cap_mps(part.cap)) for part in drive.parts),
+                    halts=halts,
                 )
             )
-            clock_s, soc = clock_s + leg_s, end
+            clock_s, soc = clock_s + leg_s + sum(halt.overhead_s for halt in halts), end
             if drive.place != task.goal:
                 stop = self._stay(drive, clock_s, soc) if drive.stay is not None else self._stop(drive, clock_s, soc)
                 stops.append(stop)
                 clock_s, soc = stop.depart_s, stop.depart_soc_frac
         at_goal = task.stay_at(None)
-        price, currency = _paid(stops)
+        halted = [halt for leg in legs for halt in leg.halts]
+        price, currency = _paid([*(stop for stop in stops if stop.station is not None), *halted])
         return Plan(
             name=name,
             legs=tuple(legs),
             stops=tuple(stops),
             driving_s=sum(leg.time_s for leg in legs),
             charging_s=sum(stop.charging_s for stop in stops),
-            overhead_s=sum(stop.overhead_s for stop in stops),
+            overhead_s=sum(stop.overhead_s for stop in stops) + sum(halt.overhead_s for halt in halted),
             energy_j=sum(leg.energy_j for leg in legs),
-            objective=steps[-1].cost - self._passed_cost(steps),
+            objective=steps[-1].cost,
             short_by=short_by,
             unproven=why,
             price=price,
@@ -189,13 +204,6 @@ class JourneyMaker:
         overhead_s = task.charging.overhead_s
         drawn_j = charged_j / site.wall_eff
         price = site.station.price
-        paid = None
-        if price is not None and not (price.per_kwh is None and price.per_min is None and price.per_session is None):
-            paid = (
-                (price.per_kwh or 0.0) * drawn_j / JOULE_PER_KWH
-                + (price.per_min or 0.0) * charging_s / SECOND_PER_MINUTE
-                + (price.per_session or 0.0)
-            )
         waits_s = task.waiting_s(drive.place, arrive_s)
         return ChargeStop(
             station=site.station,
@@ -211,7 +219,7 @@ class JourneyMaker:
             drawn_j=drawn_j,
             mean_power_w=charged_j / charging_s if charging_s > 0.0 else 0.0,
             power_bands=power_bands(site.curve, task.capacity_j, arrive, depart) if charging_s > 0.0 else (),
-            price=paid,
+            price=_price(site.station, drawn_j, charging_s),
             currency="" if price is None else price.currency,
         )
 
@@ -239,10 +247,21 @@ class JourneyMaker:
         )
 
 
-def _paid(stops: Sequence[ChargeStop]) -> tuple[float | None, str]:
-    """Price of all stops at stations, and its currency; None and "" where one has none in numbers, or they differ."""
-    at_stations = [stop for stop in stops if stop.station is not None]
-    currencies = {stop.currency for stop in at_stations}
-    if len(currencies) != 1 or any(stop.price is None for stop in at_stations):
+def _price(station: Station, drawn_j: float, charging_s: float) -> float | None:
+    """What a stop costs, in the station's currency; None where it gives no price in numbers."""
+    price = station.price
+    if price is None or (price.per_kwh is None and price.per_min is None and price.per_session is None):
+        return None
+    return (
+        (price.per_kwh or 0.0) * drawn_j / JOULE_PER_KWH
+        + (price.per_min or 0.0) * charging_s / SECOND_PER_MINUTE
+        + (price.per_session or 0.0)
+    )
+
+
+def _paid(visits: Sequence[ChargeStop | Halt]) -> tuple[float | None, str]:
+    """Price of all visits of stations, and its currency; None and "" where one has none in numbers, or they differ."""
+    currencies = {visit.currency for visit in visits}
+    if len(currencies) != 1 or any(visit.price is None for visit in visits):
         return None, ""
-    return sum(stop.price for stop in at_stations if stop.price is not None), currencies.pop()
+    return sum(visit.price for visit in visits if visit.price is not None), currencies.pop()

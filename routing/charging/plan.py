@@ -123,11 +123,27 @@ class Fallback:
 
 
 @dataclass(frozen=True, slots=True)
+class Halt:
+    """A halt at a station at which nothing is charged, since driving on from rest, maybe back, serves better.
+
+    overhead_s: what a stop takes beside charging, with waiting. price: of a stop without a charge, None where it has
+    none in numbers.
+    """
+
+    station: Station
+    arrive_s: float
+    overhead_s: float
+    price: float | None
+    currency: str
+
+
+@dataclass(frozen=True, slots=True)
 class PlanLeg:
     """A drive between two stops: its stretches, time, energy, charge at both ends, and the speed cap that it kept.
 
     soc_min_p10_frac: least charge on the way that is not exceeded with 10 %. caps: of its parts, between which it may
     come over via points and stations at which nothing is charged: how many stretches each has, and its speed cap.
+    halts: at these stations, whose time is not in time_s.
     """
 
     spans: tuple[LinkSpan, ...]
@@ -141,6 +157,7 @@ class PlanLeg:
     route: Route | None = None
     soc_min_p10_frac: float | None = None
     caps: tuple[tuple[int, float | None], ...] = ()
+    halts: tuple[Halt, ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,9 +166,9 @@ class Plan:
 
     short_by_s: by how much at most a better plan is better, in the objective's own unit (s, J or currency); 0: proven
     best for the model, None: nothing is proven, and why is in unproven.
-    goal_quantiles_frac, goal_kept_probability_frac: as at stops. goal_stay: what a fixed stay at the goal charges.
-    kept_probability_frac: of keeping all of them in one journey. price: of all stops at stations, in one currency; None
-    where a station has none in numbers or currencies differ.
+    overhead_s: of stops and halts. goal_quantiles_frac, goal_kept_probability_frac: as at stops. goal_stay: what a
+    fixed stay at the goal charges. kept_probability_frac: of keeping all of them in one journey. price: of stops and
+    halts at stations, in one currency; None where a station has none in numbers or currencies differ.
     """
 
     name: str

@@ -251,6 +251,9 @@ class _Asked:
     def _made(self, keeper: PromiseKeeper, task: Task, name: str, steps: list[Step], proof: Proof) -> Plan:
         plan = JourneyMaker(self._search, self._chains, task).plan(name, steps, proof.short_by, proof.unproven)
         known = len(keeper.warnings)
+        for halt in (halt for leg in plan.legs for halt in leg.halts):
+            at = halt.station.name or repr(halt.station.id)
+            self._warnings.append(f"{name}: going on from rest at station {at} serves better than passing it")
         plan = keeper.promised(plan, gatekeepers=name == BEST)
         self._warnings += keeper.warnings[known:]
         return plan
@@ -267,8 +270,6 @@ class _Asked:
             return Proof(None, "energy is not conserved by this model under these conditions")
         if task.counts.crowded:
             return Proof(None, "very many short links: dominance was relaxed")
-        if self._charging.objective is Objective.ENERGY:
-            return Proof(None, "a halt at which nothing is charged may save energy, which is not looked for")
         return self._by_open_stations(best) if task.is_clocked else proof
 
     def _by_open_stations(self, best: list[Step]) -> Proof:

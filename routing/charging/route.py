@@ -66,7 +66,10 @@ def route_of_plan(
     capped = None if all(map(math.isinf, cap_mps)) else np.array(cap_mps)
     route = route_of(chains, plan.name, None, query, tuple(spans), tuple(first), refills, capped)
     legs = zip(route.legs, leg_caps_mps, strict=True)
-    return replace(route, legs=tuple(replace(leg, speed_cap_mps=cap) for leg, cap in legs))
+    halts_s = sum(halt.overhead_s for leg in plan.legs for halt in leg.halts)
+    return replace(
+        route, stop_s=route.stop_s + halts_s, legs=tuple(replace(leg, speed_cap_mps=cap) for leg, cap in legs)
+    )
 
 
 def _ends_at(span: LinkSpan, place: tuple[LinkPosition, ...]) -> bool:

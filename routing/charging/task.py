@@ -457,15 +457,23 @@ class Task:
         A journey over bounds is no worse than any journey. As long as the best of these is better than the best known
         one, more is learnt of the ways at its bounds.
         """
-        if best is not None and best[-1].cost - self.least_cost <= PROVEN_FRAC * abs(best[-1].cost):
-            return best, Proof(0.0)
+        halts_count = self._worth.a_joule > 0.0  # where time counts much, none saves as much as it takes
         if self._is_thinned:
             why = "on a graph of this size a plan is bounded by what driving and charging cost at least"
-            return best, Proof(None if best is None else best[-1].cost - self.least_cost, why)
+            if best is None or halts_count:
+                return best, Proof(None, why)
+            return best, Proof(0.0) if self._is_least(best) else Proof(best[-1].cost - self.least_cost, why)
         short_by, until = math.inf, time.perf_counter() + self._proof_s
         why = "too many ways between stations to compare"
         try:
             for _ in range(ROUNDS):
+                if halts_count and best is not None:
+                    if not self._corridor.allow_halts(best[-1].cost + PROVEN_FRAC * abs(best[-1].cost), until):
+                        return best, Proof(None, "there was no time to look at halts at which nothing is charged")
+                    self._forget_all()
+                    best, halts_count = self.best(), False
+                if self._is_least(best):
+                    return best, Proof(0.0)
                 cost = math.inf if best is None else best[-1].cost
                 bound = self.best(bounded=True, below=math.inf if best is None else cost - PROVEN_FRAC * abs(cost))
                 if bound is None:
@@ -484,6 +492,10 @@ class Task:
         if best is not None:
             short_by = min(short_by, best[-1].cost - self.least_cost)
         return best, Proof(short_by if math.isfinite(short_by) else None, why)
+
+    def _is_least(self, best: list[Step] | None) -> bool:
+        """Whether a journey costs no more than any does at least."""
+        return best is not None and best[-1].cost - self.least_cost <= PROVEN_FRAC * abs(best[-1].cost)
 
     def refined(self, journey: list[Step], cost: float = math.inf) -> bool:
         """Learn more of ways at the bounds of a journey that may cost so much; whether anything was to be learnt."""

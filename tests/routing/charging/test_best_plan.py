@@ -6,16 +6,21 @@ import math
 
 import pytest
 
-from routing.charging.plan import Objective
+from routing.charging.route import route_of_plan
+from routing.links.spans import ChainMaker
+from routing.places import Point, SnappedPoint
 from tests.routing.charging.worlds import drawn_world, least_cost
 
 EQUAL_FRAC = 1e-6
-# up to three stops by each objective, over via points, with fixed stays, and no plan at all
-SEEDS = (13, 18, 31, 38, 48, 51, 123, 138, 212)
+HERE = Point(46.0, 8.0)
+START = SnappedPoint(HERE, HERE, 0.0, 0, 0.0, "")
+# up to three stops by each objective, over via points, with fixed stays, with halts without a charge, and no plan
+SEEDS = (13, 18, 31, 38, 48, 51, 123, 138, 212, 1070, 1119)
+HALTS = {1070: ["s0", "s1"], 1119: ["s0"]}
 
 
 @pytest.mark.parametrize("seed", SEEDS)
-def test_a_plan_costs_what_the_best_of_all_journeys_costs_and_is_proven_but_by_energy(seed: int) -> None:
+def test_a_plan_costs_what_the_best_of_all_journeys_costs_and_is_proven(seed: int) -> None:
     world = drawn_world(seed)
     answer = world.planner().plan(world.query, world.charging, world.vehicle_charging, world.stations, world.places)
     least = least_cost(world)
@@ -25,9 +30,25 @@ def test_a_plan_costs_what_the_best_of_all_journeys_costs_and_is_proven_but_by_e
         return
     (plan,) = answer.plans
     assert plan.objective == pytest.approx(least, rel=EQUAL_FRAC)
-    if world.charging.objective is Objective.ENERGY:  # a halt without a charge may help, which is not looked for
-        assert plan.short_by is None
-        assert plan.unproven != ""
-    else:
-        assert plan.short_by == 0.0
-        assert plan.unproven == ""
+    assert plan.short_by == 0.0
+    assert plan.unproven == ""
+
+
+@pytest.mark.parametrize("seed", HALTS)
+def test_a_halt_that_helps_without_a_charge_is_no_stop_and_takes_its_time(seed: int) -> None:
+    world = drawn_world(seed)
+    answer = world.planner().plan(world.query, world.charging, world.vehicle_charging, world.stations, world.places)
+    (plan,) = answer.plans
+    halts = [halt for leg in plan.legs for halt in leg.halts]
+    assert [halt.station.id for halt in halts] == HALTS[seed]
+    assert all(stop.station is None for stop in plan.stops)
+    assert sum("serves better than passing it" in text for text in answer.warnings) == len(halts)
+    total_s = plan.driving_s + plan.charging_s + plan.overhead_s
+    waits_s = sum(stop.depart_s - stop.arrive_s for stop in plan.stops) + sum(halt.overhead_s for halt in halts)
+    assert total_s == pytest.approx(sum(leg.time_s for leg in plan.legs) + waits_s)
+    factors = [world.charging.network_factors.get(halt.station.network, 1.0) for halt in halts]
+    counted_s = total_s + sum((f - 1.0) * halt.overhead_s for f, halt in zip(factors, halts, strict=True))
+    assert plan.objective == pytest.approx(plan.energy_j + counted_s, rel=1e-9)
+    assert all(halt.overhead_s == world.charging.overhead_s and halt.arrive_s < total_s for halt in halts)
+    route = route_of_plan(ChainMaker(world.graph), world.query, plan, START, world.places[1:-1])
+    assert route.duration_s + route.stop_s == pytest.approx(total_s)
