@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Final, TypeAlias
@@ -16,12 +17,13 @@ from routing.charging.ways import Line, Pair, Way, profile_of, undominated
 from routing.route.matrix import PathDrives
 from routing.route.via import same_place
 from routing.search.found import Limits, PathOptions
-from routing.search.search import find_path, find_paths, find_paths_to, least_costs
+from routing.search.search import find_path, find_paths
+from routing.search.search_back import search_back
 from routing.search.space import potential_share
 from routing.weights import ECO, FASTEST, Weights
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Mapping, Sequence
+    from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from routing.queries import RouteQuery
     from routing.route.best_path import RouteSearch
     from routing.search.found import FoundPath
+    from routing.search.search_back import SearchBack
     from routing.search.space import SearchSpace
 
 Place: TypeAlias = "tuple[LinkPosition, ...]"  # on each direction of its road
@@ -70,13 +73,16 @@ class LegStore:
         with self._lock:
             return self._pairs.get(space, {}).get(here, {}).get(there)
 
-    def put(self, space: Hashable, here: Place, pairs: Mapping[Place, Pair]) -> None:
-        """Keep pairs from one place; they count against the budget of the graph's caches."""
+    def put(self, space: Hashable, pairs: Mapping[tuple[Place, Place], Pair]) -> None:
+        """Keep pairs by both places; they count against the budget of the graph's caches."""
         with self._lock:
-            kept = self._pairs.setdefault(space, {}).setdefault(here, {})
-            more = sum(pair.held_bytes for pair in pairs.values())
-            more -= sum(kept[there].held_bytes for there in pairs if there in kept)
-            kept.update(pairs)
+            froms = self._pairs.setdefault(space, {})
+            more = 0
+            for (here, there), pair in pairs.items():
+                kept = froms.setdefault(here, {})
+                before = kept.get(there)
+                more += pair.held_bytes - (0 if before is None else before.held_bytes)
+                kept[there] = pair
             self._held[space] = self._held.get(space, 0) + more
         self.search.budget.used(self, space, "legs", partial(self._held_bytes, space), partial(self._drop, space))
 
@@ -124,7 +130,7 @@ class LegFinder:
             missing = [place for place in places if place not in known or not known[place].holds(weights)]
             if missing:
                 made = self._searched(here, missing, weights, known)
-                self._store.put(self._space_key, here, made)
+                self._store.put(self._space_key, {(here, place): pair for place, pair in made.items()})
                 known |= made
         if self._counts.searches == searches:
             self._counts.known += len(places)
@@ -135,24 +141,47 @@ class LegFinder:
         return [known[place] for place in there]
 
     def find_onward(self, here: Sequence[Place], there: Place, weightings: Sequence[Weights] | None = None) -> None:
-        """Learn the best ways from each of many places to one of which no way is known by some weightings."""
+        """Learn the best ways from each of many places to one of which no way is known by some weightings.
+
+        here: the farthest first, to which the search back is led.
+        """
         for weights in self._weightings if weightings is None else weightings:
-            missing = []
-            for place in dict.fromkeys(here):
-                pair = self._store.pair(self._space_key, place, there)
-                if (pair is None or not pair.holds(weights)) and not same_place(place, there):
-                    missing.append(place)
-            if not missing:
-                continue
-            search = self._store.search
+            missing = self._unknown([(place, there) for place in here], weights)
+            if missing:
+                with self.search_back(weights, missing[0][0], there) as back:
+                    self.learn_to(back, weights, here, there)
+
+    @contextmanager
+    def search_back(self, weights: Weights, led_to: Place, there: Place) -> Iterator[SearchBack]:
+        """Searches to a place that share one search back, which is led to where the first of them begins."""
+        search = self._store.search
+        with search_back(self.space, search.pool, weights, led_to, there, search.label_limit) as back:
             self._counts.searches += 1
-            paths, counts = find_paths_to(
-                self.space, search.pool, weights, missing, there, label_limit=search.label_limit
-            )
-            self._counts.crowded |= counts.crowded > 0
-            for place, path in zip(missing, paths, strict=True):
-                before = self._store.pair(self._space_key, place, there)
-                self._store.put(self._space_key, place, {there: self._joined(before, weights, path)})
+            yield back
+            self._counts.crowded |= back.crowded
+
+    def learn_to(self, back: SearchBack, weights: Weights, here: Sequence[Place], there: Place) -> None:
+        """Learn the best ways by the weights of a search back from places to its own."""
+        missing = self._unknown([(place, there) for place in here], weights)
+        self.learn(weights, dict(zip(missing, back.paths([place for place, _ in missing]), strict=True)))
+
+    def learn(self, weights: Weights, paths: Mapping[tuple[Place, Place], FoundPath | None]) -> None:
+        """Keep the best ways by some weights between places, those that lead nowhere as well."""
+        made = {}
+        for places in self._unknown(list(paths), weights):
+            before = self._store.pair(self._space_key, *places)
+            made[places] = self._joined(before, weights, paths[places])
+        if made:
+            self._store.put(self._space_key, made)
+
+    def _unknown(self, pairs: Sequence[tuple[Place, Place]], weights: Weights) -> list[tuple[Place, Place]]:
+        """Those pairs of places of which no best way by some weights is known."""
+        missing = []
+        for here, there in dict.fromkeys(pairs):
+            pair = self._store.pair(self._space_key, here, there)
+            if (pair is None or not pair.holds(weights)) and not same_place(here, there):
+                missing.append((here, there))
+        return missing
 
     def climb_m(self, here: Place, there: Place) -> float:
         """How much higher a place is than another [m]."""
@@ -175,7 +204,9 @@ class LegFinder:
         """
         if weights.energy == weights.time == 0.0:
             return np.zeros(1 + len(others(0.0)))
-        return least_costs(self.space, self._store.search.pool, weights, first, others, goal, labels=labels)
+        with search_back(self.space, self._store.search.pool, weights, first, goal) as back:
+            least = back.least_costs([first], labels)
+            return np.concatenate((least, back.least_costs(others(float(least[0])), labels)))
 
     def straight_costs(self, weights: Weights, places: Sequence[Place], there: Place) -> NDArray[np.float64]:
         """No way between places and another one costs less, by the straight line alone, but for what height stores."""
@@ -224,7 +255,7 @@ class LegFinder:
             paths = all_ways(self.space, here, there, most_s, most_j)
             ways = undominated([*pair.ways, *(self._way(path) for path in paths or ())])
             pair = replace(pair, ways=ways, whole_s=pair.whole_s if paths is None else most_s, compared=True)
-        self._store.put(self._space_key, here, {there: pair})
+        self._store.put(self._space_key, {(here, there): pair})
         return True
 
     def _searched(

@@ -240,10 +240,11 @@ def run(
 ) -> int:
     """Settle labels in the order of their reduced cost until the goal is settled or none is left.
 
-    Precondition: reduced costs are not negative, or r.correcting. d: drives known from earlier searches, to which this
-    one adds if it fills. Returns FOUND (counter[GOAL] is the label), DONE, or FULL or CRAMPED when the workspace or the
-    table of drives must grow before going on, and PAUSED after PAUSE_LABELS or PAUSE_COMPARED, to be called again for
-    the rest.
+    Precondition: reduced costs are not negative, or r.correcting. goals: where h directs the search, or on the way
+    there, or anywhere where it is not directed; one from which no road leads there is settled last. d: drives known
+    from earlier searches, to which this one adds if it fills. Returns FOUND (counter[GOAL] is the label), DONE, or FULL
+    or CRAMPED when the workspace or the table of drives must grow before going on, and PAUSED after PAUSE_LABELS or
+    PAUSE_COMPARED, to be called again for the rest.
     O(L log L) for L labels made. Ties: the label met first stays.
 
     Arrays are borrowed and read by row and column: counting references and views of rows in and out with locked
@@ -301,6 +302,8 @@ def run(
             if goals.link[k] != s.link:
                 break
             if goals.offset_m[k] > s.offset_m and reach_goal(p, r, links, ws, s, goals.offset_m[k], made):
+                # a goal on the way to where the search is directed comes no earlier than other ways to it
+                ws.number[made, KEY] += cost_ahead(r, h, s.link, math.inf)
                 heap_push(ws.heap_key, ws.heap_label, heap_size, ws.number[made, KEY], made)
                 heap_size += 1
                 made += 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from contextlib import nullcontext
 from dataclasses import replace
@@ -46,7 +45,8 @@ NO_DESCENT: Final = np.empty((0, 2))  # leads in charge count in full
 Found = TypeVar("Found")
 
 
-def _rules(space: SearchSpace, weights: Weights, limits: Limits, pareto: bool, label_limit: int) -> SearchRules:
+def search_rules(space: SearchSpace, weights: Weights, limits: Limits, pareto: bool, label_limit: int) -> SearchRules:
+    """The rules of a search by weights of its cost, for the kernel."""
     p = space.physics
     return SearchRules(
         least_energy_j=limits.least_energy_j,
@@ -91,7 +91,7 @@ def _proven(
     )
 
 
-def _run(
+def run_once(
     space: SearchSpace,
     pool: WorkspacePool,
     rules: SearchRules,
@@ -101,15 +101,16 @@ def _run(
     bound: GoalBound,
     begin_s: float = 0.0,
 ) -> tuple[Workspace, int, int, SearchCounts]:
+    """One search: its workspace, to be given back with its epoch, the label at the goal or −1, and its work."""
     ws, epoch = pool.take()
-    began = _begin(space, rules, ws, starts, begin_s)
-    ws, status = _settle(space, rules, ws, _places(goals), lent, bound, epoch)
-    _check_settled(status, space, ws, pool, rules, epoch)
-    counts = _counts(space, ws, rules, began)
+    began = begin(space, rules, ws, starts, begin_s)
+    ws, status = settle(space, rules, ws, goal_places(goals), lent, bound, epoch)
+    check_settled(status, space, ws, pool, rules, epoch)
+    counts = search_counts(space, ws, rules, began)
     return ws, epoch, int(ws.counter[kernels_workspace.GOAL]), counts
 
 
-def _begin(
+def begin(
     space: SearchSpace, rules: SearchRules, ws: Workspace, starts: Sequence[LinkPosition], begin_s: float = 0.0
 ) -> float:
     """Put the starts into the heap of a workspace; what the clock says [s]."""
@@ -121,14 +122,14 @@ def _begin(
     return began
 
 
-def _places(goals: Sequence[LinkPosition]) -> kernels_search.Goals:
+def goal_places(goals: Sequence[LinkPosition]) -> kernels_search.Goals:
     """Goals as the kernel reads them."""
     link = np.array([goal.link_idx for goal in goals], np.int64)
     order = np.argsort(link, kind="stable")
     return kernels_search.Goals(link[order], np.array([goal.offset_m for goal in goals], np.float64)[order])
 
 
-def _settle(
+def settle(
     space: SearchSpace,
     rules: SearchRules,
     ws: Workspace,
@@ -161,7 +162,7 @@ def _settle(
             return ws, kernels_workspace.TOO_MANY
 
 
-def _check_settled(
+def check_settled(
     status: int, space: SearchSpace, ws: Workspace, pool: WorkspacePool, rules: SearchRules, epoch: int
 ) -> None:
     """Give the workspace back and raise where a search has failed."""
@@ -178,7 +179,8 @@ def _check_settled(
         time_budget().check()
 
 
-def _counts(space: SearchSpace, ws: Workspace, rules: SearchRules, began: float) -> SearchCounts:
+def search_counts(space: SearchSpace, ws: Workspace, rules: SearchRules, began: float) -> SearchCounts:
+    """The work that a search has done in a workspace."""
     refused_s = int(ws.counter[kernels_workspace.REFUSED_S])
     safe = refused_s < 0 or rules.descent.size > 0
     return SearchCounts(
@@ -205,22 +207,25 @@ def find_path(
 
     The path's time counts from its start.
     """
-    rules = _rules(space, weights, limits, options.pareto, options.label_limit)
+    rules = search_rules(space, weights, limits, options.pareto, options.label_limit)
     directed = options.directed and 0 < len(goals) <= MOST_GOALS and not rules.correcting
     directed_to = pool.directed(space, starts, goals) if directed else nullcontext(space.lower_bound.undirected)
     with space.drives.lent() as lent, directed_to as bound:
 
         def search(by: SearchRules) -> tuple[FoundPath | None, SearchCounts]:
-            ws, epoch, goal, counts = _run(space, pool, by, starts, goals, lent, bound, options.begin_s)
+            ws, epoch, goal, counts = run_once(space, pool, by, starts, goals, lent, bound, options.begin_s)
             try:
-                return (None if goal < 0 else _unpack(space, ws, goal, goals, options.begin_s)), counts
+                return (None if goal < 0 else found_path(space, ws, goal, goals, options.begin_s)), counts
             finally:
                 pool.give_back(ws, epoch)
 
         return _proven(space, rules, search)
 
 
-def _unpack(space: SearchSpace, ws: Workspace, goal: int, goals: Sequence[LinkPosition], begin_s: float) -> FoundPath:
+def found_path(
+    space: SearchSpace, ws: Workspace, goal: int, goals: Sequence[LinkPosition], begin_s: float
+) -> FoundPath:
+    """The path to the label at a goal."""
     labels = kernels_workspace.labels_to(ws.pointer, ws.pointer[goal, kernels_workspace.PARENT])
     links: list[int] = ws.pointer[labels, kernels_workspace.LINK].tolist()
     number = ws.number[goal]
@@ -250,12 +255,12 @@ def reach(
     """Least energy to stop at every node, one to all, within the limits."""
     from routing.weights import ECO
 
-    rules = _rules(space, ECO, limits, False, label_limit)
+    rules = search_rules(space, ECO, limits, False, label_limit)
     with space.drives.lent() as lent:  # the labels have states of this table
 
         def search(by: SearchRules) -> tuple[tuple[NDArray[np.float64], NDArray[np.float64]], SearchCounts]:
             node_energy, link_reach = np.full(node_count, np.inf), np.full(head.size, -1.0)
-            ws, epoch, _, counts = _run(space, pool, by, starts, (), lent, space.lower_bound.undirected)
+            ws, epoch, _, counts = run_once(space, pool, by, starts, (), lent, space.lower_bound.undirected)
             try:
                 arrivals(space.arrays, space.physics, by, ws, lent.table, head, node_energy, link_reach)
             finally:
@@ -281,7 +286,7 @@ def reach_by(
 ) -> ReachBy:
     """Least time or distance to stop at every node, one to all, up to `most` [s or m], whatever the battery holds."""
     by_time = measure is Measure.TIME
-    rules = _rules(space, FASTEST if by_time else SHORTEST, Limits(), False, label_limit)
+    rules = search_rules(space, FASTEST if by_time else SHORTEST, Limits(), False, label_limit)
     with space.drives.lent() as lent:
 
         def search(by: SearchRules) -> tuple[ReachBy, SearchCounts]:
@@ -290,7 +295,7 @@ def reach_by(
                 np.full(node_count, np.inf),
                 np.full(head.size, -1.0),
             )
-            ws, epoch, _, counts = _run(space, pool, by, starts, (), lent, space.lower_bound.undirected)
+            ws, epoch, _, counts = run_once(space, pool, by, starts, (), lent, space.lower_bound.undirected)
             try:
                 stops_by(space.arrays, space.physics, by, ws, head, by_time, most, least, energy_j, link_reach)
             finally:
@@ -318,7 +323,7 @@ def find_paths(
     they do not change the others. Limits may be held only where energy alone is weighted, for there is no search with
     pairs of cost and energy here. Raises as find_path does.
     """
-    rules = _rules(space, weights, limits, False, label_limit)
+    rules = search_rules(space, weights, limits, False, label_limit)
     targets_at: dict[int, list[tuple[float, int]]] = {}
     for k, goals in enumerate(targets):
         for goal in goals:
@@ -349,112 +354,27 @@ def _run_to_all(
     whose, link, offset_m = whose[order], link[order], offset_m[order]
     left, missing = len(targets), np.ones(len(targets), np.bool_)
     ws, epoch = pool.take()
-    began = _begin(space, rules, ws, starts)
+    began = begin(space, rules, ws, starts)
     status = kernels_workspace.FOUND
     while status == kernels_workspace.FOUND and left > 0:
         places = kernels_search.Goals(link[missing[whose]], offset_m[missing[whose]])
-        ws, status = _settle(space, rules, ws, places, lent, space.lower_bound.undirected, epoch)
+        ws, status = settle(space, rules, ws, places, lent, space.lower_bound.undirected, epoch)
         for label in _labels_at_goals(ws, rules):
-            link_idx, at_goal_m = _goal_place(ws, label)
+            link_idx, at_goal_m = goal_place(ws, label)
             for at_m, k in targets_at[link_idx]:
                 if found[k] < 0 and abs(at_m - at_goal_m) < SAME_OFFSET_M:
                     found[k] = label
                     missing[k] = False
                     left -= 1
         ws.counter[kernels_workspace.GOAL] = -1
-    _check_settled(status, space, ws, pool, rules, epoch)
-    counts = _counts(space, ws, rules, began)
+    check_settled(status, space, ws, pool, rules, epoch)
+    counts = search_counts(space, ws, rules, began)
     try:
-        return [None if goal < 0 else _unpack(space, ws, goal, targets[k], 0.0) for k, goal in enumerate(found)], counts
+        return [
+            None if goal < 0 else found_path(space, ws, goal, targets[k], 0.0) for k, goal in enumerate(found)
+        ], counts
     finally:
         pool.give_back(ws, epoch)
-
-
-def find_paths_to(
-    space: SearchSpace,
-    pool: WorkspacePool,
-    weights: Weights,
-    sources: Sequence[Sequence[LinkPosition]],
-    goals: Sequence[LinkPosition],
-    *,
-    label_limit: int = 50_000_000,
-) -> tuple[list[FoundPath | None], SearchCounts]:
-    """The cheapest way from each source to the goals, or None, without limits: directed by one search back for all.
-
-    sources: at least one, the farthest first, to which the search back is led. Raises as find_path does.
-    """
-    rules = _rules(space, weights, Limits(), False, label_limit)
-    found: list[FoundPath | None] = []
-    counted: list[SearchCounts] = []
-    directed = 0 < len(goals) <= MOST_GOALS and not rules.correcting
-    directed_to = pool.directed(space, sources[0], goals) if directed else nullcontext(space.lower_bound.undirected)
-    with space.drives.lent() as lent, directed_to as bound:
-        for starts in sources:
-            ws, epoch, goal, counts = _run(space, pool, rules, starts, goals, lent, bound)
-            try:
-                found.append(None if goal < 0 else _unpack(space, ws, goal, goals, 0.0))
-            finally:
-                pool.give_back(ws, epoch)
-            counted.append(counts)
-    whole = replace(
-        counted[0],
-        labels_made=sum(counts.labels_made for counts in counted),
-        labels_settled=sum(counts.labels_settled for counts in counted),
-        seconds=sum(counts.seconds for counts in counted),
-        crowded=sum(counts.crowded for counts in counted),
-    )
-    return found, whole
-
-
-def least_costs(
-    space: SearchSpace,
-    pool: WorkspacePool,
-    weights: Weights,
-    first: Sequence[LinkPosition],
-    others: Callable[[float], Sequence[Sequence[LinkPosition]]],
-    goals: Sequence[LinkPosition],
-    *,
-    labels: int = 256,
-) -> NDArray[np.float64]:
-    """No way from a source to the goals costs less, float64 (n,); inf where none leads there.
-
-    first: a source; others: further ones, given the bound for the first. Each by a directed search that ends after some
-    labels: the least key in its heap is then the bound, since keys never fall. The search back is one for all; it is
-    led to the first source. All goals are one place.
-    """
-    rules = _rules(space, weights, Limits(), False, labels)
-    if rules.correcting:
-        return np.full(1 + len(others(-math.inf)), -math.inf)
-    with space.drives.lent() as lent, pool.directed(space, first, goals) as bound:
-        found = [_least_cost(space, pool, rules, first, goals, lent, bound)]
-        found += [_least_cost(space, pool, rules, source, goals, lent, bound) for source in others(found[0])]
-    return np.array(found)
-
-
-def _least_cost(
-    space: SearchSpace,
-    pool: WorkspacePool,
-    rules: SearchRules,
-    starts: Sequence[LinkPosition],
-    goals: Sequence[LinkPosition],
-    lent: LentDrives,
-    bound: GoalBound,
-) -> float:
-    """The cost of the best way, or what no way is below where that takes more labels than the rules allow."""
-    ws, epoch = pool.take()
-    _begin(space, rules, ws, starts)
-    ws, status = _settle(space, rules, ws, _places(goals), lent, bound, epoch)
-    if status == kernels_workspace.TOO_MANY:
-        height_m = space.arrays.tail_height_m[goals[0].link_idx]
-        height_m += space.arrays.grade_frac[goals[0].link_idx] * goals[0].offset_m
-        gained_j = rules.alpha * space.physics.weight_n * float(height_m)
-        least = float(ws.heap_key[0]) + rules.energy_weight * gained_j
-    else:
-        _check_settled(status, space, ws, pool, rules, epoch)
-        goal = int(ws.counter[kernels_workspace.GOAL])
-        least = math.inf if goal < 0 else float(ws.number[goal, kernels_workspace.COST])
-    pool.give_back(ws, epoch)
-    return least
 
 
 def _labels_at_goals(ws: Workspace, rules: SearchRules) -> list[int]:
@@ -468,7 +388,7 @@ def _labels_at_goals(ws: Workspace, rules: SearchRules) -> list[int]:
     return [int(label) for label in labels[order]]
 
 
-def _goal_place(ws: Workspace, label: int) -> tuple[int, float]:
+def goal_place(ws: Workspace, label: int) -> tuple[int, float]:
     """Link of a label at a goal, and how far along it the goal is [m]."""
     before = int(ws.pointer[label, kernels_workspace.PARENT])
     driven_m = float(ws.number[label, kernels_workspace.DISTANCE] - ws.number[before, kernels_workspace.DISTANCE])

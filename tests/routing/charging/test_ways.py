@@ -12,7 +12,8 @@ from routing.charging.ways import Way, joined
 from routing.links.spans import ChainMaker
 from routing.route.best_path import RouteSearch
 from routing.search.found import Limits
-from routing.search.search import find_path, least_costs
+from routing.search.search import find_path
+from routing.search.search_back import search_back
 from routing.weights import ECO, FASTEST, Weights
 from tests.routing.charging.worlds import World, drawn_world, trails
 
@@ -65,9 +66,8 @@ def test_the_bound_of_an_ended_search_is_never_above_the_best_way(seed: int, wei
     space = search.space_of(world.query, world.query.vehicle)
     sources = [world.places[0], *(station.position for station in world.stations)]
     for labels in (1, 4, 10_000):
-        found = least_costs(
-            space, search.pool, weights, sources[0], lambda _: sources[1:], world.places[-1], labels=labels
-        )
+        with search_back(space, search.pool, weights, sources[0], world.places[-1]) as back:
+            found = back.least_costs(sources, labels)
         for bound, source in zip(found.tolist(), sources, strict=True):
             path, _ = find_path(space, search.pool, weights, Limits(), source, world.places[-1])
             least = math.inf if path is None else path.cost
