@@ -12,6 +12,7 @@ import numpy as np
 from energy.units import JOULE_PER_KWH, SECOND_PER_HOUR
 from routing.charging import kernels_plan as kernels
 from routing.charging.halts import Course, halt_bounds
+from routing.charging.stretches import A_STRETCH, STRETCHES
 from routing.route.via import same_place
 from routing.weights import Weights
 
@@ -29,8 +30,6 @@ LIKELY_S: Final = 900.0
 LIKELY_REACH: Final = 0.7  # of what a way takes by the mean of the whole journey, that it takes at least
 LABELS: Final = 256  # after which the searches of bounds end
 FEW_LABELS: Final = 48
-STRETCHES: Final = 12  # of a journey on a large graph, of each of which a few stations are looked at
-A_STRETCH: Final = 3
 COST_UNIT: Final = 3600.0  # of the objective, that a unit of a search's cost is
 
 
@@ -72,7 +71,9 @@ class Corridor:
         self._joule_a_cost = 0.0  # what ways take, of the mixed cost
         self.near = np.ones((self._stages, len(sites)), np.bool_)
         self.only_onward = False
-        self.least_cost = self._look_ahead()
+        self._few: NDArray[np.bool_] | None = None  # chosen on a large graph, where only those along the way are known
+        along = self._look_along() if thinned else None
+        self.least_cost = self._look_ahead() if along is None else along
 
     @property
     def likely_cost(self) -> float:
@@ -132,6 +133,38 @@ class Corridor:
             least = max(ahead, mixed - self._a_joule * self._charges.start_j)
         return least
 
+    def _look_along(self) -> float | None:
+        """As _look_ahead on a large graph: stations along the way alone, a few of which are chosen at once.
+
+        None where no search back directs searches.
+        """
+        spots = [site.station.position for site in self._sites]
+        slow = self._slow()
+        few = np.zeros(self.near.shape, np.bool_)
+        mixed = self._a_joule * self._charges.goal_j
+        for stage in range(self._stages - 1, -1, -1):
+            ends = self._places[stage], self._places[stage + 1]
+            if stage < self._stages - 1:
+                seconds, gain_j = self._stays[stage]
+                mixed += self._worth.a_second * seconds - self._a_joule * gain_j
+            rows = self._number[1 + stage * len(spots) : 1 + (stage + 1) * len(spots)]
+            rows[:, kernels.AHEAD_A_JOULE], rows[:, kernels.AHEAD] = self._a_joule, -math.inf
+            rows[:, kernels.AHEAD_MIX] = math.inf
+            onward = math.inf
+            for finder in self._finders:
+                along = finder.along(self._mixed, COST_UNIT, ends, spots, slow, self._likely)
+                if along is None:
+                    return None
+                ahead = np.maximum(along.least_there, self._straight(finder, spots, ends[1], to=True))
+                rows[:, kernels.AHEAD_MIX] = np.minimum(rows[:, kernels.AHEAD_MIX], mixed + ahead)
+                few[stage, list(along.few)] = True
+                if along.onward < onward:
+                    onward = along.onward
+                    self._joule_a_cost = max(along.way_j, 0.0) / max(onward, 1e-9)
+            mixed += onward
+        self._few = few
+        return mixed - self._a_joule * self._charges.start_j
+
     def _straight(self, finder: LegFinder, spots: Sequence[Place], place: Place, *, to: bool) -> NDArray[np.float64]:
         """No way between stations and a place costs less by the mixed weighting, by the straight line and height."""
         straight = finder.straight_costs(self._mixed, spots, place)
@@ -148,12 +181,10 @@ class Corridor:
 
         What ways lead on from the others is searched at once, since a search back serves many.
         """
-        through = self._through(cost)
-        near = through <= cost
-        if thinned:
-            slow = np.array([site.window_cost * self._charges.capacity_j + site.stop_cost for site in self._sites])
-            score = through + 0.5 * (slow - slow.min(initial=math.inf))  # a stop rarely charges all of that
-            near = np.array([self._few_of(stage, score[stage], near[stage]) for stage in range(self._stages)])
+        if not thinned and self._few is not None:  # all stations are looked at after all
+            self._few = None
+            self.least_cost = max(self.least_cost, self._look_ahead())
+        near = self._chosen(cost) if thinned else self._through(cost) <= cost
         changed = bool((near != self.near).any()) or thinned != self.only_onward
         self.near, self.only_onward = near, thinned
         for stage in range(self._stages):
@@ -195,18 +226,22 @@ class Corridor:
         self.least_cost, self.near = bounds.least_cost, bounds.through <= cost
         return True
 
-    def _few_of(self, stage: int, score: NDArray[np.float64], near: NDArray[np.bool_]) -> NDArray[np.bool_]:
-        """A few stations for each stretch of the way, those of the least scores."""
-        ahead = self._number[1 + stage * near.size : 1 + (stage + 1) * near.size, kernels.AHEAD_MIX]
-        kept = np.zeros(near.size, np.bool_)
-        chosen = np.flatnonzero(near)
-        if chosen.size:
-            span = max(float(np.ptp(ahead[chosen])), 1e-9)
-            stretch = np.minimum((STRETCHES * (ahead[chosen] - ahead[chosen].min()) / span).astype(int), STRETCHES - 1)
-            for k in range(STRETCHES):
-                inside = chosen[stretch == k]
-                kept[inside[np.argsort(score[inside], kind="stable")[:A_STRETCH]]] = True
-        return kept
+    def _chosen(self, cost: float) -> NDArray[np.bool_]:
+        """A few stations along the way, or, where none are told, those over which a journey likely costs least."""
+        if self._few is not None:
+            return self._few
+        through = self._through(cost)
+        near = np.zeros(self.near.shape, np.bool_)
+        for stage in range(self._stages):
+            order = np.argsort(through[stage] + self._slow(), kind="stable")[: STRETCHES * A_STRETCH]
+            near[stage, order] = through[stage, order] <= cost
+        return near
+
+    def _slow(self) -> NDArray[np.float64]:
+        """What charging costs more at each station than at the best; a stop rarely charges all of a battery."""
+        slow = np.array([site.window_cost * self._charges.capacity_j + site.stop_cost for site in self._sites])
+        found: NDArray[np.float64] = 0.5 * (slow - slow.min(initial=math.inf))
+        return found
 
     def leads_on(self, stage: int, here: int, there: int) -> bool:
         """Whether one station is farther from the next via point or goal than another, and likely within a charge."""

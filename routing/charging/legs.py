@@ -13,6 +13,7 @@ import numpy as np
 
 from energy.units import JOULE_PER_KWH, SECOND_PER_HOUR
 from routing.charging.exact import all_ways, all_ways_are_comparable
+from routing.charging.stretches import along_way
 from routing.charging.ways import Line, Pair, Way, profile_of, undominated
 from routing.route.matrix import PathDrives
 from routing.route.via import same_place
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from routing.charging.stretches import AlongWay
     from routing.places import LinkPosition
     from routing.queries import RouteQuery
     from routing.route.best_path import RouteSearch
@@ -37,6 +39,7 @@ if TYPE_CHECKING:
 Place: TypeAlias = "tuple[LinkPosition, ...]"  # on each direction of its road
 
 FEW_TARGETS: Final = 12  # up to which searches directed to each of them take less than one to all
+WAYS_KEPT: Final = 32  # whose stations along them are kept for a vehicle and its conditions
 STAY: Final = Pair((Way(0.0, 0.0, 0.0, 0.0, 0.0),), (), math.inf, compared=True)
 NOWHERE: Final = Pair((), (), math.inf, compared=True)
 
@@ -60,6 +63,7 @@ class LegStore:
     def __init__(self, search: RouteSearch) -> None:
         self.search = search
         self._pairs: dict[Hashable, dict[Place, dict[Place, Pair]]] = {}
+        self._along: dict[Hashable, dict[Hashable, AlongWay]] = {}
         self._held: dict[Hashable, int] = {}
         self._lock = threading.Lock()
 
@@ -86,8 +90,22 @@ class LegStore:
             self._held[space] = self._held.get(space, 0) + more
         self.search.budget.used(self, space, "legs", partial(self._held_bytes, space), partial(self._drop, space))
 
+    def along(self, space: Hashable, question: Hashable) -> AlongWay | None:
+        """Stations along a way, None where they are not known."""
+        with self._lock:
+            return self._along.get(space, {}).get(question)
+
+    def put_along(self, space: Hashable, question: Hashable, along: AlongWay) -> None:
+        """Keep stations along a way, the latest ones of a space."""
+        with self._lock:
+            kept = self._along.setdefault(space, {})
+            kept[question] = along
+            if len(kept) > WAYS_KEPT:
+                del kept[next(iter(kept))]
+
     def _held_bytes(self, space: Hashable) -> int:
-        return self._held.get(space, 0)
+        along = sum(2 * way.least_there.nbytes for way in list(self._along.get(space, {}).values()))
+        return self._held.get(space, 0) + along
 
     def forget(self) -> None:
         """Give up all pairs."""
@@ -96,6 +114,7 @@ class LegStore:
     def _drop(self, space: Hashable) -> None:
         with self._lock:
             self._pairs.pop(space, None)
+            self._along.pop(space, None)
             self._held.pop(space, None)
 
 
@@ -182,6 +201,24 @@ class LegFinder:
             if (pair is None or not pair.holds(weights)) and not same_place(here, there):
                 missing.append((here, there))
         return missing
+
+    def along(
+        self,
+        weights: Weights,
+        unit: float,
+        ends: tuple[Place, Place],
+        spots: Sequence[Place],
+        slow: NDArray[np.float64],
+        likely: Callable[[float], float],
+    ) -> AlongWay | None:
+        """Stations along a way as along_way tells them, kept from plan to plan; None where it has none to tell."""
+        question = (weights, ends, tuple(spots), slow.tobytes(), likely(0.0), likely(1e12))
+        found = self._store.along(self._space_key, question)
+        if found is None:
+            found = along_way(self, weights, unit, ends, spots, slow, likely)
+            if found is not None:
+                self._store.put_along(self._space_key, question, found)
+        return found
 
     def climb_m(self, here: Place, there: Place) -> float:
         """How much higher a place is than another [m]."""

@@ -76,6 +76,32 @@ def test_the_bound_of_an_ended_search_is_never_above_the_best_way(seed: int, wei
                 assert bound == pytest.approx(least, rel=1e-9)
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("weights", [FASTEST, MIXED, ECO])
+def test_a_search_along_a_way_finds_the_best_ways_to_other_places(seed: int, weights: Weights) -> None:
+    world = drawn_world(seed)
+    search = RouteSearch(world.graph, ChainMaker(world.graph))
+    space = search.space_of(world.query, world.query.vehicle)
+    start, goal = world.places[0], world.places[-1]
+    targets = [*(station.position for station in world.stations), goal]
+    met: list[float] = []
+
+    def is_enough(_: int, cost: float, via: float) -> bool:
+        assert cost <= via + 1e-9 * abs(via) or weights.energy > 0.0  # ways down to the goal give something back
+        met.append(via)
+        return False
+
+    with search_back(space, search.pool, weights, start, goal) as back:
+        costs, paths = back.on_the_way(start, targets, is_enough, lambda costs: range(costs.size))
+    assert met == sorted(met)
+    for k, target in enumerate(targets):
+        path, _ = find_path(space, search.pool, weights, Limits(), start, target)
+        assert math.isinf(costs[k]) == (path is None)
+        if path is not None:
+            assert costs[k] == pytest.approx(path.cost, rel=1e-9)
+            assert paths[k].cost == costs[k]
+
+
 def test_one_way_after_the_other_does_to_a_battery_what_both_do() -> None:
     rng = np.random.default_rng(7)
     capacity = 100.0
