@@ -320,7 +320,7 @@ class _Asked:
 
     def _fewest(self, stops: int, cost: float) -> tuple[Task, list[Step]] | None:
         """The best journey of the fewest stops, below a number of them, that does not cost far more."""
-        task = self._task(self._query, replace(self._charging, most_stops=0))
+        task = self._task(self._query, replace(self._charging, most_stops=stops))
         task.keep_below(FEWEST_COST * cost)
         for most in range(task.least_stops(), stops):
             task.charging = replace(self._charging, most_stops=most)
