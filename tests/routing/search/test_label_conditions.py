@@ -71,9 +71,9 @@ class Settled:
 def settled(graph: RoadGraph, space: SearchSpace, limits: Limits, weights: Weights, start: LinkPosition) -> Settled:
     """Everything that one search from a start to all places leaves in its workspace."""
     pareto = limits.held and (weights.time > 0.0 or weights.distance > 0.0)
-    rules = search._rules(space, weights, limits, pareto, 5_000_000)
+    rules = search.search_rules(space, weights, limits, pareto, 5_000_000)
     with space.drives.lent() as lent:
-        ws, _, goal, counts = search._run(
+        ws, _, goal, counts = search.run_once(
             space, WorkspacePool(graph.link_count), rules, [start], (), lent, space.lower_bound.undirected
         )
     assert goal == -1
