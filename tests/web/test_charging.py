@@ -73,9 +73,10 @@ def check_stops(page: MapPage, route: Any) -> None:
 
 @pytest.fixture
 def planned(visit: Visit) -> MapPage:
-    """The page with a plan of one or more stops."""
+    """The page with a plan of one or more stops, and the further plans, which are asked for and drawn after it."""
     page = visit(QUERY)
     expect(stops_of(page)).not_to_have_count(0)
+    expect(page.page.get_by_role("radio", name="Most reserve")).to_have_count(1)
     return page
 
 
@@ -188,6 +189,22 @@ def test_other_station_is_chosen_with_the_keyboard_and_kept_in_the_link(planned:
     with planned.asking("/route") as forgotten:
         forget.first.click()
     assert forgotten.body == ASKED
+
+
+def test_offered_stations_stay_while_the_plan_is_drawn_anew(planned: MapPage):
+    (name, *_) = stop_names(planned)
+    opener = stops_of(planned).first.get_by_role("button", name="Another station")
+    opener.click()
+    near = planned.page.get_by_role("list", name=f"Stations near {name}").get_by_role("button")
+    expect(near.first).to_be_focused()
+    offered = near.count()
+    planned.page.evaluate("document.querySelector('button[aria-label^=\"Units:\"]').click()")  # the focus stays
+    expect(planned.page.locator(".plan-drive").first).to_contain_text(" mi ")
+    expect(near).to_have_count(offered)
+    expect(near.first).to_be_focused()
+    expect(opener).to_have_attribute("aria-expanded", "true")
+    opener.click()
+    expect(near).to_have_count(0)
 
 
 def test_other_stations_that_are_closed_on_arrival_are_marked(visit: Visit, served: ServedMap):

@@ -16,11 +16,13 @@ const DROP_PX = 60; // from where a stop is dropped to the station that is meant
 export function createOthers(app, list) {
   const { journey, session, view } = app;
   let asked = 0;
+  let opened = null; // the list of near stations: {id of the stop's station, place}
 
   const filters = () => usableFilters(journey.get().charging, chosenVehicle(app)?.connectors ?? []);
 
   function take(stop, station) {
     list.keepFocus(stop);
+    opened = null;
     const name = stationName(station.properties);
     nameStations(app, { [station.id]: name });
     const others = withoutStation(journey.get().charging, stop.station.id);
@@ -36,18 +38,21 @@ export function createOthers(app, list) {
     opener.setAttribute("aria-expanded", String(!place.firstChild));
     if (place.firstChild) {
       fill(place);
+      opened = null;
       return;
     }
+    const offered = { id: stop.station.id, place };
+    opened = offered;
     fill(place, working("Looking for stations near …"));
     try {
       const near = await stationsNear(app, stop.station.at, filters(), { besides: [stop.station.id], at: stop.arrive_time });
-      if (mine !== asked || !place.isConnected) return;
+      if (mine !== asked || !offered.place.isConnected) return;
       const { theme } = session.get();
-      fill(place, near.length ? el("ul", { class: "stations-list", "aria-label": `Stations near ${stationName(stop.station)}` }, near.map((one) => entry(one, theme, stop.arrive_time, () => take(stop, one.station)))) : el("p", { class: "small dim" }, "No other station that fits is near."));
-      place.querySelector("button")?.focus();
+      fill(offered.place, near.length ? el("ul", { class: "stations-list", "aria-label": `Stations near ${stationName(stop.station)}` }, near.map((one) => entry(one, theme, stop.arrive_time, () => take(stop, one.station)))) : el("p", { class: "small dim" }, "No other station that fits is near."));
+      offered.place.querySelector("button")?.focus();
     } catch (error) {
       if (!(error instanceof ApiError)) throw error;
-      if (mine === asked) fill(place, failure(error, null));
+      if (mine === asked) fill(offered.place, failure(error, null));
     }
   }
 
@@ -80,5 +85,21 @@ export function createOthers(app, list) {
     }
   }
 
-  return { choose, drop };
+  /** Draw the list of stops anew, as further plans arrive; what is offered below a stop that is still in it stays. */
+  function keep(draw, stopsOf) {
+    const focused = opened?.place.contains(document.activeElement) ? document.activeElement : null;
+    draw();
+    const i = opened ? stopsOf().findIndex(({ station }) => station?.id === opened.id) : -1;
+    if (i < 0) {
+      opened = null;
+      return;
+    }
+    const place = list.othersOf(i);
+    place.replaceChildren(...opened.place.childNodes);
+    opened.place = place;
+    list.openerOf(i).setAttribute("aria-expanded", "true");
+    focused?.focus();
+  }
+
+  return { choose, drop, keep };
 }

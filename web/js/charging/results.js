@@ -52,7 +52,7 @@ export function createPlanResults(app, moved, change) {
     card.hidden = !looked;
     if (!looked) return;
     nameStations(app, Object.fromEntries(stopsOf().flatMap(({ station }) => (station ? [[station.id, stationName(station)]] : []))));
-    list.show(looked.answer, looked.route, app.units());
+    others.keep(() => list.show(looked.answer, looked.route, app.units()), stopsOf);
     timeline.show(looked.answer, looked.route, app.units());
   }
 

@@ -96,10 +96,11 @@ export function createStopList(told) {
 
   /** The place under a stop where other stations are offered. */
   const othersOf = (i) => element.querySelector(`[data-others="${i}"]`);
+  const openerOf = (i) => element.querySelector(`[data-key="other-${i}"]`);
   /** Where the focus is in what goes away, it stays with the stop. */
   function keepFocus(moved) {
-    const i = shown?.charging.stops.indexOf(moved) ?? -1;
-    if (othersOf(i)?.contains(document.activeElement)) element.querySelector(`[data-key="other-${i}"]`)?.focus();
+    const i = shown?.charging.stops.findIndex(({ station }) => station && station.id === moved.station?.id) ?? -1;
+    if (othersOf(i)?.contains(document.activeElement)) openerOf(i)?.focus();
   }
   const focus = (i) => {
     const card = element.querySelector(`[data-stop="${i}"]`);
@@ -111,7 +112,7 @@ export function createStopList(told) {
     for (const card of element.querySelectorAll("[data-stop]")) card.toggleAttribute("data-looked", Number(card.dataset.stop) === i);
   }
 
-  return { element, show, othersOf, keepFocus, focus, mark };
+  return { element, show, othersOf, openerOf, keepFocus, focus, mark };
 }
 
 const stationMore = ({ operator, network }, name) => [operator, network].find((text) => text && text !== name) ?? "";
