@@ -98,6 +98,8 @@ def promise_lines(plan: ChargingPlanAnswer) -> list[str]:
         elsewhere = stop.fallback
         if elsewhere is not None:
             there = f"arriving with {elsewhere.arrive_soc:.1%}" if elsewhere.reached else "not reached"
+            if elsewhere.wait_s > 0.0:
+                there += f", open {_minutes(elsewhere.wait_s)} min later with {elsewhere.open_soc:.1%}"
             name = elsewhere.station_name or elsewhere.station_id
             lines.append(f"should stop {k} fail: {name}, {_minutes(elsewhere.drive_s)} min farther, {there}")
     return lines

@@ -206,6 +206,8 @@ class FallbackAnswer(Answered):
     drive_s: float = Field(description="from the stop to it [s]")
     arrive_soc: float = Field(description="charge on arrival there without charging at the stop; below 0: missing")
     reached: bool = Field(description="whether that is enough")
+    wait_s: float = Field(description="how long it is still closed then, looked at with a time of departure [s]")
+    open_soc: float = Field(description="charge when it opens, of a vehicle that stays on; below 0: missing")
 
 
 class ChargingStopAnswer(Answered):

@@ -113,13 +113,16 @@ class ChargeStop:
 class Fallback:
     """The next best station should a stop fail: how long to it, and charge on arrival there, after arriving at P10.
 
-    reached: before the battery is empty, by a vehicle that takes as much as it did to arrive with so little.
+    reached: before the battery is empty, by a vehicle that takes as much as it did to arrive with so little. wait_s:
+    how long it is still closed then. open_soc_frac: charge when it opens, by a vehicle that stays on all the time.
     """
 
     station: Station
     drive_s: float
     arrive_soc_frac: float
     reached: bool
+    wait_s: float
+    open_soc_frac: float
 
 
 @dataclass(frozen=True, slots=True)

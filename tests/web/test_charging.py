@@ -122,7 +122,7 @@ def with_promise(route: Route) -> None:
         stop |= {"arrive_soc_p10": 0.123, "arrive_soc_p50": 0.2, "arrive_soc_p90": 0.311, "probability_kept": 0.964}
         stop |= {"gatekeeper": True, "price": None, "overhead_s": stop["overhead_s"] + 5400.0}
         place = {"station_id": "x", "station_name": "Far Away", "at": stop["at"], "drive_s": 1260.0}
-        stop["fallback"] = place | {"arrive_soc": -0.04, "reached": False}
+        stop["fallback"] = place | {"arrive_soc": -0.04, "reached": False, "wait_s": 0.0, "open_soc": -0.04}
         plan["charging"]["proof"] = {"proven": False, "short_by": 130.0, "unproven": "time was up"}
     route.fulfill(json=answer)
 

@@ -212,6 +212,8 @@ def _fallback(fallback: Fallback) -> dict[str, object]:
         "drive_s": fallback.drive_s,
         "arrive_soc": fallback.arrive_soc_frac,
         "reached": fallback.reached,
+        "wait_s": fallback.wait_s,
+        "open_soc": fallback.open_soc_frac,
     }
 
 

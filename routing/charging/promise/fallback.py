@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -10,60 +11,79 @@ from routing.charging.plan import Fallback
 from routing.graph.earth import great_circle_m
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Sequence
+    from collections.abc import Collection
 
-    from routing.charging.legs import LegFinder, Place
-    from routing.charging.sites import Site
+    from routing.charging.legs import Place
+    from routing.charging.task import Task
     from routing.graph.road_graph import RoadGraph
 
 NEAR: Final = 16  # stations about a stop that are looked at
+CROW_MPS: Final = 15.0  # at which a station comes nearer as the crow flies, to tell which are closed; assumed
 
 
 class FallbackFinder:
-    """Fallbacks of one query's stops.
+    """Fallbacks of one query's stops, among the stations that it may use.
 
-    sites: that the query may use. capacity_j: of the battery [J]. Ways are those that plans are made of, and
-    are kept with them.
+    Ways are those that plans are made of, and are kept with them. A vehicle that waits takes as much as when standing.
     """
 
-    def __init__(
-        self,
-        graph: RoadGraph,
-        finder: LegFinder,
-        sites: Sequence[Site],
-        capacity_j: float,
-    ) -> None:
-        self._graph, self._finder, self._sites = graph, finder, sites
-        self._capacity_j = capacity_j
-        nodes = graph.head[np.array([site.station.position[0].link_idx for site in sites], np.int64)]
+    def __init__(self, graph: RoadGraph, task: Task) -> None:
+        self._graph, self._task, self._finder, self._sites = graph, task, task.finder, task.sites
+        physics = self._finder.space.physics
+        self._standing_w = physics.aux_idle_w + physics.cabin_w
+        nodes = graph.head[np.array([site.station.position[0].link_idx for site in self._sites], np.int64)]
         self._lat_deg, self._lon_deg = graph.node_lat_deg[nodes], graph.node_lon_deg[nodes]
 
-    def fallback(self, here: Place, planned: Collection[str], arrive_frac: float, more_frac: float) -> Fallback | None:
+    def fallback(
+        self, here: Place, planned: Collection[str], depart_s: float, soc_frac: float, more_frac: float
+    ) -> Fallback | None:
         """The next best station from a stop at which a vehicle arrives with a charge and can't charge.
 
-        planned: ids of stations that are out of the question. more_frac: how much more than the mean the vehicle
-        dissipates. It is the station of least driving time among those that are reached before the battery is
-        empty, else the nearest by time; None where there is none.
+        planned: ids of stations that are out of the question. depart_s: when the vehicle goes on, since the journey
+        began. more_frac: how much more than the mean it dissipates. It is the station at which it may charge soonest,
+        after driving and waiting, among those at which the battery is not empty before, else among all; None where
+        there is none.
         """
-        near = self._near(here, planned)
+        near = self._near(here, planned, depart_s)
         if not near:
             return None
-        weight_n = self._finder.space.physics.weight_n
+        capacity_j, weight_n = self._task.capacity_j, self._finder.space.physics.weight_n
         pairs = self._finder.pairs(here, [self._sites[k].station.position for k in near])
         best: Fallback | None = None
         for k, pair in zip(near, pairs, strict=True):
             station = self._sites[k].station
             lifted_j = weight_n * self._finder.climb_m(here, station.position)
             for way in pair.ways:
-                charge_j = arrive_frac * self._capacity_j - more_frac * max(way.energy_j - lifted_j, 0.0)
-                reached = charge_j - way.need_j >= 0.0
-                if best is None or (not reached, way.time_s) < (not best.reached, best.drive_s):
-                    left_j = min(charge_j - way.energy_j, self._capacity_j - way.spill_j)
-                    best = Fallback(station, way.time_s, left_j / self._capacity_j, reached)
+                charge_j = soc_frac * capacity_j - more_frac * max(way.energy_j - lifted_j, 0.0)
+                left_j = min(charge_j - way.energy_j, capacity_j - way.spill_j)
+                wait_s = self._waiting_s(k, depart_s + way.time_s)
+                if not math.isfinite(wait_s):
+                    continue
+                found = Fallback(
+                    station,
+                    way.time_s,
+                    arrive_soc_frac=left_j / capacity_j,
+                    reached=charge_j - way.need_j >= 0.0,
+                    wait_s=wait_s,
+                    open_soc_frac=(left_j - self._standing_w * wait_s) / capacity_j,
+                )
+                if best is None or _rank(found) < _rank(best):
+                    best = found
         return best
 
-    def _near(self, here: Place, planned: Collection[str]) -> list[int]:
+    def _near(self, here: Place, planned: Collection[str], depart_s: float) -> list[int]:
+        """Stations at which a vehicle may charge soonest, as the crow flies and with waiting."""
         node = int(self._graph.head[here[0].link_idx])
         lat_deg, lon_deg = float(self._graph.node_lat_deg[node]), float(self._graph.node_lon_deg[node])
-        order = np.argsort(great_circle_m(lat_deg, lon_deg, self._lat_deg, self._lon_deg), kind="stable")
+        soon_s = great_circle_m(lat_deg, lon_deg, self._lat_deg, self._lon_deg) / CROW_MPS
+        if self._task.is_clocked:
+            soon_s = soon_s + [self._waiting_s(k, depart_s + drive_s) for k, drive_s in enumerate(soon_s.tolist())]
+        order = np.argsort(soon_s, kind="stable")
         return [k for k in order.tolist() if self._sites[k].station.id not in planned][:NEAR]
+
+    def _waiting_s(self, site: int, arrive_s: float) -> float:
+        return self._task.waiting_s(1 + site, arrive_s)
+
+
+def _rank(fallback: Fallback) -> tuple[bool, bool, float]:
+    return not fallback.reached, fallback.open_soc_frac < 0.0, fallback.drive_s + fallback.wait_s

@@ -116,13 +116,14 @@ class PromiseKeeper:
 
     def _with_fallbacks(self, plan: Plan, spread_frac: float, gates: frozenset[str]) -> tuple[ChargeStop, ...]:
         task = self._task
-        finder = FallbackFinder(self._search.graph, task.finder, task.sites, task.capacity_j)
+        finder = FallbackFinder(self._search.graph, task)
         planned = frozenset(stop.station.id for stop in plan.stops if stop.station is not None)
         stops = []
         for stop in plan.stops:
             if stop.station is not None and stop.arrive_quantiles_frac is not None:
                 at, low_frac = stop.station.position, stop.arrive_quantiles_frac[0]
-                fallback = finder.fallback(at, planned, low_frac, OUTER_NORMAL * spread_frac)
+                onward_s = stop.arrive_s + stop.overhead_s  # it is found out at the plug, and once that is open
+                fallback = finder.fallback(at, planned, onward_s, low_frac, OUTER_NORMAL * spread_frac)
                 stop = replace(stop, fallback=fallback, gatekeeper=stop.station.id in gates)
             stops.append(stop)
         return tuple(stops)

@@ -126,8 +126,9 @@ function sureText({ arrive_soc_p10: low, arrive_soc_p90: high, probability_kept:
 
 const sureness = (kept) => (kept > 0.9995 ? "> 99.9 %" : percentText(kept, kept > 0.99 ? 1 : 0));
 
-function fallbackText({ station_name: name, drive_s: drive, arrive_soc: soc, reached }) {
-  const text = reached ? `arriving with ${percentText(soc)}` : `not reached: ${percentText(Math.max(0, -soc))} short`;
+function fallbackText({ station_name: name, drive_s: drive, arrive_soc: soc, reached, wait_s: wait, open_soc: left }) {
+  const there = reached ? `arriving with ${percentText(soc)}` : `not reached: ${percentText(Math.max(0, -soc))} short`;
+  const text = wait >= 1 && reached ? `${there}, closed for ${durationText(wait)}: ${left < 0 ? "empty before" : `${percentText(left)} left then`}` : there;
   return el("p", { class: `small num plan-fallback${reached ? "" : " missing"}` }, el("span", { class: "dim" }, "Should it fail: "), `${name || "the next station"}, ${durationText(drive)} farther, ${text}`);
 }
 

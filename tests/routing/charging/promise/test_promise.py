@@ -12,7 +12,7 @@ import pytest
 
 from energy.conditions import Conditions
 from energy.vehicle.vehicle import Vehicle
-from routing.charging.plan import ChargingAnswer, FixedStay, Plan
+from routing.charging.plan import ChargingAnswer, Fallback, FixedStay, Plan
 from routing.charging.promise import kernels_promise as kernels
 from routing.charging.promise.promise import turning_points
 from tests.routing.charging.promise.drives import kept_drives, promised
@@ -242,6 +242,52 @@ def test_a_fallback_beyond_what_is_left_is_named_as_not_reached() -> None:
     assert stop.fallback is not None
     assert stop.fallback.station.id == "behind"
     assert not stop.fallback.reached
+
+
+def fallback_of(hours: dict[str, str], departure_min: float | None) -> Fallback:
+    """The fallback of the only stop of a plan that begins at a time, beside stations of these hours."""
+    stations = (
+        station("only", 6.4),
+        station("near", 6.5, 20e3, opening_hours=hours.get("near", "24/7")),
+        station("far", 6.7, 20e3, opening_hours=hours.get("far", "24/7")),
+    )
+    charging = replace(USUAL, stations=("only", *hours), departure_min=departure_min)
+    (stop,) = plan_of(ask(charging, UNSURE, stations, to=10.5)).stops
+    assert stop.station is not None
+    assert stop.station.id == "only"
+    assert stop.fallback is not None
+    return stop.fallback
+
+
+def test_a_fallback_that_is_closed_when_the_vehicle_comes_is_passed_over_for_an_open_one() -> None:
+    day = {"near": "Mo-Su 08:00-20:00", "far": "24/7"}
+    assert fallback_of(day, 12 * 60.0).station.id == "near"
+    assert fallback_of(day, None).station.id == "near"
+    night = fallback_of(day, 22 * 60.0)
+    assert (night.station.id, night.wait_s, night.open_soc_frac) == ("far", 0.0, night.arrive_soc_frac)
+
+
+def test_a_fallback_that_opens_soon_says_how_long_it_waits_and_what_is_left_then() -> None:
+    open_at = fallback_of({"near": "24/7"}, 7 * 60.0)
+    late = fallback_of({"near": "Mo-Su 09:00-20:00"}, 7 * 60.0)
+    assert late.reached
+    assert late.drive_s == open_at.drive_s
+    assert late.arrive_soc_frac == open_at.arrive_soc_frac == open_at.open_soc_frac
+    begun = fallback_of({"near": "Mo-Su 09:00-20:00"}, 8 * 60.0)
+    assert late.wait_s - begun.wait_s == pytest.approx(3600.0)
+    standing_w = UNSURE.vehicle.aux_power_w / UNSURE.vehicle.aux_idle_eff
+    taken_frac = standing_w * late.wait_s / (5500.0 * 3600.0)
+    assert late.arrive_soc_frac - late.open_soc_frac == pytest.approx(taken_frac)
+
+
+def test_a_fallback_in_a_night_is_looked_for_beyond_many_closed_stations() -> None:
+    shut = tuple(station(f"shut{k}", 6.42 + 0.01 * k, 20e3, opening_hours="Mo-Su 08:00-20:00") for k in range(20))
+    stations = (station("only", 6.4), *shut, station("open", 6.7, 20e3))
+    charging = replace(USUAL, departure_min=22 * 60.0)
+    (stop,) = plan_of(ask(charging, UNSURE, stations, to=10.5)).stops
+    assert stop.fallback is not None
+    assert stop.fallback.station.id == "open"
+    assert stop.fallback.wait_s == 0.0
 
 
 def test_a_gatekeeper_is_a_station_without_which_there_is_no_plan() -> None:
