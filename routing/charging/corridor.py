@@ -17,7 +17,7 @@ from routing.route.via import same_place
 from routing.weights import Weights
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
@@ -200,9 +200,9 @@ class Corridor:
                         finder.find_onward(behind, self._sites[k].station.position)
         return changed
 
-    def allow_halts(self, cost: float, until: float) -> bool:
+    def allow_halts(self, cost: float, is_over: Callable[[], bool]) -> bool:
         """Let all bounds hold for journeys that halt where nothing is charged, and leave out stations over which none
-        of these costs so little; False, and nothing is changed, where time is up before (of time.perf_counter).
+        of these costs so little; False, and nothing is changed, where it is over before.
         """
 
         def least(here: Place, there: Sequence[Place]) -> NDArray[np.float64]:
@@ -218,7 +218,7 @@ class Corridor:
         start_cost, goal_cost = -self._a_joule * self._charges.start_j, self._a_joule * self._charges.goal_j
         stays = [self._worth.a_second * seconds - self._a_joule * gain_j for seconds, gain_j in self._stays]
         spots = [site.station.position for site in self._sites]
-        bounds = halt_bounds(Course(self._places, start_cost, goal_cost, stays), spots, least, straight, cost, until)
+        bounds = halt_bounds(Course(self._places, start_cost, goal_cost, stays), spots, least, straight, cost, is_over)
         if bounds is None:
             return False
         rows = self._number[1 : 1 + bounds.ahead.size]

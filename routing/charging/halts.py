@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, TypeAlias
 
@@ -48,12 +47,17 @@ class HaltBounds:
 
 
 def halt_bounds(
-    course: Course, sites: Sequence[Place], least: LeastCosts, straight: LeastCosts, cost: float, until: float
+    course: Course,
+    sites: Sequence[Place],
+    least: LeastCosts,
+    straight: LeastCosts,
+    cost: float,
+    is_over: Callable[[], bool],
 ) -> HaltBounds | None:
-    """Bounds on journeys of any number of halts, sharp for those that cost no more than a cost; None where time is up.
+    """Bounds on journeys of any number of halts, sharp for those that cost no more than a cost; None where over before.
 
-    least: by the best way; straight: by the straight line, which holds for journeys of several ways too. until: of
-    time.perf_counter. Halts count as nothing: what is charged at one costs no less with it than least counts it at.
+    least: by the best way; straight: by the straight line, which holds for journeys of several ways too. is_over: asked
+    before each search. Halts count as nothing: what is charged at one costs no less with it than least counts it at.
     Complexity: one call of least a station over which such a journey may lead.
     """
     stages, count = len(course.places) - 1, len(sites)
@@ -78,7 +82,7 @@ def halt_bounds(
             wanted = np.flatnonzero(~searched & (through <= cost))
             if wanted.size == 0:
                 break
-            if time.perf_counter() > until:
+            if is_over():
                 return None
             time_budget().check()
             site = int(wanted[np.argmin(through[wanted])])

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
 Place: TypeAlias = "tuple[LinkPosition, ...]"  # on each direction of its road
 
 FEW_TARGETS: Final = 12  # up to which searches directed to each of them take less than one to all
+COMPARISON: Final = 100_000  # labels of a search that take about as long as comparing all ways of a pair
 WAYS_KEPT: Final = 32  # whose stations along them are kept for a vehicle and its conditions
 STAY: Final = Pair((Way(0.0, 0.0, 0.0, 0.0, 0.0),), (), math.inf, compared=True)
 NOWHERE: Final = Pair((), (), math.inf, compared=True)
@@ -46,11 +47,15 @@ NOWHERE: Final = Pair((), (), math.inf, compared=True)
 
 @dataclass(slots=True)
 class LegCounts:
-    """Work: searches that were run, pairs of which all ways were compared, pairs of places that were known before."""
+    """Work: searches that were run, pairs of which all ways were compared, pairs of places that were known before.
+
+    labels: settled by searches; a comparison counts as COMPARISON of them.
+    """
 
     searches: int = 0
     compared: int = 0
     known: int = 0
+    labels: int = 0
     crowded: bool = False
 
 
@@ -289,6 +294,7 @@ class LegFinder:
             return False
         else:
             self._counts.compared += 1
+            self._counts.labels += COMPARISON
             paths = all_ways(self.space, here, there, most_s, most_j)
             ways = undominated([*pair.ways, *(self._way(path) for path in paths or ())])
             pair = replace(pair, ways=ways, whole_s=pair.whole_s if paths is None else most_s, compared=True)
@@ -324,6 +330,7 @@ class LegFinder:
                 self.space, search.pool, weights, Limits(), here, there, label_limit=search.label_limit
             )
             self._counts.crowded |= counts.crowded > 0
+            self._counts.labels += counts.labels_settled
             return found
         options = PathOptions(label_limit=search.label_limit)
         paths = []
@@ -331,6 +338,7 @@ class LegFinder:
             self._counts.searches += 1
             path, counts = find_path(self.space, search.pool, weights, Limits(), here, place, options)
             self._counts.crowded |= counts.crowded > 0
+            self._counts.labels += counts.labels_settled
             paths.append(path)
         return paths
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
 
@@ -74,7 +73,7 @@ class Work:
 
 
 class UndecidedError(Exception):
-    """A search on the station graph was to ask for more arcs after its time."""
+    """A search on the station graph was to ask for more arcs when it was over."""
 
 
 class StationGraph:
@@ -125,12 +124,12 @@ class StationGraph:
         rules: Rules,
         bound: float = math.inf,
         *,
-        until: float = math.inf,
+        is_over: Callable[[], bool] | None = None,
         known_only: bool = False,
     ) -> list[Step] | None:
         """The journey of least cost, None where none costs less than a bound; raises TimeUpError, AbandonedError.
 
-        until: of time.perf_counter, after which no arcs are asked for any more: UndecidedError is raised instead.
+        is_over: asked before arcs are asked for, where it is UndecidedError is raised instead.
         known_only: along arcs that were asked for before.
         """
         passed: list[int] = []
@@ -151,7 +150,7 @@ class StationGraph:
                 self._stops.known[place] = True
                 passed.append(place)
             elif status == kernels.UNKNOWN:
-                if time.perf_counter() > until:
+                if is_over is not None and is_over():
                     raise UndecidedError
                 self._add(int(labels.counter[kernels.ASKED]))
             elif status == kernels.FULL:

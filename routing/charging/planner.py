@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from routing.route.best_path import RouteSearch
     from routing.stations.station import Station
 
-PROOF_S: Final = 2.0  # after which an answer with a bound beats a proof; assumed
+PROOF_LABELS: Final = 2_000_000  # some 2 s, after which an answer with a bound beats a proof; assumed
 MANY_LINKS: Final = 300_000  # on more, one search to many places takes some tenths of a second
 BEST: Final = "best"  # name of the plan
 HOURS: Final = "with opening hours a later arrival may be better, which is not looked for"
@@ -51,14 +51,19 @@ RESERVE_COST: Final = 1.2  # of the best plan's cost, that one with more reserve
 class ChargingPlanner:
     """Plans journeys with charging stops on one graph; keeps ways between stations, safe between threads.
 
-    proof_s: how long ways are refined once a plan is known [s]. many_links: of a graph, beyond which a few stations are
-    looked at for each stretch of a journey and plans carry a bound instead of a proof.
+    proof_labels: of searches, up to which ways are refined once a plan is known. many_links: of a graph, beyond which a
+    few stations are looked at for each stretch of a journey and plans carry a bound instead of a proof.
     """
 
     def __init__(
-        self, search: RouteSearch, chains: ChainMaker, *, proof_s: float = PROOF_S, many_links: int = MANY_LINKS
+        self,
+        search: RouteSearch,
+        chains: ChainMaker,
+        *,
+        proof_labels: int = PROOF_LABELS,
+        many_links: int = MANY_LINKS,
     ) -> None:
-        self._search, self._chains, self._proof_s, self._many_links = search, chains, proof_s, many_links
+        self._search, self._chains, self._proof_labels, self._many_links = search, chains, proof_labels, many_links
         self._legs = LegStore(search)
         self._draws = DrawStore()
 
@@ -136,7 +141,7 @@ class _Asked:
     ) -> None:
         self._began = time.perf_counter()
         self._search, self._chains = planner._search, planner._chains
-        self._legs, self._proof_s, self._many_links = planner._legs, planner._proof_s, planner._many_links
+        self._legs, self._proof_labels, self._many_links = planner._legs, planner._proof_labels, planner._many_links
         self._draws = planner._draws
         self._query, self._charging, self._stations = query, charging, stations
         self._places = places_with_stations(places, charging, stations)
@@ -167,7 +172,7 @@ class _Asked:
             sites,
             self._places,
             margin_j,
-            self._proof_s,
+            self._proof_labels,
             self._many_links,
         )
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -83,14 +82,15 @@ class Task:
         sites: Sequence[Site],
         places: Sequence[Place],
         margin_j: Callable[[float, float], float] | None,
-        proof_s: float,
+        proof_labels: int,
         many_links: int,
     ) -> None:
         self.query, self.charging, self.sites, self.places = query, charging, sites, places
         self.capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
         self.reserve_j = query.reserve_soc_frac * self.capacity_j
         self.counts = LegCounts()
-        self._vehicle_charging, self._legs, self._margin_j, self._proof_s = vehicle_charging, legs, margin_j, proof_s
+        self._vehicle_charging, self._legs, self._margin_j = vehicle_charging, legs, margin_j
+        self._proof_labels = proof_labels
         self._worth = worth_of(charging)
         self._stages = len(places) - 1
         kinds = {id(site.curve): site.curve for site in sites}
@@ -394,18 +394,18 @@ class Task:
         *,
         bounded: bool = False,
         below: float = math.inf,
-        until: float = math.inf,
+        is_over: Callable[[], bool] | None = None,
         known_only: bool = False,
     ) -> list[Step] | None:
         """The best journey along known ways, or along bounds as well; None where none costs less.
 
-        until, known_only: as of StationGraph.best.
+        is_over, known_only: as of StationGraph.best.
         """
         rules = self._rules(bounded=bounded)
         if bounded and not self._with_bounds and not self._is_thinned:
             self._with_bounds = True
             self._forget_all()
-        steps = self.graph.best(0, self._start_j, self.goal, rules, below, until=until, known_only=known_only)
+        steps = self.graph.best(0, self._start_j, self.goal, rules, below, is_over=is_over, known_only=known_only)
         if steps is not None and not bounded:
             self.latest = steps
         return steps
@@ -463,13 +463,13 @@ class Task:
             if best is None or halts_count:
                 return best, Proof(None, why)
             return best, Proof(0.0) if self._is_least(best) else Proof(best[-1].cost - self.least_cost, why)
-        short_by, until = math.inf, time.perf_counter() + self._proof_s
+        short_by, is_over = math.inf, self.after_labels(self._proof_labels)
         why = "too many ways between stations to compare"
         try:
             for _ in range(ROUNDS):
                 if halts_count and best is not None:
-                    if not self._corridor.allow_halts(best[-1].cost + PROVEN_FRAC * abs(best[-1].cost), until):
-                        return best, Proof(None, "there was no time to look at halts at which nothing is charged")
+                    if not self._corridor.allow_halts(best[-1].cost + PROVEN_FRAC * abs(best[-1].cost), is_over):
+                        return best, Proof(None, "too many halts at which nothing is charged to look at")
                     self._forget_all()
                     best, halts_count = self.best(), False
                 if self._is_least(best):
@@ -479,7 +479,7 @@ class Task:
                 if bound is None:
                     return best, Proof(0.0)
                 short_by = cost - bound[-1].cost
-                if time.perf_counter() > until:
+                if is_over():
                     break
                 if not self.refined(bound, cost):
                     why = "ways between stations could not be compared in all that they do to a battery"
@@ -492,6 +492,12 @@ class Task:
         if best is not None:
             short_by = min(short_by, best[-1].cost - self.least_cost)
         return best, Proof(short_by if math.isfinite(short_by) else None, why)
+
+    def after_labels(self, labels: int) -> Callable[[], bool]:
+        """Whether so much more work was done from now on, which is the same on every machine."""
+        counts, work = self.counts, self.graph.work
+        until = counts.labels + work.made + labels
+        return lambda: counts.labels + work.made > until
 
     def _is_least(self, best: list[Step] | None) -> bool:
         """Whether a journey costs no more than any does at least."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
@@ -15,7 +14,7 @@ from routing.charging.promise.promise import PromiseMaker, with_promise
 from routing.errors import TimeUpError
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Callable, Sequence
 
     from routing.charging.network import Step
     from routing.charging.plan import ChargeStop, Plan
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
 ROUNDS: Final = 32  # of search and promise at most
 SAME_FRAC: Final = 1e-9  # of a cost
 MOST_LINKS: Final = 5000  # of graphs on which all ways are compared to tell a gatekeeper; assumed
-GATE_S: Final = 0.5  # for all gatekeepers of a plan, after which the rest is not told; assumed
+GATE_LABELS: Final = 500_000  # some 0.5 s, for all gatekeepers of a plan, after which the rest is not told; assumed
 OUTER_NORMAL: Final = 1.2815515655446004  # P90 of the standard normal distribution
 
 
@@ -130,11 +129,11 @@ class PromiseKeeper:
 
     def _gatekeepers(self, plan: Plan) -> frozenset[str]:
         """Ids of the plan's stations without which there is no plan, as far as that can be told in time."""
-        until = time.perf_counter() + GATE_S
+        is_over = self._task.after_labels(GATE_LABELS)
         found: set[str] = set()
         unknown = 0
         for station in dict.fromkeys(stop.station.id for stop in plan.stops if stop.station is not None):
-            gate = self._is_gatekeeper(station, until)
+            gate = self._is_gatekeeper(station, is_over)
             if gate:
                 found.add(station)
             unknown += gate is None
@@ -144,7 +143,7 @@ class PromiseKeeper:
             )
         return frozenset(found)
 
-    def _is_gatekeeper(self, station_id: str, until: float) -> bool | None:
+    def _is_gatekeeper(self, station_id: str, is_over: Callable[[], bool]) -> bool | None:
         """Whether no journey does without a station; None where that can't be told in time.
 
         First along ways that the search knows already, then along all, and then along bounds that no way is better
@@ -158,11 +157,11 @@ class PromiseKeeper:
                 if not task.is_bounded:
                     return None
                 task.look_at_all()
-                while task.best(until=until) is None:
-                    bound = task.best(bounded=True, until=until)
+                while task.best(is_over=is_over) is None:
+                    bound = task.best(bounded=True, is_over=is_over)
                     if bound is None:
                         return True
-                    if time.perf_counter() > until or not self._learnt(bound):
+                    if is_over() or not self._learnt(bound):
                         return None
             except UndecidedError:
                 return None

@@ -49,7 +49,7 @@ def test_bounds_are_below_all_chains_of_ways_and_equal_to_those_that_cost_no_mor
     whole = start + chained[5, 6] + stay + chained[6, 7] + goal
     asked = whole + 3.0 if math.isfinite(whole) else 40.0
     course = Course([START, VIA, GOAL], start, goal, [stay])
-    bounds = halt_bounds(course, SITES, drawn.least, drawn.straight, asked, math.inf)
+    bounds = halt_bounds(course, SITES, drawn.least, drawn.straight, asked, lambda: False)
     assert bounds is not None
     assert bounds.least_cost <= whole + 1e-9
     if math.isfinite(whole):
@@ -66,13 +66,15 @@ def test_bounds_are_below_all_chains_of_ways_and_equal_to_those_that_cost_no_mor
 
 def test_without_time_there_are_no_bounds() -> None:
     drawn = Drawn(0)
-    assert halt_bounds(Course([START, GOAL], 0.0, 0.0, []), SITES, drawn.least, drawn.straight, 1e9, 0.0) is None
+    assert (
+        halt_bounds(Course([START, GOAL], 0.0, 0.0, []), SITES, drawn.least, drawn.straight, 1e9, lambda: True) is None
+    )
 
 
 def test_without_stations_a_journey_costs_its_ways() -> None:
     drawn = Drawn(1)
     drawn.ways[5, 7] = 12.5
-    bounds = halt_bounds(Course([START, GOAL], -1.0, 0.5, []), [], drawn.least, drawn.straight, 1e9, math.inf)
+    bounds = halt_bounds(Course([START, GOAL], -1.0, 0.5, []), [], drawn.least, drawn.straight, 1e9, lambda: False)
     assert bounds is not None
     assert bounds.least_cost == 12.0
     assert bounds.ahead.shape == (1, 0)

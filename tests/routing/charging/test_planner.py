@@ -19,7 +19,7 @@ from routing.queries import RouteQuery
 from routing.route.best_path import RouteSearch
 from routing.stations.station import Access, Price, Socket, Station
 from routing.time_budget import TimeBudget, within
-from tests.routing.charging.worlds import small_car
+from tests.routing.charging.worlds import drawn_world, small_car
 from tests.routing.drawn_streets import drawn_streets
 
 if TYPE_CHECKING:
@@ -377,3 +377,19 @@ def test_two_stations_at_one_place_are_told_apart() -> None:
     slow = replace(FOUR[1], id="slow", sockets=(Socket(Connector.CCS2, 7e3),))
     plan = plan_of(ask(stations=(slow, *FOUR)))
     assert "slow" not in calls_of(plan)
+
+
+def test_a_proof_ends_after_labels_and_says_by_no_less_how_much_another_plan_may_be_better() -> None:
+    shorts, objectives = [], []
+    for labels in (0, 0, 100_000, 1_000_000):
+        world = drawn_world(13)
+        chains = ChainMaker(world.graph)
+        planner = ChargingPlanner(RouteSearch(world.graph, chains), chains, proof_labels=labels)
+        answer = planner.plan(world.query, world.charging, world.vehicle_charging, world.stations, world.places)
+        plan = plan_of(answer)
+        assert plan.short_by is not None
+        shorts.append(plan.short_by)
+        objectives.append(plan.objective)
+    assert shorts[0] == shorts[1] > shorts[2] > shorts[3] == 0.0
+    for short_by, objective in zip(shorts, objectives, strict=True):
+        assert objective - short_by <= objectives[3] * (1.0 + 1e-9)
