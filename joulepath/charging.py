@@ -129,7 +129,8 @@ class ChargingStop(MapFeature):
     leg: position of the leg that ends there. place: of the station. output_kw: of the socket, None where not known.
     charged_kwh: into the battery; drawn_kwh: from the wall. power_bands: kW from, kW to, seconds. soc_arrive_p10_frac
     and so on: charge on arrival that is exceeded with 90, 50 and 10 %, None where not asked for. fallback: id of the
-    station to go to should it fail, "" where there is none.
+    station to go to should it fail, "" where there is none. gatekeeper: whether there is no way without it, None where
+    that is not known.
     """
 
     station: str
@@ -157,7 +158,7 @@ class ChargingStop(MapFeature):
     soc_arrive_p90_frac: float | None
     kept_probability_frac: float | None
     fallback: str
-    gatekeeper: bool
+    gatekeeper: bool | None
 
     @property
     def __geo_interface__(self) -> Feature:

@@ -241,7 +241,9 @@ class ChargingStopAnswer(Answered):
     arrive_soc_p90: float | None = Field(description="charge on arrival that is exceeded with 10 % probability")
     probability_kept: float | None = Field(description="of arriving with at least arrive_soc")
     fallback: FallbackAnswer | None = Field(description="where else to charge should this stop fail; null: nowhere")
-    gatekeeper: bool = Field(description="whether there is no way to the goal without this station")
+    gatekeeper: bool | None = Field(
+        description="whether there is no way to the goal without this station; null: not known, or not looked for"
+    )
 
 
 class GoalStay(Answered):

@@ -84,8 +84,8 @@ class ChargeStop:
     wall. price: in the currency of the station, None where it has none in numbers.
     station is None at a fixed stay. arrive_quantiles_frac: charge on arrival that is not exceeded with 10, 50 and 90 %;
     kept_probability_frac: of arriving with at least what was asked and of never being below the reserve on the way.
-    fallback: None where there is no other station, and at fixed stays. gatekeeper: without it there is no plan; False
-    where there is one or that could not be told in time.
+    fallback: None where there is no other station, and at fixed stays. gatekeeper: without it there is no plan; None
+    where that is not known, at fixed stays, and of further plans.
     """
 
     station: Station | None
@@ -106,7 +106,7 @@ class ChargeStop:
     arrive_quantiles_frac: tuple[float, float, float] | None = None
     kept_probability_frac: float | None = None
     fallback: Fallback | None = None
-    gatekeeper: bool = False
+    gatekeeper: bool | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -86,6 +86,7 @@ class Task:
         many_links: int,
     ) -> None:
         self.query, self.charging, self.sites, self.places = query, charging, sites, places
+        self._many_links = many_links
         self.capacity_j = query.vehicle.usable_capacity_wh * JOULE_PER_WH
         self.reserve_j = query.reserve_soc_frac * self.capacity_j
         self.counts = LegCounts()
@@ -98,6 +99,7 @@ class Task:
         self._start_j = query.soc_frac * self.capacity_j
         self.goal = 1 + self._stages * len(sites)
         self._stops = self._made_stops()
+        self._least_j = self._stops.number[:, kernels.LEAST_J].copy()  # on arrival, also at stations that are closed
         self.margins = Margins()
         curves = charge_times(list(kinds.values()), self.capacity_j).curves
         self.graph = StationGraph(curves, self._stops, self._arcs_from, self.margins.of)
@@ -328,7 +330,7 @@ class Task:
         """The least margin of an arc: what is kept at its end may have been needed on the way anyway."""
         if any(part.there < 0 and self.stay_at(-1 - part.there) is not None for part in parts):
             return 0.0  # of which promises tell more
-        arrive_j = float(self._stops.number[to, kernels.LEAST_J]) + way.energy_j
+        arrive_j = float(self._least_j[to]) + way.energy_j
         return max(arrive_j + sum(part.margin_j for part in parts) - self.needs_j(to, way), 0.0)
 
     def found(self) -> list[Step] | None:
@@ -440,6 +442,12 @@ class Task:
         """Leave no station out of searches."""
         self.keep_below(math.inf)
 
+    def without(self, station_id: str) -> Task:
+        """The same query over the other stations."""
+        sites = [site for site in self.sites if site.station.id != station_id]
+        asked = self.query, self.charging, self._vehicle_charging, sites, self.places, self._margin_j
+        return Task(self._legs, *asked, self._proof_labels, self._many_links)
+
     @contextmanager
     def closed(self, station_id: str) -> Iterator[None]:
         """Searches as if a station were not there."""
@@ -541,7 +549,7 @@ class Task:
 
     def needs_j(self, to: int, way: Way) -> float:
         """Charge that a way to a place begins with at least, without a margin [J]."""
-        arrive_j = float(self._stops.number[to, kernels.LEAST_J]) + way.energy_j
+        arrive_j = float(self._least_j[to]) + way.energy_j
         return max(self.reserve_j + way.need_j, arrive_j)
 
 

@@ -141,6 +141,25 @@ def test_stop_says_how_sure_it_is_how_long_it_waits_where_else_to_go_and_that_th
     expect(page.page.locator(".timeline-whisker")).to_have_count(2)  # at the stop and at the goal
 
 
+def test_stop_says_that_it_is_not_known_whether_there_is_a_way_without_it_and_how_long_its_fallback_is_closed(
+    visit: Visit,
+):
+    def unknown(route: Route) -> None:
+        answer = route.fetch().json()
+        stop = answer["routes"][0]["charging"]["stops"][0]
+        place = {"station_id": "x", "station_name": "Far Away", "at": stop["at"], "drive_s": 1260.0}
+        shut = {"arrive_soc": 0.08, "reached": True, "wait_s": 5400.0, "open_soc": 0.05}
+        stop |= {"gatekeeper": None, "fallback": place | shut}
+        route.fulfill(json=answer)
+
+    page = visit(opened=False)
+    page.page.route("**/route", unknown)
+    page.open(QUERY)
+    card = stops_of(page).first
+    expect(card).to_contain_text("Whether there is a way without it is not known")
+    expect(card).to_contain_text("Far Away, 21 min farther, arriving with 8 %, closed for 1 h 30 min: 5 % left then")
+
+
 def test_timeline_is_walked_with_keys_and_shows_its_place_on_the_map_and_in_the_list(
     planned: MapPage, served: ServedMap
 ):

@@ -26,7 +26,9 @@ if TYPE_CHECKING:
 ROUNDS: Final = 32  # of search and promise at most
 SAME_FRAC: Final = 1e-9  # of a cost
 MOST_LINKS: Final = 5000  # of graphs on which all ways are compared to tell a gatekeeper; assumed
-GATE_LABELS: Final = 500_000  # some 0.5 s, for all gatekeepers of a plan, after which the rest is not told; assumed
+GATE_LABELS: Final = 500_000  # some 0.5 s, for all gatekeepers of a plan, after which the rest is not known; assumed
+MOST_AFRESH: Final = 4  # stations of a plan without which another one is looked for afresh on a large graph; assumed
+DETOURS: Final = (0.1, 0.4)  # of a plan's cost, by which one without a station may cost more; all others come after
 OUTER_NORMAL: Final = 1.2815515655446004  # P90 of the standard normal distribution
 
 
@@ -34,7 +36,7 @@ class PromiseKeeper:
     """Promises of one task's plans. draws: drawn vehicles, kept from query to query."""
 
     def __init__(self, search: RouteSearch, chains: ChainMaker, task: Task, draws: DrawStore) -> None:
-        self._search, self._task = search, task
+        self._search, self._chains, self._task, self._draws = search, chains, task, draws
         self._journeys = JourneyMaker(search, chains, task)
         query = task.query
         shifts = draws.shifts(search.space_key(query, query.vehicle), query.vehicle)
@@ -42,6 +44,7 @@ class PromiseKeeper:
         self.sure: list[Step] | None = None  # the best journey so far that is as sure as it was asked to be
         self.is_best = True  # of all journeys along known ways that are as sure
         self.warnings: list[str] = []
+        self._expected = 1.0  # of the least margins, what a plan's ways have needed
 
     def kept(self, best: list[Step] | None) -> list[Step] | None:
         """The best journey that keeps what is asked with the confidence asked for, from the best one by least margins.
@@ -70,6 +73,7 @@ class PromiseKeeper:
                     self.sure = sure = best
                 if k == 0:
                     task.margins.expect(taken)
+                    self._expected = task.margins.factor
                 elif settled and task.margins.factor > 1.0:
                     continue
             task.weigh()
@@ -87,7 +91,7 @@ class PromiseKeeper:
         promise = self._promises.of(plan)
         plan = with_promise(plan, promise)
         try:
-            gates = self._gatekeepers(plan) if gatekeepers else frozenset()
+            gates = self._gatekeepers(plan) if gatekeepers else {}
             return replace(plan, stops=self._with_fallbacks(plan, promise.spread_frac, gates))
         except TimeUpError as error:
             self.warnings.append(f"{error.limit_s:g} s were not enough to tell fallbacks and gatekeepers")
@@ -113,7 +117,7 @@ class PromiseKeeper:
                 )
         return taken
 
-    def _with_fallbacks(self, plan: Plan, spread_frac: float, gates: frozenset[str]) -> tuple[ChargeStop, ...]:
+    def _with_fallbacks(self, plan: Plan, spread_frac: float, gates: dict[str, bool | None]) -> tuple[ChargeStop, ...]:
         task = self._task
         finder = FallbackFinder(self._search.graph, task)
         planned = frozenset(stop.station.id for stop in plan.stops if stop.station is not None)
@@ -123,41 +127,47 @@ class PromiseKeeper:
                 at, low_frac = stop.station.position, stop.arrive_quantiles_frac[0]
                 onward_s = stop.arrive_s + stop.overhead_s  # it is found out at the plug, and once that is open
                 fallback = finder.fallback(at, planned, onward_s, low_frac, OUTER_NORMAL * spread_frac)
-                stop = replace(stop, fallback=fallback, gatekeeper=stop.station.id in gates)
+                stop = replace(stop, fallback=fallback, gatekeeper=gates.get(stop.station.id))
             stops.append(stop)
         return tuple(stops)
 
-    def _gatekeepers(self, plan: Plan) -> frozenset[str]:
-        """Ids of the plan's stations without which there is no plan, as far as that can be told in time."""
-        is_over = self._task.after_labels(GATE_LABELS)
-        found: set[str] = set()
-        unknown = 0
-        for station in dict.fromkeys(stop.station.id for stop in plan.stops if stop.station is not None):
-            gate = self._is_gatekeeper(station, is_over)
-            if gate:
-                found.add(station)
-            unknown += gate is None
+    def _gatekeepers(self, plan: Plan) -> dict[str, bool | None]:
+        """Whether there is no plan without each of a plan's stations, by id; None where that was too much work."""
+        task = self._task
+        is_over = task.after_labels(GATE_LABELS)
+        ids = dict.fromkeys(stop.station.id for stop in plan.stops if stop.station is not None)
+        gates = {station_id: self._gate(station_id, plan.objective, is_over) for station_id in ids}
+        if not task.is_bounded:
+            for station_id in [known for known, gate in gates.items() if gate is None][:MOST_AFRESH]:
+                if self._has_plan_without(station_id):
+                    gates[station_id] = False
+        unknown = sum(gate is None for gate in gates.values())
         if unknown:
-            self.warnings.append(
-                f"whether there is a plan without it could not be told in time of {unknown} station(s)"
-            )
-        return frozenset(found)
+            self.warnings.append(f"of {unknown} station(s) it is not known whether there is a plan without")
+        return gates
 
-    def _is_gatekeeper(self, station_id: str, is_over: Callable[[], bool]) -> bool | None:
-        """Whether no journey does without a station; None where that can't be told in time.
+    def _gate(self, station_id: str, cost: float, is_over: Callable[[], bool]) -> bool | None:
+        """Whether no journey does without a station, beside one of a cost that does not; None where that is not known.
 
-        First along ways that the search knows already, then along all, and then along bounds that no way is better
-        than: only without these there is none. On graphs of which the search knows no bounds only the first is tried.
+        First along ways that the search knows already, then over more and more stations, and then along bounds that no
+        way is better than: only without these there is none. On graphs of which the search knows no bounds only the
+        first is tried.
         """
         task = self._task
         with task.closed(station_id):
             try:
-                if task.best(known_only=True) is not None:
+                task.margins.factor = self._expected
+                if self._found(lambda: task.best(known_only=True)):
                     return False
                 if not task.is_bounded:
                     return None
+                for more in DETOURS:
+                    task.keep_below(cost + more * abs(cost))
+                    if self._found(lambda: task.best(is_over=is_over)):
+                        return False
+                task.margins.factor = 1.0
                 task.look_at_all()
-                while task.best(is_over=is_over) is None:
+                while not self._found(lambda: task.best(is_over=is_over)):
                     bound = task.best(bounded=True, is_over=is_over)
                     if bound is None:
                         return True
@@ -165,7 +175,31 @@ class PromiseKeeper:
                         return None
             except UndecidedError:
                 return None
+            finally:
+                task.margins.factor = 1.0
         return False
+
+    def _found(self, best: Callable[[], list[Step] | None]) -> bool:
+        """Whether there is a journey that keeps what is asked; best: of least cost by margins as they are learnt."""
+        task, confidence = self._task, self._task.charging.confidence
+        for _ in range(ROUNDS):
+            task.weigh()
+            steps = best()
+            if steps is None or confidence is None:
+                return steps is not None
+            promise = self._promises.of(self._journeys.plan("", steps, None, ""))
+            task.margins.learn(self._taken(steps, promise), confidence, task.capacity_j)
+            if promise.least_kept_frac >= confidence:
+                return True
+        raise UndecidedError
+
+    def _has_plan_without(self, station_id: str) -> bool:
+        """Whether a search over the other stations finds a plan, on a graph on which it looks at few of them."""
+        other = self._task.without(station_id)
+        steps = other.found()
+        return (
+            steps is not None and PromiseKeeper(self._search, self._chains, other, self._draws).kept(steps) is not None
+        )
 
     def _learnt(self, bound: list[Step]) -> bool:
         """Learn more of the ways at the bounds of a journey; whether there was anything to be learnt."""

@@ -31,7 +31,7 @@ export function createStopList(told) {
         "ol",
         { class: "plan" },
         el("li", { class: "plan-end" }, el("span", { class: "pin start", "aria-hidden": "true" }, "A"), el("b", {}, "Start"), el("span", { class: "num plan-when" }, departure ? `${whenText(departure, 0, departure)}, ` : "", percentText(route.soc_start))),
-        events.map((event) => (event.kind === "drive" ? drive(event, route, units, departure, asked) : stop(event, departure, asked, waitOf(event.stop, answer)))),
+        events.map((event) => (event.kind === "drive" ? drive(event, route, units, departure, asked) : stop(event, departure, asked, waitOf(event.stop, answer), route === answer.routes[0]))),
       ),
       proofText(charging),
       charging.sources.map(({ key }) => sourceText(key, charging.sources)),
@@ -65,7 +65,7 @@ export function createStopList(told) {
     ];
   }
 
-  function stop({ stop: one, i }, departure, asked, wait) {
+  function stop({ stop: one, i }, departure, asked, wait, best) {
     const { station } = one;
     const name = stopName(one);
     const minutes = durationText(one.charging_s);
@@ -89,6 +89,7 @@ export function createStopList(told) {
       ),
       sureText(one, asked.stop),
       one.fallback && fallbackText(one.fallback),
+      station && best && one.gatekeeper === null && el("p", { class: "small dim" }, "Whether there is a way without it is not known"),
       station && el("div", { class: "row wrap plan-actions" }, button("other", [icon("swap"), "Another station"], told.choose, `Another station than ${name}`), button("leave", "Not here", told.leave, `Not at ${name}`)),
       el("div", { class: "plan-others", dataset: { others: i } }),
     );

@@ -13,8 +13,11 @@ import pytest
 from energy.conditions import Conditions
 from energy.vehicle.vehicle import Vehicle
 from routing.charging.plan import ChargingAnswer, Fallback, FixedStay, Plan
+from routing.charging.planner import ChargingPlanner
 from routing.charging.promise import kernels_promise as kernels
 from routing.charging.promise.promise import turning_points
+from routing.links.spans import ChainMaker
+from routing.route.best_path import RouteSearch
 from tests.routing.charging.promise.drives import kept_drives, promised
 from tests.routing.charging.test_planner import CAR, FOUR, PLANNER, QUERY, ROAD, USUAL, ask, at, plan_of, station
 from tests.routing.charging.worlds import World, drawn_world
@@ -314,6 +317,33 @@ def test_the_only_station_of_a_road_is_a_gatekeeper_also_of_a_confidence() -> No
     assert stop.gatekeeper
     found = plan_of(ask(charging, UNSURE, (station("only", 6.1), station("other", 5.7)), to=10.5)).stops
     assert not any(stop.gatekeeper for stop in found)
+
+
+def test_a_gatekeeper_of_a_confidence_is_a_station_without_which_no_plan_is_as_sure() -> None:
+    told = []
+    for seed in range(40):
+        world = hilly(seed)
+        plan = planned(world, confidence=0.7)
+        for stop in () if plan is None else plan.stops:
+            if stop.station is not None and stop.gatekeeper is not None:
+                others = tuple(other for other in world.stations if other.id != stop.station.id)
+                assert stop.gatekeeper == (planned(replace(world, stations=others), confidence=0.7) is None), seed
+                told.append(stop.gatekeeper)
+    assert sum(told) >= 3
+    assert len(told) - sum(told) >= 3
+
+
+def test_on_a_large_graph_a_gatekeeper_is_not_known_where_no_plan_is_found_without_it() -> None:
+    chains = ChainMaker(ROAD)
+    planner = ChargingPlanner(RouteSearch(ROAD, chains), chains, many_links=0)
+    only = planner.plan(UNSURE, USUAL, CAR, (station("only", 6.1),), [at(0.5), at(10.5)])
+    assert [stop.gatekeeper for stop in only.plans[0].stops] == [None]
+    assert any("1 station" in warning and "not known" in warning for warning in only.warnings)
+    for confidence in (None, 0.9):
+        stations = (station("only", 6.1), station("other", 5.7))
+        both = planner.plan(UNSURE, replace(USUAL, confidence=confidence), CAR, stations, [at(0.5), at(10.5)])
+        assert [stop.gatekeeper for stop in both.plans[0].stops] == [False]
+        assert not both.warnings
 
 
 def test_what_is_promised_is_said_of_alternatives_as_well() -> None:
