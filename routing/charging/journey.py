@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from routing.charging.network import Part, Step
+    from routing.charging.network import Arc, Part, Step
     from routing.charging.plan import FixedStay
     from routing.charging.task import Task
     from routing.charging.ways import Way
@@ -65,6 +65,13 @@ class JourneyMaker:
             )
             for k, link in enumerate(way.links.tolist())
         )
+
+    def leg(self, arc: Arc) -> PlanLeg:
+        """An arc as a leg from rest to rest, of which only what is driven is told."""
+        (part,) = arc.parts
+        spans = self._resting(_Drive(arc.parts, arc.to), last=False)
+        way = part.way
+        return PlanLeg(spans, way.time_s, way.energy_j, 0.0, 1.0, 0.0, 0.0, speed_cap_mps=self._task.cap_mps(part.cap))
 
     def stretches(self, steps: Sequence[Step]) -> list[tuple[list[Step], int]]:
         """Steps that are driven from one stop that is charged as planned to the next, and how many legs each makes."""

@@ -39,6 +39,7 @@ MANY_LINKS: Final = 300_000  # on more, one search to many places takes some ten
 BEST: Final = "best"  # name of the plan
 HOURS: Final = "with opening hours a later arrival may be better, which is not looked for"
 NOT_COMPARED: Final = "not all ways were looked at for what they take to be as sure"
+PASSED: Final = "what a way needs after a station that is passed without a charge is kept after a charge there too"
 KEPT_ROUNDS: Final = 4  # of proof and promise at most
 HELP_S: Final = 2.0  # after which nothing more is tried that might help: there is no plan to wait for; assumed
 CAPS_TRIED_MPS: Final = (110.0 / 3.6, 90.0 / 3.6)  # where no plan is found
@@ -238,9 +239,21 @@ class _Asked:
             sure = keeper.kept(best)
             best, proof = task.proven(sure)
             if best is None or (sure is not None and best[-1].cost >= sure[-1].cost):
-                return best, proof if keeper.is_best else self._not_compared(task, best)
+                return best, self._kept_proof(task, best, proof) if keeper.is_best else self._not_compared(task, best)
         sure = keeper.kept(best)
         return sure, self._not_compared(task, sure)
+
+    def _kept_proof(self, task: Task, best: list[Step] | None, proof: Proof) -> Proof:
+        """The proof of a journey that keeps a confidence, as far as no margin is too large."""
+        if best is None or proof.short_by is None or not task.margins.may_be_too_large:
+            return proof
+        task.margins.is_relaxed = True
+        task.weigh()
+        cost = best[-1].cost
+        bound = task.best(bounded=True, below=cost - max(proof.short_by, PROVEN_FRAC * abs(cost)))
+        task.margins.is_relaxed = False
+        task.weigh()
+        return proof if bound is None else Proof(cost - bound[-1].cost, PASSED)
 
     def _after_time(self, keeper: PromiseKeeper, task: Task, error: TimeUpError) -> tuple[list[Step], Proof]:
         """The journey that was known, and kept what is asked for, when time was up; raises where none was."""

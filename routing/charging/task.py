@@ -547,6 +547,10 @@ class Task:
                 last, last_s = place, ahead_s
         return replace(least, last=last)
 
+    def least_j(self, place: int) -> float:
+        """Charge that is asked for on arrival at a place [J]."""
+        return float(self._least_j[place])
+
     def needs_j(self, to: int, way: Way) -> float:
         """Charge that a way to a place begins with at least, without a margin [J]."""
         arrive_j = float(self._least_j[to]) + way.energy_j

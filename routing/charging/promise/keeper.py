@@ -16,7 +16,7 @@ from routing.errors import TimeUpError
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
-    from routing.charging.network import Step
+    from routing.charging.network import Arc, Step
     from routing.charging.plan import ChargeStop, Plan
     from routing.charging.promise.promise import DrawStore, Promise
     from routing.charging.task import Task
@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from routing.route.best_path import RouteSearch
 
 ROUNDS: Final = 32  # of search and promise at most
+BESIDE: Final = 16  # ways that are driven at once
+BESIDE_FRAC: Final = 0.02  # of the cost of one of them, by which they differ at most
 SAME_FRAC: Final = 1e-9  # of a cost
 MOST_LINKS: Final = 5000  # of graphs on which all ways are compared to tell a gatekeeper; assumed
 GATE_LABELS: Final = 500_000  # some 0.5 s, for all gatekeepers of a plan, after which the rest is not known; assumed
@@ -58,6 +60,7 @@ class PromiseKeeper:
         if confidence is None:
             return best
         sure: list[Step] | None = None
+        met: set[tuple[int, int]] = set()
         for k in range(ROUNDS):
             cost = math.inf if sure is None else sure[-1].cost - SAME_FRAC * abs(sure[-1].cost)
             if best is None or best[-1].cost >= cost:
@@ -68,7 +71,10 @@ class PromiseKeeper:
             else:
                 promise = self._promises.of(self._journeys.plan("", best, None, ""))
                 taken = self._taken(best, promise)
+                unsure = [drive.arc for drive in taken if drive.kept_frac < confidence and not drive.passes]
                 settled = task.margins.learn(taken, confidence, task.capacity_j)
+                for arc in unsure:
+                    self._learn_beside(arc, confidence, met)
                 if promise.least_kept_frac >= confidence:
                     self.sure = sure = best
                 if k == 0:
@@ -113,9 +119,38 @@ class PromiseKeeper:
                         needed_j=legs[0].needed_frac * self._task.capacity_j - before_j,
                         kept_frac=min(leg.kept_frac for leg in legs),
                         most_kept_frac=legs[0].most_kept_frac,
+                        passes=len(driven) > 1,
                     )
                 )
         return taken
+
+    def _learn_beside(self, arc: Arc, confidence: float, met: set[tuple[int, int]]) -> None:
+        """Learn what other ways between the places of an arc need, from the second time on that one is not sure enough.
+
+        Ways that differ little would else be tried one after the other. met: places between which one was not.
+        """
+        task, (here, to) = self._task, (arc.parts[0].here, arc.to)
+        if len(arc.parts) > 1 or here < 0:
+            return
+        if (here, to) not in met:
+            met.add((here, to))
+            return
+        others = [
+            other
+            for other in task.graph.arcs(here)
+            if other.to == to and len(other.parts) == 1 and not other.way.is_bound and not task.margins.is_known(other)
+        ]
+        others = [other for other in others if abs(other.cost - arc.cost) <= BESIDE_FRAC * abs(arc.cost)]
+        others = sorted(others, key=lambda other: abs(other.cost - arc.cost))[:BESIDE]
+        if not others:
+            return
+        least_frac = task.least_j(to) / task.capacity_j
+        taken = []
+        for other in others:
+            needed_frac = self._promises.needed_frac(self._journeys.leg(other), least_frac, confidence)
+            needed_j = needed_frac * task.capacity_j
+            taken.append(Taken(other, task.needs_j(to, other.way), needed_j, kept_frac=1.0, most_kept_frac=1.0))
+        task.margins.learn(taken, confidence, task.capacity_j)
 
     def _with_fallbacks(self, plan: Plan, spread_frac: float, gates: dict[str, bool | None]) -> tuple[ChargeStop, ...]:
         task = self._task
@@ -168,7 +203,10 @@ class PromiseKeeper:
                 task.margins.factor = 1.0
                 task.look_at_all()
                 while not self._found(lambda: task.best(is_over=is_over)):
+                    task.margins.is_relaxed = True
+                    task.weigh()
                     bound = task.best(bounded=True, is_over=is_over)
+                    task.margins.is_relaxed = False
                     if bound is None:
                         return True
                     if is_over() or not self._learnt(bound):
@@ -176,7 +214,7 @@ class PromiseKeeper:
             except UndecidedError:
                 return None
             finally:
-                task.margins.factor = 1.0
+                task.margins.factor, task.margins.is_relaxed = 1.0, False
         return False
 
     def _found(self, best: Callable[[], list[Step] | None]) -> bool:

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
     from energy.chain.scatter import DrawnShifts
     from energy.vehicle.files import AnyVehicle
-    from routing.charging.plan import ChargeStop, ChargingQuery, Plan
+    from routing.charging.plan import ChargeStop, ChargingQuery, Plan, PlanLeg
     from routing.links.spans import ChainMaker
     from routing.queries import RouteQuery
 
@@ -126,27 +126,13 @@ class PromiseMaker:
 
     def of(self, plan: Plan) -> Promise:
         """The promise of a plan whose stops are charged as it says."""
-        legs, scatter = self._in_blocks(self._legs(plan), self._scatter(plan))
-        outcomes = kernels.Outcomes(*(np.empty((len(plan.legs), self._residual.size)) for _ in range(5)))
-        lost = np.empty(self._residual.shape)
-        capacity_j = self._shifts.capacity_wh * JOULE_PER_WH
-        for begin in range(0, capacity_j.size, CHUNK):
-            at = slice(begin, begin + CHUNK)
-            energy_j, dissipated_j = scatter.drawn(self._shifts.shifts_sd[at])
-            residual = self._residual[at]
-            lost[at] = dissipated_j.sum(axis=1)[:, None] * (1.0 + residual)
-            first = begin * residual.shape[1]
-            kernels.drive_legs(energy_j, dissipated_j, capacity_j[at], residual, legs, outcomes, first)
+        legs, outcomes, lost = self._driven(self._legs(plan), plan.legs)
         kept = outcomes.needed <= outcomes.start + ROUNDING
         most_frac = np.maximum(legs.depart_frac, self._charging.max_soc_frac)
         most_frac[0] = legs.depart_frac[0]
         most_kept = (outcomes.chained <= most_frac[:, None] + ROUNDING).mean(axis=1).tolist()
         confidence = self._charging.confidence
-        needed = (
-            np.full(len(plan.legs), np.nan)
-            if confidence is None
-            else np.quantile(outcomes.chained, confidence, axis=1, method="inverted_cdf")
-        )
+        needed = np.full(len(plan.legs), np.nan) if confidence is None else _quantiles(outcomes.chained, confidence)
         low, middle, high = np.quantile(outcomes.arrive, QUANTILES, axis=1).tolist()
         lowest = np.quantile(outcomes.lowest, QUANTILES[0], axis=1).tolist()
         mean = float(lost.mean())
@@ -160,6 +146,38 @@ class PromiseMaker:
             kept_frac=float(kept.all(axis=0).mean()),
             spread_frac=float(lost.std()) / mean if mean > 0.0 else 0.0,
         )
+
+    def needed_frac(self, leg: PlanLeg, least_frac: float, confidence: float) -> float:
+        """Least charge at the beginning of a leg alone with which it ends with a charge with a confidence.
+
+        Above 1 for none. Climate and tyres begin it as at a departure.
+        """
+        asked = kernels.Legs(
+            first=np.array([0, len(leg.spans)]),
+            depart_frac=np.ones(1),
+            gain_j=np.full(1, np.nan),
+            least_frac=np.full(1, max(least_frac, self._reserve_frac)),
+            reserve_frac=self._reserve_frac,
+        )
+        _, outcomes, _ = self._driven(asked, [leg])
+        return float(_quantiles(outcomes.needed, confidence)[0])
+
+    def _driven(
+        self, legs: kernels.Legs, driven: Sequence[PlanLeg]
+    ) -> tuple[kernels.Legs, kernels.Outcomes, NDArray[np.float64]]:
+        """Legs over blocks of links, what became of all drives on them, and what each drive dissipated [J]."""
+        legs, scatter = self._in_blocks(legs, self._scatter(driven))
+        outcomes = kernels.Outcomes(*(np.empty((len(driven), self._residual.size)) for _ in range(5)))
+        lost = np.empty(self._residual.shape)
+        capacity_j = self._shifts.capacity_wh * JOULE_PER_WH
+        for begin in range(0, capacity_j.size, CHUNK):
+            at = slice(begin, begin + CHUNK)
+            energy_j, dissipated_j = scatter.drawn(self._shifts.shifts_sd[at])
+            residual = self._residual[at]
+            lost[at] = dissipated_j.sum(axis=1)[:, None] * (1.0 + residual)
+            first = begin * residual.shape[1]
+            kernels.drive_legs(energy_j, dissipated_j, capacity_j[at], residual, legs, outcomes, first)
+        return legs, outcomes, lost
 
     def _legs(self, plan: Plan) -> kernels.Legs:
         sizes = [len(leg.spans) for leg in plan.legs]
@@ -178,15 +196,15 @@ class PromiseMaker:
         charges = stop.station is not None or stop.mean_power_w > 0.0
         return self._charging.arrive_soc_frac if charges else 0.0
 
-    def _scatter(self, plan: Plan) -> ChainScatter:
+    def _scatter(self, legs: Sequence[PlanLeg]) -> ChainScatter:
         """Energy of each stretch of all legs, each driven under its own cap."""
-        sizes, names = [len(leg.spans) for leg in plan.legs], self._shifts.names
-        spans = tuple(span for leg in plan.legs for span in leg.spans)
+        sizes, names = [len(leg.spans) for leg in legs], self._shifts.names
+        spans = tuple(span for leg in legs for span in leg.spans)
         if not spans:
             none, terms = np.empty(0), np.empty((2 * len(names), 0))
             return ChainScatter(none, none, terms, terms)
         spans = (*spans[:-1], replace(spans[-1], rest=False))
-        cap_mps = [leg.speed_cap_mps for leg in plan.legs]
+        cap_mps = [leg.speed_cap_mps for leg in legs]
         of_link = np.repeat([-1.0 if cap is None else cap for cap in cap_mps], sizes)
         made: ChainScatter | None = None
         for cap in dict.fromkeys(cap_mps):
@@ -267,6 +285,12 @@ def with_promise(plan: Plan, promise: Promise) -> Plan:
         goal_kept_probability_frac=goal.kept_frac,
         kept_probability_frac=promise.kept_frac,
     )
+
+
+def _quantiles(outcome: NDArray[np.float64], share: float) -> NDArray[np.float64]:
+    """What a share of all drives does not exceed on each leg, float64 (L,)."""
+    found: NDArray[np.float64] = np.quantile(outcome, share, axis=1, method="inverted_cdf")
+    return found
 
 
 @cache
