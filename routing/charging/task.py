@@ -337,8 +337,30 @@ class Task:
         """The best journey along known ways, of stations over which a journey may be the best; None where none is.
 
         Stations over which no journey costs less than one that is known are left out, at first those that are likely
-        to be such.
+        to be such. On large graphs ways of least energy are looked for where there is none along the others.
         """
+        best = self._found_at_once()
+        if best is None and self._is_thinned:
+            self._learn_thrifty()
+            best = self._with_other_ways(self.best())
+        return best
+
+    def _learn_thrifty(self) -> None:
+        """Learn ways of least energy from the start to all near stations, and from places reached to the next goal."""
+        by_stage: dict[int, list[int]] = {}
+        for place in self.graph.reached:
+            by_stage.setdefault(self._stage(place), []).append(place)
+        starts = [site.station.position for site, near in zip(self.sites, self._corridor.near[0], strict=True) if near]
+        for finder in self._finders:
+            finder.pairs(self.places[0], starts, (ECO,))
+            for stage, places in by_stage.items():
+                finder.find_onward([self.position(place) for place in places], self.places[stage + 1], (ECO,))
+        self._vias.clear()
+        for place in self.graph.reached:
+            self.graph.forget(place)
+
+    def _found_at_once(self) -> list[Step] | None:
+        """As found, along ways of the usual searches."""
         bounded = math.isfinite(self.least_cost)
         if self._is_thinned and bounded:
             self.keep_below(self._corridor.likely_cost, thinned=True)
