@@ -43,6 +43,7 @@ PASSED: Final = "what a way needs after a station that is passed without a charg
 KEPT_ROUNDS: Final = 4  # of proof and promise at most
 HELP_S: Final = 2.0  # after which nothing more is tried that might help: there is no plan to wait for; assumed
 CAPS_TRIED_MPS: Final = (110.0 / 3.6, 90.0 / 3.6)  # where no plan is found
+LITTLE_KWH: Final = 0.05  # below which two decimals say too little
 RESERVE_STEP: Final = 0.05
 MOST_RESERVE_STEPS: Final = 19
 FEWEST_COST: Final = 1.5  # of the best plan's cost, that one of fewer stops may have; assumed
@@ -412,7 +413,10 @@ class _Asked:
             reason, missing_j = "no permitted way leads on", 0.0
         else:
             whence = "the start" if station is None else f"station {station.name or station.id!r}"
-            reason = f"from {whence} nothing that leads on is reached: {kwh:.2f} kWh are missing"
+            lacks = f"{kwh:.2f}" if kwh >= LITTLE_KWH else f"{kwh:.2g}"
+            reason = f"from {whence} nothing that leads on is reached: {lacks} kWh are missing"
+            if shortage.at_goal:
+                reason = f"from {whence} the goal is not reached with what is asked for there: {lacks} kWh are missing"
             if missing_j == 0.0:  # charge is enough for each next leg
                 reason = f"the goal is not reached with at most {_counted(self._charging.most_stops)}"
         if not self._stations:
@@ -426,6 +430,13 @@ class _Asked:
     def _has_plan(self, query: RouteQuery, charging: ChargingQuery) -> bool:
         """Whether there is a plan, of the confidence asked for, along ways that are known by few searches."""
         task = self._task(query, charging)
+        if task.is_shut_off():
+            return False
+        few = task.chain()
+        if few:
+            small = self._task_over(few, query, charging, self._margin_j)
+            if self._keeper(small).kept(small.found()) is not None:
+                return True
         return self._keeper(task).kept(task.found()) is not None
 
     def _confidence_that_is_kept(self) -> float | None:

@@ -14,6 +14,8 @@ import numpy as np
 from energy.charging.charge_time import charge_times
 from energy.units import JOULE_PER_KWH, JOULE_PER_WH, SECOND_PER_MINUTE
 from routing.charging import kernels_plan as kernels
+from routing.charging.choice import onward
+from routing.charging.choice.onward import Onward, OnwardFinder
 from routing.charging.corridor import FEW_SITES, Charges, Corridor, mixed_weights
 from routing.charging.kernels_plan import Rules, Stops
 from routing.charging.legs import LegCounts, LegFinder, LegStore, usual_weightings
@@ -45,6 +47,7 @@ MORE_LIKELY: Final = 3.0
 FAR_FRAC: Final = 3.0
 DAY_S: Final = 86_400.0
 MOST_AC_W: Final = 22e3  # of a place to stay at, above which its power is direct current; assumed
+HIGH_FRAC: Final = 0.5  # of what stations charge to, asked for at the goal, from which it may well not be had
 FEW_STOPS: Final = 8  # up to which labels are told apart by their number
 
 
@@ -58,11 +61,15 @@ class Proof:
 
 @dataclass(frozen=True, slots=True)
 class Shortage:
-    """Where journeys end: the place whose onward way lacks least, what it lacks [J], the last place reached."""
+    """Where journeys end: the place whose onward way lacks least, what it lacks [J], the last place reached.
+
+    at_goal: whether it lacks at the goal of what is asked for there.
+    """
 
     place: int
     missing_j: float
     last: int
+    at_goal: bool = False
 
 
 class Task:
@@ -113,6 +120,8 @@ class Task:
         self._with_bounds = False  # which no search along known ways looks at
         self._beyond: dict[int, list[tuple[int, Way]]] = {}  # ways that no full battery suffices for, by their place
         self.latest: list[Step] | None = None  # the best journey that was found last
+        self._onward_finder: OnwardFinder | None = None
+        self._shut_off: Onward | None = None  # why no journey comes to the goal, where that is known
         stays = [self.stay_at(via_idx) for via_idx in range(self._stages - 1)]
         self._corridor = Corridor(
             self._finders,
@@ -339,6 +348,9 @@ class Task:
         Stations over which no journey costs less than one that is known are left out, at first those that are likely
         to be such. On large graphs ways of least energy are looked for where there is none along the others.
         """
+        high_j = HIGH_FRAC * self.charging.max_soc_frac * self.capacity_j
+        if self._goal_least_j() > high_j and self.is_shut_off(whole=False):
+            return None
         best = self._found_at_once()
         if best is None and self._is_thinned:
             self._learn_thrifty()
@@ -377,12 +389,46 @@ class Task:
                 if best[-1].cost <= self.least_cost + slack:
                     break
                 slack = best[-1].cost - self.least_cost
-            elif bool(self._corridor.near.all()):
+            elif bool(self._corridor.near.all()) or self.is_shut_off():
                 return None
             else:
                 slack = MORE_LIKELY * slack if slack < FAR_FRAC * abs(self.least_cost) + DAY_S else math.inf
         self.keep_below(best[-1].cost)
         return self._with_other_ways(best) if self._is_thinned else best
+
+    def is_shut_off(self, *, whole: bool = True) -> bool:
+        """Whether the battery alone shows that no journey comes to the goal; whole: over all of it, not at its end."""
+        finder = self._onward()
+        if finder is not None and self._shut_off is None and (whole or finder.goal_is_beyond_all()):
+            self._shut_off = finder.shut_off()
+        return self._shut_off is not None
+
+    def chain(self) -> list[Site]:
+        """Stations that lead to the goal one after the other, it seems; none where that is not known."""
+        finder = self._onward()
+        return [self.sites[k] for k in (None if finder is None else finder.chain()) or ()]
+
+    def _onward(self) -> OnwardFinder | None:
+        """What tells whether the goal is come to; None where a stay may charge on the way or the graph is large."""
+        stays = [self.stay_at(via_idx) for via_idx in range(self._stages - 1)]
+        if self._is_thinned or any(stay is not None and self.stay_gain_j(stay) > 0.0 for stay in stays):
+            return None
+        if self._onward_finder is None:
+            self._onward_finder = OnwardFinder(
+                self._legs.search,
+                [finder.space for finder in self._finders],
+                (self.places[0], self.places[-1]),
+                [site.station.position for site in self.sites],
+                onward.Charges(
+                    start_j=self._start_j,
+                    station_j=self.charging.max_soc_frac * self.capacity_j,
+                    arrive_j=self.charging.arrive_soc_frac * self.capacity_j,
+                    goal_j=self._goal_least_j(),
+                    reserve_j=self.reserve_j,
+                    capacity_j=self.capacity_j,
+                ),
+            )
+        return self._onward_finder
 
     def _with_other_ways(self, best: list[Step] | None) -> list[Step] | None:
         """The best journey with the fastest and least-energy ways between the stops of those before it."""
@@ -487,6 +533,8 @@ class Task:
         A journey over bounds is no worse than any journey. As long as the best of these is better than the best known
         one, more is learnt of the ways at its bounds.
         """
+        if best is None and self.is_shut_off():
+            return None, Proof(None)
         halts_count = self._worth.a_joule > 0.0  # where time counts much, none saves as much as it takes
         if self._is_thinned:
             why = "on a graph of this size a plan is bounded by what driving and charging cost at least"
@@ -552,6 +600,8 @@ class Task:
 
     def shortage(self) -> Shortage:
         """Where journeys end that do not come to the goal, after a search that found none."""
+        if self._shut_off is not None:
+            return self._shortage_of(self._shut_off)
         reached = self.graph.reached
         least, last, last_s = Shortage(0, math.inf, 0), 0, math.inf
         for place, charge_j in reached.items():
@@ -572,6 +622,20 @@ class Task:
     def least_j(self, place: int) -> float:
         """Charge that is asked for on arrival at a place [J]."""
         return float(self._least_j[place])
+
+    def _shortage_of(self, shut_off: Onward) -> Shortage:
+        """Where journeys end by the battery alone; what the reserve lacks on the way there, where no charge does."""
+        first = self.goal - len(self.sites)
+        place = 0 if shut_off.nearest == onward.START else first + shut_off.nearest
+        missing_j = shut_off.missing_j
+        if missing_j <= 0.0:
+            here_j = self.charging.max_soc_frac * self.capacity_j if place > 0 else self._start_j
+            pairs = [finder.pairs(self.position(place), [self.places[-1]], (ECO,))[0] for finder in self._finders]
+            missing_j = min((self.needs_j(self.goal, way) for pair in pairs for way in pair.ways), default=0.0) - here_j
+        reached = first + np.flatnonzero(shut_off.reached)
+        ahead = self._stops.number[reached, kernels.AHEAD]
+        last = int(reached[np.argmin(ahead)]) if reached.size else 0
+        return Shortage(place, missing_j, last, at_goal=shut_off.at_goal)
 
     def needs_j(self, to: int, way: Way) -> float:
         """Charge that a way to a place begins with at least, without a margin [J]."""

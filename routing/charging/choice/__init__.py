@@ -1,0 +1,1 @@
+"""Which of many stations a journey may call at, and whether any leads to its goal: by searches of all at once."""
