@@ -27,6 +27,7 @@ if TYPE_CHECKING:
 FEW_SITES: Final = 48  # of which all are looked at
 LIKELY_FRAC: Final = 0.06  # of the least cost, that a best journey rarely costs more
 LIKELY_S: Final = 900.0
+LIKELY_OF_FEW_FRAC: Final = 0.04
 LIKELY_REACH: Final = 0.7  # of what a way takes by the mean of the whole journey, that it takes at least
 LABELS: Final = 256  # after which the searches of bounds end
 FEW_LABELS: Final = 48
@@ -42,11 +43,19 @@ class Charges:
     capacity_j: float
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class Dearness:
+    """What bounds count a joule of charge at, and by how much a stop at each station costs more at least, (n,), ≥ 0."""
+
+    a_joule: float
+    excess: NDArray[np.float64]
+
+
 class Corridor:
     """The stations of one query by what a journey over them costs at least.
 
-    a_joule: no joule of charge costs less at any of sites, stops counted. places: start, via points, goal. number: rows
-    of the station graph, of which the columns ahead are filled. stays: seconds and charge [J] at each via point.
+    dearness: no joule of charge costs less at any of sites, stops counted. places: start, via points, goal. number:
+    rows of the station graph, of which the columns ahead are filled. stays: seconds and charge [J] at each via point.
     thinned: for a graph on which few stations are looked at. near: bool (stages, sites), those that remain;
     only_onward: whether ways lead to stations alone that are nearer to where a journey goes.
     """
@@ -55,7 +64,7 @@ class Corridor:
         self,
         finders: Sequence[LegFinder],
         worth: Worth,
-        a_joule: float,
+        dearness: Dearness,
         sites: Sequence[Site],
         places: Sequence[Place],
         number: NDArray[np.float64],
@@ -64,20 +73,24 @@ class Corridor:
         *,
         thinned: bool,
     ) -> None:
-        self._finders, self._worth, self._a_joule, self._sites, self._places = finders, worth, a_joule, sites, places
+        self._finders, self._worth, self._sites, self._places = finders, worth, sites, places
+        self._a_joule, self._excess = dearness.a_joule, dearness.excess
         self._number, self._stays, self._charges, self._thinned = number, stays, charges, thinned
         self._stages = len(places) - 1
-        self._mixed = mixed_weights(worth, a_joule)
+        self._mixed = mixed_weights(worth, self._a_joule)
         self._joule_a_cost = 0.0  # what ways take, of the mixed cost
         self.near = np.ones((self._stages, len(sites)), np.bool_)
         self.only_onward = False
+        self._below, self._reached = math.inf, np.full(self.near.shape, -math.inf)  # at least, before each station
         self._few: NDArray[np.bool_] | None = None  # chosen on a large graph, where only those along the way are known
         along = self._look_along() if thinned else None
         self.least_cost = self._look_ahead() if along is None else along
 
     @property
     def likely_cost(self) -> float:
-        """A best journey hardly costs more."""
+        """A best journey hardly costs more; where what stops cost more is known, few do."""
+        if self._excess.any():
+            return self.least_cost + float(self._excess.min()) + LIKELY_OF_FEW_FRAC * abs(self.least_cost)
         return self.least_cost + self._likely(self.least_cost)
 
     def _look_ahead(self) -> float:
@@ -129,6 +142,7 @@ class Corridor:
                 rows[:, kernels.AHEAD_MIX] = np.minimum(rows[:, kernels.AHEAD_MIX], mixed + to_goal)
                 rows[:, kernels.AHEAD] = np.minimum(rows[:, kernels.AHEAD], ahead + whole_free)
                 onward, onward_mixed = min(onward, float(free[0])), min(onward_mixed, float(sharp[0]))
+            rows[:, kernels.AHEAD_MIX] += self._excess
             ahead, mixed = ahead + onward, mixed + onward_mixed
             least = max(ahead, mixed - self._a_joule * self._charges.start_j)
         return least
@@ -185,7 +199,8 @@ class Corridor:
             self._few = None
             self.least_cost = max(self.least_cost, self._look_ahead())
         near = self._chosen(cost) if thinned else self._through(cost) <= cost
-        changed = bool((near != self.near).any()) or thinned != self.only_onward
+        changed = bool((near != self.near).any()) or thinned != self.only_onward or cost > self._below
+        self._below = cost
         self.near, self.only_onward = near, thinned
         for stage in range(self._stages):
             chosen = np.flatnonzero(near[stage])
@@ -243,6 +258,21 @@ class Corridor:
         found: NDArray[np.float64] = 0.5 * (slow - slow.min(initial=math.inf))
         return found
 
+    def targets(self, stage: int, here: int | None) -> NDArray[np.bool_]:
+        """Stations that ways from one, or from the place before the stage, may lead to, bool (sites,).
+
+        Where stops cost more than their joules, not those that no journey over both costs so little over.
+        """
+        near: NDArray[np.bool_] = self.near[stage].copy()
+        if here is None or not self._excess.any() or self._below == math.inf:
+            return near
+        chosen = np.flatnonzero(near)
+        spots, place = [self._sites[k].station.position for k in chosen.tolist()], self._sites[here].station.position
+        ways = np.min([self._straight(finder, spots, place, to=False) for finder in self._finders], axis=0)
+        ahead = self._number[1 + stage * len(self._sites) + chosen, kernels.AHEAD_MIX]
+        near[chosen] = self._reached[stage, here] + self._excess[here] + ways + ahead <= self._below
+        return near
+
     def leads_on(self, stage: int, here: int, there: int) -> bool:
         """Whether one station is farther from the next via point or goal than another, and likely within a charge."""
         rows = self._number[1 + stage * len(self._sites) : 1 + (stage + 1) * len(self._sites)]
@@ -256,7 +286,7 @@ class Corridor:
         through = np.full((self._stages, len(spots)), math.inf)
         for stage in range(self._stages):
             here, there = self._places[stage], self._places[stage + 1]
-            onward = math.inf
+            onward, reached = math.inf, np.full(len(spots), math.inf)
             ahead = self._number[1 + stage * len(spots) : 1 + (stage + 1) * len(spots), kernels.AHEAD_MIX]
             for finder in self._finders:
                 least = self._straight(finder, spots, here, to=False)
@@ -264,11 +294,13 @@ class Corridor:
                 pairs = finder.pairs(here, [*(spots[k] for k in chosen.tolist()), there], (self._mixed,))
                 costs = COST_UNIT * np.array([pair.least_cost(self._mixed) for pair in pairs])
                 least[chosen] = costs[:-1]
+                reached = np.minimum(reached, so_far + least)
                 through[stage] = np.minimum(through[stage], so_far + least + ahead)
                 onward = min(onward, float(costs[-1]))
                 way = pairs[-1].ways[0] if pairs[-1].ways else None
                 if way is not None and costs[-1] > 0.0:
                     self._joule_a_cost = max(way.energy_j, 0.0) / float(costs[-1])
+            self._reached[stage] = reached
             so_far += onward
             if stage < self._stages - 1:
                 seconds, gain_j = self._stays[stage]

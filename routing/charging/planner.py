@@ -11,13 +11,15 @@ from energy.chain.chain import LinkModel
 from energy.chain.sampling import STANDARD_SAMPLING, sampling_of
 from energy.charging.power import at_battery_temperature
 from energy.units import JOULE_PER_KWH, KMH_PER_MPS, ZERO_CELSIUS_K
+from routing.charging.choice.choice import USUAL_FEW, Few, StationChoice
+from routing.charging.choice.crowd import Crowd, CrowdStore
 from routing.charging.journey import JourneyMaker
 from routing.charging.legs import LegStore
 from routing.charging.plan import ChargingAnswer, NoPlan, Objective, PlanStats
 from routing.charging.promise.keeper import PromiseKeeper
 from routing.charging.promise.promise import DrawStore
 from routing.charging.sites import usable_sites
-from routing.charging.task import PROVEN_FRAC, Proof, Task, usual_margin_j
+from routing.charging.task import PROVEN_FRAC, Proof, Shortage, Task, usual_margin_j
 from routing.errors import QueryError, TimeUpError
 from routing.time_budget import TimeBudget, time_budget, within
 
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from energy.charging.charging import Charging
+    from routing.charging.corridor import Dearness
     from routing.charging.legs import Place
     from routing.charging.network import Step
     from routing.charging.plan import ChargingQuery, Plan
@@ -34,6 +37,9 @@ if TYPE_CHECKING:
     from routing.route.best_path import RouteSearch
     from routing.stations.station import Station
 
+MANY_SITES: Final = 400  # stations of a query, of more of which a few are chosen; assumed
+CHOICE_S: Final = 0.5  # of choosing more of them, after which bounds stay as they are; assumed
+FEW_PROOF_LABELS: Final = 300_000  # as PROOF_LABELS, where a few of very many stations are looked at; assumed
 PROOF_LABELS: Final = 2_000_000  # some 2 s, after which an answer with a bound beats a proof; assumed
 MANY_LINKS: Final = 300_000  # on more, one search to many places takes some tenths of a second
 BEST: Final = "best"  # name of the plan
@@ -54,7 +60,9 @@ class ChargingPlanner:
     """Plans journeys with charging stops on one graph; keeps ways between stations, safe between threads.
 
     proof_labels: of searches, up to which ways are refined once a plan is known. many_links: of a graph, beyond which a
-    few stations are looked at for each stretch of a journey and plans carry a bound instead of a proof.
+    few stations are looked at for each stretch of a journey and plans carry a bound instead of a proof. many_sites:
+    stations of a query, of more of which few are looked at first, and others only where a better journey may lead over
+    them.
     """
 
     def __init__(
@@ -64,14 +72,19 @@ class ChargingPlanner:
         *,
         proof_labels: int = PROOF_LABELS,
         many_links: int = MANY_LINKS,
+        many_sites: int = MANY_SITES,
+        few: Few = USUAL_FEW,
     ) -> None:
         self._search, self._chains, self._proof_labels, self._many_links = search, chains, proof_labels, many_links
+        self._many_sites, self._few = many_sites, few
         self._legs = LegStore(search)
+        self._crowds = CrowdStore()
         self._draws = DrawStore()
 
     def forget(self) -> None:
         """Give up the ways that are kept between queries; what is under way goes on."""
         self._legs.forget()
+        self._crowds.forget()
 
     def plan(
         self,
@@ -144,20 +157,67 @@ class _Asked:
         self._began = time.perf_counter()
         self._search, self._chains = planner._search, planner._chains
         self._legs, self._proof_labels, self._many_links = planner._legs, planner._proof_labels, planner._many_links
-        self._draws = planner._draws
+        self._draws, self._crowds = planner._draws, planner._crowds
+        self._many_sites, self._few = planner._many_sites, planner._few
         self._query, self._charging, self._stations = query, charging, stations
         self._places = places_with_stations(places, charging, stations)
         if query.conditions.ambient_k is not None:
             vehicle_charging = at_battery_temperature(vehicle_charging, query.conditions.ambient_k - ZERO_CELSIUS_K)
         self._vehicle_charging, self._margin_j = vehicle_charging, margin_j
         self._tasks: list[Task] = []
+        self._choices: dict[Task, tuple[Crowd, StationChoice]] = {}  # of tasks with a part of very many stations
+        self._shortages: dict[Task, Shortage] = {}  # of those, where all of these do not lead to the goal
         self._warnings: list[str] = []
 
     def _task(self, query: RouteQuery, charging: ChargingQuery) -> Task:
-        sites = usable_sites(self._vehicle_charging, charging, self._stations)
-        task = self._task_over(sites, query, charging, self._margin_j)
+        if len(self._stations) <= self._many_sites or self._search.graph.link_count > self._many_links:
+            sites = usable_sites(self._vehicle_charging, charging, self._stations)
+            return self._kept_task(self._task_over(sites, query, charging, self._margin_j))
+        crowd = self._crowds.crowd(self._vehicle_charging, charging, self._stations)
+        if len(crowd.sites) <= self._many_sites:
+            return self._kept_task(self._task_over(crowd.sites, query, charging, self._margin_j))
+        choice = self._task_over((), query, charging, None).choice(crowd, self._few)
+        return self._chosen_task(crowd, choice, query, charging)
+
+    def _kept_task(self, task: Task) -> Task:
         self._tasks.append(task)
         return task
+
+    def _chosen_task(self, crowd: Crowd, choice: StationChoice, query: RouteQuery, charging: ChargingQuery) -> Task:
+        """A task over the stations that are chosen."""
+        sites = [crowd.sites[k] for k in choice.chosen.nonzero()[0].tolist()]
+        task = self._task_over(sites, query, charging, self._margin_j, choice.dearness)
+        task.usable, task.beyond_cost, task.stop_cost = crowd.sites, choice.beyond_cost, choice.stop_cost
+        self._choices[task] = crowd, choice
+        return self._kept_task(task)
+
+    def _found(self, task: Task) -> tuple[Task, list[Step] | None]:
+        """The best journey along known ways, and the task that has it: over more stations, where a few were chosen."""
+        best = task.found()
+        if task not in self._choices:
+            return task, best
+        crowd, choice = self._choices[task]
+        if best is None and not self._is_shut_off(task):
+            finder = task.onward(crowd.sites)
+            grows = finder is not None and choice.add(finder.chain() or ())
+            while best is None and (grows or choice.widen()):
+                task, grows = self._chosen_task(crowd, choice, task.query, task.charging), False
+                best = task.found()
+        if best is not None and choice.grow(best, time.perf_counter() + CHOICE_S):
+            task = self._chosen_task(crowd, choice, task.query, task.charging)
+            best = task.found_below(best[-1].cost)
+        task.beyond_cost, task.stop_cost = choice.beyond_cost, choice.stop_cost
+        return task, best
+
+    def _is_shut_off(self, task: Task) -> bool:
+        """Whether the battery alone shows that no journey comes to the goal over any of very many stations."""
+        crowd, choice = self._choices[task]
+        finder = task.onward(crowd.sites)
+        shut_off = None if finder is None else finder.shut_off()
+        if shut_off is not None:
+            last = choice.last_of(shut_off.reached)
+            self._shortages[task] = task.shortage_of(shut_off, crowd.sites, None if last is None else crowd.sites[last])
+        return shut_off is not None
 
     def _task_over(
         self,
@@ -165,6 +225,7 @@ class _Asked:
         query: RouteQuery,
         charging: ChargingQuery,
         margin_j: Callable[[float, float], float] | None,
+        dearness: Dearness | None = None,
     ) -> Task:
         return Task(
             self._legs,
@@ -174,8 +235,9 @@ class _Asked:
             sites,
             self._places,
             margin_j,
-            self._proof_labels,
+            self._proof_labels if dearness is None else min(self._proof_labels, FEW_PROOF_LABELS),
             self._many_links,
+            dearness,
         )
 
     def answer(self) -> ChargingAnswer:
@@ -183,7 +245,7 @@ class _Asked:
         if self._charging.confidence is not None and self._margin_j is None:
             self._margin_j = self._least_margin(self._charging.confidence)
         task = self._task(self._query, self._charging)
-        usable = {site.station.id for site in task.sites}
+        usable = {site.station.id for site in task.usable} if self._charging.via_stations else ()
         for k, (_, station_id) in enumerate(self._charging.via_stations):
             if station_id not in usable:
                 allowed = "a station that the vehicle can charge at under what is asked"
@@ -192,7 +254,8 @@ class _Asked:
         keeper = self._keeper(task)
         best: list[Step] | None
         try:
-            best = task.found()
+            task, best = self._found(task)
+            keeper = self._keeper(task)
             stage_s["first_plan"] = self._since()
             best, proof = self._kept(keeper, task, best)
         except TimeUpError as error:
@@ -295,7 +358,8 @@ class _Asked:
         """The proof of a journey over stations with opening hours: none is better than if all were always open."""
         task = self._task(self._query, replace(self._charging, departure_min=None))
         try:
-            steps, proof = task.proven(task.found())
+            task, steps = self._found(task)
+            steps, proof = task.proven(steps)
         except TimeUpError:
             return Proof(None, HOURS)
         if steps is None or proof.short_by is None:
@@ -352,7 +416,7 @@ class _Asked:
         if self._charging.objective is Objective.TIME and not self._charging.network_factors:
             return None
         task = self._task(self._query, replace(self._charging, objective=Objective.TIME, network_factors={}))
-        steps = task.found()
+        task, steps = self._found(task)
         return None if steps is None else (task, steps)
 
     def _most_reserve(self, cost: float) -> tuple[Task, list[Step]] | None:
@@ -378,7 +442,7 @@ class _Asked:
 
     def _no_plan(self, task: Task) -> NoPlan:
         """Which leg fails, by how much, the last station in reach, and what would help, in the order of trying."""
-        shortage = task.shortage()
+        shortage = self._shortages.get(task) or task.shortage()
         helps: list[str] = []
         until = time.perf_counter() + HELP_S
         try:
@@ -405,8 +469,7 @@ class _Asked:
                     helps.append(f"a confidence of {confidence:g} instead of {self._charging.confidence:g}")
         except TimeUpError:
             self._warnings.append("there was no time to try all that might help")
-        station = None if shortage.place <= 0 else task.site_at(shortage.place).station
-        last = None if shortage.last <= 0 else task.site_at(shortage.last).station
+        station, last = shortage.station, shortage.last
         missing_j = max(shortage.missing_j, 0.0)
         kwh = missing_j / JOULE_PER_KWH
         if missing_j == float("inf"):
@@ -423,13 +486,16 @@ class _Asked:
             name = self._search.graph.meta.name
             reason += f"; graph {name!r} has no charging stations"
             helps.append(f"charging stations: joulepath stations import FILE --graph {name}")
-        elif not task.sites:
+        elif not task.usable:
             reason += "; no station may be used" + (": at most 0 stops" if self._charging.most_stops == 0 else "")
         return NoPlan(reason, station, missing_j, last, tuple(helps))
 
     def _has_plan(self, query: RouteQuery, charging: ChargingQuery) -> bool:
         """Whether there is a plan, of the confidence asked for, along ways that are known by few searches."""
         task = self._task(query, charging)
+        if task in self._choices:
+            task, steps = self._found(task)
+            return self._keeper(task).kept(steps) is not None
         if task.is_shut_off():
             return False
         few = task.chain()

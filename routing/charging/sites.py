@@ -18,6 +18,8 @@ from routing.stations.station import Access
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
     from energy.charging.charging import Charging, PowerCurve
     from routing.charging.plan import ChargingQuery
     from routing.stations.station import Socket, Station
@@ -136,22 +138,32 @@ def least_cost_a_joule(sites: Sequence[Site], capacity_wh: float, window_frac: f
     Of one stop that charges x: at best the x of charge in which its power is greatest. (cost of stopping + that) / x is
     least where it equals the cost of the next joule, or at the whole window.
     """
-    capacity_j = capacity_wh * JOULE_PER_WH
     least = math.inf
     for site in _distinct(sites):
-        soc, power = site.curve.soc_frac, site.curve.power_w
-        # from the greatest power down, each piece in small steps whose power counts as that of their faster end
-        at = np.unique(np.concatenate((soc, np.linspace(0.0, 1.0, 401))))
-        p = np.interp(at, soc, power)
-        step_j = np.diff(at) * capacity_j
-        fast = np.maximum(p[:-1], p[1:])
-        order = np.argsort(-fast, kind="stable")
-        x = np.cumsum(step_j[order])
-        cost = site.stop_cost + np.cumsum(step_j[order] * (site.a_second / fast[order] + site.a_joule))
-        inside = np.concatenate(([True], x[:-1] < window_frac * capacity_j))
         # between two steps the quotient lies between those at its ends, but for the first, where it falls from inf
-        least = min(least, float((cost / x)[inside].min()))
+        charged_j, cost = charging_costs(site, capacity_wh * JOULE_PER_WH, window_frac)
+        least = min(least, float((cost / charged_j).min()))
     return 0.0 if not math.isfinite(least) else least
+
+
+def charging_costs(
+    site: Site, capacity_j: float, window_frac: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Energies [J], rising, up to the window's, and what stops that charge them cost at least, float64 (s,) each.
+
+    Each charges those joules that are the fastest; between two energies costs are linear.
+    """
+    soc, power = site.curve.soc_frac, site.curve.power_w
+    # from the greatest power down, each piece in small steps whose power counts as that of their faster end
+    at = np.unique(np.concatenate((soc, np.linspace(0.0, 1.0, 401))))
+    p = np.interp(at, soc, power)
+    step_j = np.diff(at) * capacity_j
+    fast = np.maximum(p[:-1], p[1:])
+    order = np.argsort(-fast, kind="stable")
+    x = np.cumsum(step_j[order])
+    cost = site.stop_cost + np.cumsum(step_j[order] * (site.a_second / fast[order] + site.a_joule))
+    inside = np.concatenate(([True], x[:-1] < window_frac * capacity_j))
+    return x[inside], cost[inside]
 
 
 def _distinct(sites: Sequence[Site]) -> list[Site]:

@@ -15,8 +15,9 @@ from energy.charging.charge_time import charge_times
 from energy.units import JOULE_PER_KWH, JOULE_PER_WH, SECOND_PER_MINUTE
 from routing.charging import kernels_plan as kernels
 from routing.charging.choice import onward
+from routing.charging.choice.choice import StationChoice
 from routing.charging.choice.onward import Onward, OnwardFinder
-from routing.charging.corridor import FEW_SITES, Charges, Corridor, mixed_weights
+from routing.charging.corridor import FEW_SITES, Charges, Corridor, Dearness, mixed_weights
 from routing.charging.kernels_plan import Rules, Stops
 from routing.charging.legs import LegCounts, LegFinder, LegStore, usual_weightings
 from routing.charging.margins import Margins
@@ -33,12 +34,15 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from energy.charging.charging import Charging
+    from routing.charging.choice.choice import Few
+    from routing.charging.choice.crowd import Crowd
     from routing.charging.legs import Place
     from routing.charging.network import Step
     from routing.charging.plan import ChargingQuery, FixedStay
     from routing.charging.sites import Site
     from routing.charging.ways import Way
     from routing.queries import RouteQuery
+    from routing.stations.station import Station
 
 SAME_FRAC: Final = 1e-9
 PROVEN_FRAC: Final = 1e-8  # of the cost, below which a bound meets a plan
@@ -46,6 +50,7 @@ ROUNDS: Final = 500  # of refinement at most
 MORE_LIKELY: Final = 3.0
 FAR_FRAC: Final = 3.0
 DAY_S: Final = 86_400.0
+WEEK_MIN: Final = 7 * 1440.0
 MOST_AC_W: Final = 22e3  # of a place to stay at, above which its power is direct current; assumed
 HIGH_FRAC: Final = 0.5  # of what stations charge to, asked for at the goal, from which it may well not be had
 FEW_STOPS: Final = 8  # up to which labels are told apart by their number
@@ -61,14 +66,14 @@ class Proof:
 
 @dataclass(frozen=True, slots=True)
 class Shortage:
-    """Where journeys end: the place whose onward way lacks least, what it lacks [J], the last place reached.
+    """Where journeys end: whence least lacks on the way on, what lacks [J], the last station reached; None: the start.
 
     at_goal: whether it lacks at the goal of what is asked for there.
     """
 
-    place: int
+    station: Station | None
     missing_j: float
-    last: int
+    last: Station | None
     at_goal: bool = False
 
 
@@ -91,6 +96,7 @@ class Task:
         margin_j: Callable[[float, float], float] | None,
         proof_labels: int,
         many_links: int,
+        dearness: Dearness | None = None,
     ) -> None:
         self.query, self.charging, self.sites, self.places = query, charging, sites, places
         self._many_links = many_links
@@ -110,28 +116,35 @@ class Task:
         self.margins = Margins()
         curves = charge_times(list(kinds.values()), self.capacity_j).curves
         self.graph = StationGraph(curves, self._stops, self._arcs_from, self.margins.of)
-        a_joule = least_cost_a_joule(sites, query.vehicle.usable_capacity_wh, charging.max_soc_frac)
+        if dearness is None:
+            a_joule = least_cost_a_joule(sites, query.vehicle.usable_capacity_wh, charging.max_soc_frac)
+            dearness = Dearness(a_joule, np.zeros(len(sites)))
         self._is_thinned = legs.search.graph.link_count > many_links
-        weightings = usual_weightings(mixed_weights(self._worth, a_joule), bounded=not self._is_thinned)
+        weightings = usual_weightings(mixed_weights(self._worth, dearness.a_joule), bounded=not self._is_thinned)
         self.queries = capped(query, charging.speed_caps_mps)
         self._finders = [LegFinder(legs, capped_query, weightings, self.counts) for capped_query in self.queries]
         self._vias: dict[int, list[Arc]] = {}
         self._asked: dict[int, tuple[NDArray[np.bool_], bool]] = {}  # stations that arcs of a place lead to
         self._with_bounds = False  # which no search along known ways looks at
         self._beyond: dict[int, list[tuple[int, Way]]] = {}  # ways that no full battery suffices for, by their place
+        self.usable = sites  # of which sites may be a part
+        self.stop_cost = -math.inf  # no journey that stops anywhere costs less
+        self.beyond_cost = math.inf  # no journey over stations that are not among sites costs less
         self.latest: list[Step] | None = None  # the best journey that was found last
-        self._onward_finder: OnwardFinder | None = None
+        self._onward: OnwardFinder | None = None
         self._shut_off: Onward | None = None  # why no journey comes to the goal, where that is known
         stays = [self.stay_at(via_idx) for via_idx in range(self._stages - 1)]
+        self._stays = [(0.0, 0.0) if stay is None else (stay.seconds, self.stay_gain_j(stay)) for stay in stays]
+        self._charges = Charges(self._start_j, self._goal_least_j(), self.capacity_j)
         self._corridor = Corridor(
             self._finders,
             self._worth,
-            a_joule,
+            dearness,
             sites,
             places,
             self._stops.number,
-            [(0.0, 0.0) if stay is None else (stay.seconds, self.stay_gain_j(stay)) for stay in stays],
-            Charges(self._start_j, self._goal_least_j(), self.capacity_j),
+            self._stays,
+            self._charges,
             thinned=self._is_thinned,
         )
 
@@ -227,17 +240,17 @@ class Task:
     @property
     def least_cost(self) -> float:
         """No journey costs less."""
-        return self._corridor.least_cost
+        return min(self._corridor.least_cost, self.beyond_cost)
 
     def keep_below(self, cost: float, *, thinned: bool = False) -> None:
         """Leave out stations over which no journey costs less; thinned: and most of those that remain."""
         if not self._corridor.keep_below(cost, thinned=thinned):
             return
-        near, onward = self._corridor.near, self._corridor.only_onward
+        only_onward = self._corridor.only_onward
         grown = [
             place
             for place, (asked, asked_onward) in self._asked.items()
-            if (asked_onward and not onward) or bool((near & ~asked).any())
+            if (asked_onward and not only_onward) or bool((self._near(place) & ~asked).any())
         ]
         if grown:  # arcs to stations that are left out now may stay
             self._vias.clear()
@@ -263,6 +276,16 @@ class Task:
         """How long a station is still closed on arrival [s]."""
         return kernels.waiting_s(self._stops, place, self._rules(bounded=False).departure_s + arrive_s)
 
+    def waiting_of_s(self, site: Site, arrive_s: float) -> float:
+        """The same of any station that may be used, also where it is no place of the station graph."""
+        if self.charging.departure_min is None:
+            return 0.0
+        hours = open_times(site.station.opening_hours, self.charging.departure)
+        at_min = (self.charging.departure_min + arrive_s / SECOND_PER_MINUTE) % WEEK_MIN
+        if not hours or any(begin <= at_min < end for begin, end in hours):
+            return 0.0
+        return SECOND_PER_MINUTE * min((begin - at_min) % WEEK_MIN for begin, _ in hours)
+
     def direct_way(self) -> Way | None:
         """A way from the start to the first place after it, whatever charge it takes."""
         (pair,) = self._finders[0].pairs(self.places[0], [self.places[1]])
@@ -272,6 +295,12 @@ class Task:
         """How many via points are behind at a place."""
         return -place if place <= 0 else (place - 1) // len(self.sites)
 
+    def _near(self, place: int) -> NDArray[np.bool_]:
+        """Stations that ways from a place may lead to, bool (stages, sites)."""
+        near, stage = self._corridor.near.copy(), self._stage(place)
+        near[stage] = self._corridor.targets(stage, (place - 1) % len(self.sites) if place > 0 else None)
+        return near
+
     def _arcs_from(self, place: int) -> list[Arc]:
         """Arcs from the start, a station or a via point, over no, one or more via points."""
         if place == self.goal:
@@ -279,14 +308,15 @@ class Task:
         stage = self._stage(place)
         first = 1 + stage * len(self.sites)
         last = stage == self._stages - 1
-        targets = [first + int(k) for k in np.flatnonzero(self._corridor.near[stage]) if first + k != place]
+        near = self._near(place)
+        targets = [first + int(k) for k in np.flatnonzero(near[stage]) if first + k != place]
         if self._corridor.only_onward and place > 0:
             here_idx = (place - 1) % len(self.sites)
             targets = [to for to in targets if self._corridor.leads_on(stage, here_idx, to - first)]
         onward = self.goal if last else -1 - stage
         targets.append(onward)
         if place >= 0:
-            self._asked[place] = (self._corridor.near, self._corridor.only_onward)
+            self._asked[place] = (near, self._corridor.only_onward)
         spots = [self.position(to) for to in targets]
         arcs: list[Arc] = []
         longest_j = self.capacity_j - self.reserve_j
@@ -373,7 +403,7 @@ class Task:
 
     def _found_at_once(self) -> list[Step] | None:
         """As found, along ways of the usual searches."""
-        bounded = math.isfinite(self.least_cost)
+        bounded = math.isfinite(self._corridor.least_cost)
         if self._is_thinned and bounded:
             self.keep_below(self._corridor.likely_cost, thinned=True)
             best = self._with_other_ways(self.best())
@@ -381,54 +411,68 @@ class Task:
                 return best
         if len(self.sites) <= FEW_SITES or not bounded:
             return self._with_other_ways(self.best()) if self._is_thinned else self.best()
-        slack = self._corridor.likely_cost - self.least_cost
+        slack = self._corridor.likely_cost - self._corridor.least_cost
         while True:
-            self.keep_below(self.least_cost + slack)
+            self.keep_below(self._corridor.least_cost + slack)
             best = self.best()
             if best is not None:
-                if best[-1].cost <= self.least_cost + slack:
+                if best[-1].cost <= self._corridor.least_cost + slack:
                     break
-                slack = best[-1].cost - self.least_cost
+                slack = best[-1].cost - self._corridor.least_cost
             elif bool(self._corridor.near.all()) or self.is_shut_off():
                 return None
             else:
-                slack = MORE_LIKELY * slack if slack < FAR_FRAC * abs(self.least_cost) + DAY_S else math.inf
+                slack = MORE_LIKELY * slack if slack < FAR_FRAC * abs(self._corridor.least_cost) + DAY_S else math.inf
         self.keep_below(best[-1].cost)
         return self._with_other_ways(best) if self._is_thinned else best
 
+    def found_below(self, cost: float) -> list[Step] | None:
+        """The best journey along known ways, of those that cost no more."""
+        self.keep_below(cost)
+        return self.best(below=cost + PROVEN_FRAC * abs(cost))
+
+    def choice(self, crowd: Crowd, few: Few) -> StationChoice:
+        """Which of very many stations are looked at for the same query."""
+        search, most = self._legs.search, self.charging.max_soc_frac
+        return StationChoice(
+            search, self._finders, self._worth, crowd, self.places, self._stays, self._charges, most, few
+        )
+
     def is_shut_off(self, *, whole: bool = True) -> bool:
         """Whether the battery alone shows that no journey comes to the goal; whole: over all of it, not at its end."""
-        finder = self._onward()
+        finder = self._own_onward()
         if finder is not None and self._shut_off is None and (whole or finder.goal_is_beyond_all()):
             self._shut_off = finder.shut_off()
         return self._shut_off is not None
 
     def chain(self) -> list[Site]:
         """Stations that lead to the goal one after the other, it seems; none where that is not known."""
-        finder = self._onward()
+        finder = self._own_onward()
         return [self.sites[k] for k in (None if finder is None else finder.chain()) or ()]
 
-    def _onward(self) -> OnwardFinder | None:
-        """What tells whether the goal is come to; None where a stay may charge on the way or the graph is large."""
-        stays = [self.stay_at(via_idx) for via_idx in range(self._stages - 1)]
-        if self._is_thinned or any(stay is not None and self.stay_gain_j(stay) > 0.0 for stay in stays):
+    def _own_onward(self) -> OnwardFinder | None:
+        if self._onward is None:
+            self._onward = self.onward(self.sites)
+        return self._onward
+
+    def onward(self, sites: Sequence[Site]) -> OnwardFinder | None:
+        """What tells whether the goal is come to over stations; None where a stay charges or the graph is large."""
+        if self._is_thinned or any(gain_j > 0.0 for _, gain_j in self._stays):
             return None
-        if self._onward_finder is None:
-            self._onward_finder = OnwardFinder(
-                self._legs.search,
-                [finder.space for finder in self._finders],
-                (self.places[0], self.places[-1]),
-                [site.station.position for site in self.sites],
-                onward.Charges(
-                    start_j=self._start_j,
-                    station_j=self.charging.max_soc_frac * self.capacity_j,
-                    arrive_j=self.charging.arrive_soc_frac * self.capacity_j,
-                    goal_j=self._goal_least_j(),
-                    reserve_j=self.reserve_j,
-                    capacity_j=self.capacity_j,
-                ),
-            )
-        return self._onward_finder
+        return OnwardFinder(
+            self._legs.search,
+            [finder.space for finder in self._finders],
+            (self.places[0], self.places[-1]),
+            [site.station.position for site in sites],
+            onward.Charges(
+                start_j=self._start_j,
+                station_j=self.charging.max_soc_frac * self.capacity_j,
+                arrive_j=self.charging.arrive_soc_frac * self.capacity_j,
+                goal_j=self._goal_least_j(),
+                reserve_j=self.reserve_j,
+                capacity_j=self.capacity_j,
+            ),
+        )
 
     def _with_other_ways(self, best: list[Step] | None) -> list[Step] | None:
         """The best journey with the fastest and least-energy ways between the stops of those before it."""
@@ -494,7 +538,7 @@ class Task:
     @property
     def is_bounded(self) -> bool:
         """Whether it is known of all ways what none is better than."""
-        return not self._is_thinned
+        return not self._is_thinned and len(self.usable) == len(self.sites)
 
     @property
     def finder(self) -> LegFinder:
@@ -528,6 +572,23 @@ class Task:
             self._stops.number[places, kernels.LEAST_J] = least_j
 
     def proven(self, best: list[Step] | None) -> tuple[list[Step] | None, Proof]:
+        """The best journey, and the proof of it, which counts those over stations that are not among sites as well."""
+        best, proof = self._proven(best)
+        if best is None:
+            return best, proof
+        cost = best[-1].cost
+        if proof.short_by is not None and cost - self.stop_cost < proof.short_by and self.least_stops() > 0:
+            proof = replace(proof, short_by=max(cost - self.stop_cost, 0.0))
+        if self.beyond_cost >= cost - PROVEN_FRAC * abs(cost):
+            return best, proof
+        if self._worth.a_joule > 0.0:
+            return best, Proof(None, "halts were not looked at over all of very many stations")
+        short_by = cost - self.beyond_cost
+        if proof.short_by is not None and short_by > proof.short_by:
+            proof = Proof(short_by, "very many stations: not all that may be better were compared")
+        return best, proof
+
+    def _proven(self, best: list[Step] | None) -> tuple[list[Step] | None, Proof]:
         """The best journey that is found, where one is known that may not be the best, and the proof of it.
 
         A journey over bounds is no worse than any journey. As long as the best of these is better than the best known
@@ -540,7 +601,7 @@ class Task:
             why = "on a graph of this size a plan is bounded by what driving and charging cost at least"
             if best is None or halts_count:
                 return best, Proof(None, why)
-            return best, Proof(0.0) if self._is_least(best) else Proof(best[-1].cost - self.least_cost, why)
+            return best, Proof(0.0) if self._is_least(best) else Proof(best[-1].cost - self._corridor.least_cost, why)
         short_by, is_over = math.inf, self.after_labels(self._proof_labels)
         why = "too many ways between stations to compare"
         try:
@@ -568,7 +629,7 @@ class Task:
                 raise
             why = f"{error.limit_s:g} s were not enough for a proof"
         if best is not None:
-            short_by = min(short_by, best[-1].cost - self.least_cost)
+            short_by = min(short_by, best[-1].cost - self._corridor.least_cost)
         return best, Proof(short_by if math.isfinite(short_by) else None, why)
 
     def after_labels(self, labels: int) -> Callable[[], bool]:
@@ -579,7 +640,7 @@ class Task:
 
     def _is_least(self, best: list[Step] | None) -> bool:
         """Whether a journey costs no more than any does at least."""
-        return best is not None and best[-1].cost - self.least_cost <= PROVEN_FRAC * abs(best[-1].cost)
+        return best is not None and best[-1].cost - self._corridor.least_cost <= PROVEN_FRAC * abs(best[-1].cost)
 
     def refined(self, journey: list[Step], cost: float = math.inf) -> bool:
         """Learn more of ways at the bounds of a journey that may cost so much; whether anything was to be learnt."""
@@ -601,41 +662,41 @@ class Task:
     def shortage(self) -> Shortage:
         """Where journeys end that do not come to the goal, after a search that found none."""
         if self._shut_off is not None:
-            return self._shortage_of(self._shut_off)
-        reached = self.graph.reached
-        least, last, last_s = Shortage(0, math.inf, 0), 0, math.inf
-        for place, charge_j in reached.items():
+            reached = self._shut_off.reached.nonzero()[0]
+            ahead = self._stops.number[self.goal - len(self.sites) + reached, kernels.AHEAD]
+            last = self.sites[reached[np.argmin(ahead)]] if reached.size else None
+            return self.shortage_of(self._shut_off, self.sites, last)
+        reached_j = self.graph.reached
+        nearest, least_j, last_place, last_s = 0, math.inf, 0, math.inf
+        for place, charge_j in reached_j.items():
             depart_j = max(charge_j, self.charging.max_soc_frac * self.capacity_j) if place > 0 else charge_j
-            onward = [(arc.to, arc.way, self.margins.of(arc)) for arc in self.graph.arcs(place) if not arc.way.is_bound]
-            onward += [(to, way, 0.0) for to, way in self._beyond.get(place, ())]
-            for to, way, margin_j in onward:
-                if to in reached:
-                    continue
+            ways = [(arc.to, arc.way, self.margins.of(arc)) for arc in self.graph.arcs(place) if not arc.way.is_bound]
+            ways += [(to, way, 0.0) for to, way in self._beyond.get(place, ())]
+            for to, way, margin_j in ways:
                 missing_j = self.needs_j(to, way) + margin_j - depart_j
-                if missing_j < least.missing_j:
-                    least = Shortage(place, missing_j, 0)
+                if to not in reached_j and missing_j < least_j:
+                    nearest, least_j = place, missing_j
             ahead_s = float(self._stops.number[place, kernels.AHEAD])
             if place > 0 and ahead_s < last_s:
-                last, last_s = place, ahead_s
-        return replace(least, last=last)
+                last_place, last_s = place, ahead_s
+        here, last = (None if place <= 0 else self.site_at(place).station for place in (nearest, last_place))
+        return Shortage(here, least_j, last)
 
     def least_j(self, place: int) -> float:
         """Charge that is asked for on arrival at a place [J]."""
         return float(self._least_j[place])
 
-    def _shortage_of(self, shut_off: Onward) -> Shortage:
-        """Where journeys end by the battery alone; what the reserve lacks on the way there, where no charge does."""
-        first = self.goal - len(self.sites)
-        place = 0 if shut_off.nearest == onward.START else first + shut_off.nearest
+    def shortage_of(self, shut_off: Onward, sites: Sequence[Site], last: Site | None) -> Shortage:
+        """Where journeys end by the battery alone, of stations; or what lacks on the way, where nothing does then."""
+        here = None if shut_off.nearest == onward.START else sites[shut_off.nearest].station
         missing_j = shut_off.missing_j
         if missing_j <= 0.0:
-            here_j = self.charging.max_soc_frac * self.capacity_j if place > 0 else self._start_j
-            pairs = [finder.pairs(self.position(place), [self.places[-1]], (ECO,))[0] for finder in self._finders]
+            here_j, place = self._start_j, self.places[0]
+            if here is not None:
+                here_j, place = self.charging.max_soc_frac * self.capacity_j, here.position
+            pairs = [finder.pairs(place, [self.places[-1]], (ECO,))[0] for finder in self._finders]
             missing_j = min((self.needs_j(self.goal, way) for pair in pairs for way in pair.ways), default=0.0) - here_j
-        reached = first + np.flatnonzero(shut_off.reached)
-        ahead = self._stops.number[reached, kernels.AHEAD]
-        last = int(reached[np.argmin(ahead)]) if reached.size else 0
-        return Shortage(place, missing_j, last, at_goal=shut_off.at_goal)
+        return Shortage(here, missing_j, None if last is None else last.station, at_goal=shut_off.at_goal)
 
     def needs_j(self, to: int, way: Way) -> float:
         """Charge that a way to a place begins with at least, without a margin [J]."""

@@ -67,6 +67,12 @@ class Spots:
         kept = chosen[self.of]
         return Spots(self.link[kept], self.offset_m[kept], self.of[kept], self.count)
 
+    def joined(self, more: Spots) -> Spots:
+        """These and more places after them."""
+        of = np.concatenate((self.of, more.of + self.count))
+        link, offset_m = np.concatenate((self.link, more.link)), np.concatenate((self.offset_m, more.offset_m))
+        return Spots(link, offset_m, of, self.count + more.count)
+
     def any_of(self, held: NDArray[np.bool_]) -> NDArray[np.bool_]:
         """Places of which any position is so, bool (count,)."""
         found = np.zeros(self.count, np.bool_)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import islice
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from routing.graph.road_graph import RoadGraph
 
 NEAR: Final = 16  # stations about a stop that are looked at
+FAR: Final = 128  # of which are those that open soonest
 CROW_MPS: Final = 15.0  # at which a station comes nearer as the crow flies, to tell which are closed; assumed
 
 
@@ -28,7 +30,7 @@ class FallbackFinder:
     """
 
     def __init__(self, graph: RoadGraph, task: Task) -> None:
-        self._graph, self._task, self._finder, self._sites = graph, task, task.finder, task.sites
+        self._graph, self._task, self._finder, self._sites = graph, task, task.finder, task.usable
         physics = self._finder.space.physics
         self._standing_w = physics.aux_idle_w + physics.cabin_w
         nodes = graph.head[np.array([site.station.position[0].link_idx for site in self._sites], np.int64)]
@@ -76,13 +78,17 @@ class FallbackFinder:
         node = int(self._graph.head[here[0].link_idx])
         lat_deg, lon_deg = float(self._graph.node_lat_deg[node]), float(self._graph.node_lon_deg[node])
         soon_s = great_circle_m(lat_deg, lon_deg, self._lat_deg, self._lon_deg) / CROW_MPS
-        if self._task.is_clocked:
-            soon_s = soon_s + [self._waiting_s(k, depart_s + drive_s) for k, drive_s in enumerate(soon_s.tolist())]
-        order = np.argsort(soon_s, kind="stable")
-        return [k for k in order.tolist() if self._sites[k].station.id not in planned][:NEAR]
+        order = np.argsort(soon_s, kind="stable").tolist()
+        near = islice((k for k in order if self._sites[k].station.id not in planned), FAR)
+            (k for k in np.argsort(soon_s, kind="stable").tolist() if self._sites[k].station.id not in planned), FAR
+        )
+        if not self._task.is_clocked:
+            return list(islice(near, NEAR))
+        ready_s = {k: float(soon_s[k]) + self._waiting_s(k, depart_s + float(soon_s[k])) for k in near}
+        return sorted(ready_s, key=ready_s.__getitem__)[:NEAR]
 
     def _waiting_s(self, site: int, arrive_s: float) -> float:
-        return self._task.waiting_s(1 + site, arrive_s)
+        return self._task.waiting_of_s(self._sites[site], arrive_s)
 
 
 def _rank(fallback: Fallback) -> tuple[bool, bool, float]:
