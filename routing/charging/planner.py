@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from routing.stations.station import Station
 
 MANY_SITES: Final = 400  # stations of a query, of more of which a few are chosen; assumed
-CHOICE_S: Final = 0.5  # of choosing more of them, after which bounds stay as they are; assumed
+CHOICE_S: Final = 2.0  # of choosing more of them, after which bounds stay as they are; assumed
 FEW_PROOF_LABELS: Final = 300_000  # as PROOF_LABELS, where a few of very many stations are looked at; assumed
 PROOF_LABELS: Final = 2_000_000  # some 2 s, after which an answer with a bound beats a proof; assumed
 MANY_LINKS: Final = 300_000  # on more, one search to many places takes some tenths of a second

@@ -95,7 +95,8 @@ class StationChoice:
         self._graph = search.graph
         self._places, self._stays, self._charges, self._max_soc_frac = places, stays, charges, max_soc_frac
         self._a_joule = least_cost_a_joule(crowd.kinds, charges.capacity_j / JOULE_PER_WH, max_soc_frac)
-        self._through = self._paid(min(self._a_joule, self._marginal(self._likely_j())))
+        likely_j = self._likely_j()
+        self._through = self._paid(min(self._a_joule, self._marginal(likely_j)) if likely_j > 0.0 else 0.0)
         self.chosen = self._first()
         self.stop_cost = self._through.least  # no journey that stops costs less
         self.beyond_cost = self._through.least  # no journey over stations that are not chosen costs less
