@@ -19,7 +19,7 @@ from routing.charging.choice.choice import StationChoice
 from routing.charging.choice.onward import Onward, OnwardFinder
 from routing.charging.corridor import FEW_SITES, Charges, Corridor, Dearness, mixed_weights
 from routing.charging.kernels_plan import Rules, Stops
-from routing.charging.legs import LegCounts, LegFinder, LegStore, usual_weightings
+from routing.charging.legs import STAY, LegCounts, LegFinder, LegStore, usual_weightings
 from routing.charging.margins import Margins
 from routing.charging.network import Arc, Part, StationGraph
 from routing.charging.sites import least_cost_a_joule, worth_of
@@ -343,9 +343,11 @@ class Task:
             self._vias[via] = self._arcs_from(via)
         found = []
         stage = -via
-        for k, site in enumerate(self.sites):
-            if site.station.position == self.places[-via]:
-                found.append(self._arc(1 + stage * len(self.sites) + k, part.way, (part,)))
+        stations_there = [
+            1 + stage * len(self.sites) + k
+            for k, site in enumerate(self.sites)
+            if site.station.position == self.places[-via]
+        ]
         before = part.way
         stay = self.stay_at(-1 - via)
         if stay is not None:
@@ -354,6 +356,10 @@ class Task:
                 max(self.charging.arrive_soc_frac * self.capacity_j - self.reserve_j, 0.0) if gain_j > 0.0 else 0.0
             )
             before = joined(before, stay_of(stay.seconds, gain_j, least_j))
+        for to in stations_there:  # after the stay, which is taken anyway
+            parts = (part,) if stay is None else (part, Part(via, to, STAY.ways[0], part.cap))
+            if before.longest_j <= self.capacity_j - self.reserve_j:
+                found.append(self._arc(to, before, parts))
         for arc in self._vias[via]:
             if arc.parts[0].cap == part.cap:
                 way = joined(before, arc.way)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import islice
 from typing import TYPE_CHECKING
 
 import pytest
 
-from routing.charging.plan import Objective
+from routing.charging.plan import FixedStay, Objective
 from routing.errors import QueryError
 from tests.routing.charging.worlds import drawn_world
 
@@ -20,13 +21,15 @@ if TYPE_CHECKING:
 SEEDS = range(60)
 
 
-def answer(world: World, charging: ChargingQuery, via: tuple[str, ...] = ()) -> ChargingAnswer:
+def answer(
+    world: World, charging: ChargingQuery, via: tuple[str, ...] = (), stays: tuple[FixedStay, ...] = ()
+) -> ChargingAnswer:
     """The answer of a world over stations as via points."""
     positions = {station.id: station.position for station in world.stations}
     start, goal = world.places[0], world.places[-1]
     query = replace(world.query, via=tuple(world.query.start for _ in via))
     places = [start, *(positions[name] for name in via), goal]
-    charging = replace(charging, stays=())
+    charging = replace(charging, stays=stays)
     return world.planner().plan(query, charging, world.vehicle_charging, world.stations, places)
 
 
@@ -86,3 +89,26 @@ def test_via_point_that_is_no_usable_station_is_refused_by_its_name():
         answer(world, charging, (world.stations[0].id,))
     with pytest.raises(QueryError, match=r"via_stations\[0\]\.via"):
         answer(world, replace(charging, via_stations=((3, "s0"),)), (world.stations[0].id,))
+
+
+def test_stay_at_a_via_point_is_taken_before_its_station_charges():
+    both = 0
+    for world, plan in islice(planned_worlds(), 20):
+        name = stops(plan)[0]
+        for power_w in (0.0, 2e3):
+            stay = FixedStay(0, 400.0, power_w)
+            charging = replace(world.charging, via_stations=((0, name),))
+            plans = answer(world, charging, (name,), (stay,)).plans
+            if not plans:
+                continue
+            rows = [None if stop.station is None else stop.station.id for stop in plans[0].stops]
+            assert rows.count(None) == 1
+            at = rows.index(None)
+            taken = plans[0].stops[at]
+            assert taken.depart_s - taken.arrive_s == pytest.approx(400.0)
+            if rows[at + 1 : at + 2] == [name]:
+                both += 1
+                after = plans[0].stops[at + 1]
+                assert after.arrive_s == pytest.approx(taken.depart_s)
+                assert after.arrive_soc_frac == pytest.approx(taken.depart_soc_frac)
+    assert both >= 1
