@@ -80,8 +80,6 @@ class FallbackFinder:
         soon_s = great_circle_m(lat_deg, lon_deg, self._lat_deg, self._lon_deg) / CROW_MPS
         order = np.argsort(soon_s, kind="stable").tolist()
         near = islice((k for k in order if self._sites[k].station.id not in planned), FAR)
-            (k for k in np.argsort(soon_s, kind="stable").tolist() if self._sites[k].station.id not in planned), FAR
-        )
         if not self._task.is_clocked:
             return list(islice(near, NEAR))
         ready_s = {k: float(soon_s[k]) + self._waiting_s(k, depart_s + float(soon_s[k])) for k in near}
