@@ -13,6 +13,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Final
 
 from energy.errors import ConditionsError
+from energy.units import SECOND_PER_MINUTE
 
 if TYPE_CHECKING:
     from datetime import datetime
@@ -99,3 +100,8 @@ STILL: Final = Conditions()
 def minute_of_week(departure: datetime) -> int:
     """Minute of the week of a local time, 0..10079 from Monday 00:00."""
     return departure.weekday() * 1440 + departure.hour * 60 + departure.minute
+
+
+def exact_minute_of_week(departure: datetime) -> float:
+    """Minutes since Monday 00:00 of a local time, with its seconds as a fraction, 0..10080."""
+    return minute_of_week(departure) + (departure.second + departure.microsecond / 1e6) / SECOND_PER_MINUTE

@@ -7,16 +7,19 @@ from datetime import datetime
 from typing import TYPE_CHECKING, Final
 
 from energy.charging.charging import Connector
-from energy.conditions import minute_of_week
+from energy.conditions import exact_minute_of_week
 from energy.units import JOULE_PER_KWH, KMH_PER_MPS, SECOND_PER_MINUTE
 from joulepath.figures import Feature, MapFeature, Place, feature, one_of, place_of
 from routing.charging.plan import ChargingQuery, FixedStay, Objective
+from routing.charging.route import halt_leg
 from routing.errors import QueryError
+from routing.route.route import LegEnd
 from routing.stations.names import network_rules
 
 if TYPE_CHECKING:
     from energy.charging.charging import Charging as VehicleCharging
-    from routing.charging.plan import ChargeStop, NoPlan, Plan
+    from routing.charging.plan import ChargeStop, Halt, NoPlan, Plan
+    from routing.route.route import Route
     from routing.stations.names import StationNames
     from routing.stations.station import Station
 
@@ -67,11 +70,11 @@ class Charging:
     most_stops: int = 20
     alternatives: int = 0
 
-    def in_si(self, charging: VehicleCharging, names: StationNames, departure_min: float | None) -> ChargingQuery:
+    def in_si(self, charging: VehicleCharging, names: StationNames, departure: datetime | None) -> ChargingQuery:
         """The same as the planner takes it.
 
-        charging: of the vehicle, names: of the graph's stations. departure_min: minute of the week where no departure
-        is given. Raises QueryError where it names what they lack.
+        charging: of the vehicle, names: of the graph's stations. departure: local time where this has none. Raises
+        QueryError where it names what they lack.
         """
         plugs = tuple(one_of("charging.connectors", name, Connector) for name in self.connectors)
         for field in ("stations", "excluded_stations"):
@@ -90,8 +93,7 @@ class Charging:
             ("excluded_networks", self.excluded_networks, None),
         )
         factors, excluded = network_rules(names, "charging.", weighted)
-        if self.departure is not None:
-            departure_min = float(minute_of_week(self.departure))
+        departure = self._departure_beside(departure)
         return ChargingQuery(
             arrive_soc_frac=self.arrive_soc_frac,
             goal_soc_frac=self.goal_soc_frac,
@@ -105,7 +107,8 @@ class Charging:
             excluded_stations=frozenset(self.excluded_stations),
             via_stations=tuple(self.via_stations),
             stays=tuple(_stay(k, stay) for k, stay in enumerate(self.stays)),
-            departure_min=departure_min,
+            departure_min=None if departure is None else exact_minute_of_week(departure),
+            departure=departure,
             objective=one_of("charging.objective", self.objective, Objective),
             confidence=self.confidence,
             speed_caps_mps=tuple(cap / KMH_PER_MPS for cap in self.speed_caps_kmh),
@@ -113,6 +116,19 @@ class Charging:
             alternatives=self.alternatives,
             time_value_per_h=self.time_value_per_h,
         )
+
+    def _departure_beside(self, other: datetime | None) -> datetime | None:
+        """Local time of departure, by the conditions of a query where it is not said here."""
+        own = self.departure
+        if own is None:
+            return other
+        if not isinstance(own, datetime):
+            raise QueryError("charging.departure", repr(own), "a datetime, local at the roads")
+        if own.tzinfo is not None:
+            raise QueryError("charging.departure", own.isoformat(), "a local time without a time zone")
+        if other not in (None, own):
+            raise QueryError("charging.departure", own, f"that of conditions.departure, {other}, or one of them alone")
+        return own
 
 
 def _stay(k: int, stay: Stay) -> FixedStay:
@@ -127,10 +143,10 @@ class ChargingStop(MapFeature):
     """One stop of a plan; station: its id, "" of a stay that is taken anyway, as all that is said of one.
 
     leg: position of the leg that ends there. place: of the station. output_kw: of the socket, None where not known.
-    charged_kwh: into the battery; drawn_kwh: from the wall. power_bands: kW from, kW to, seconds. soc_arrive_p10_frac
-    and so on: charge on arrival that is exceeded with 90, 50 and 10 %, None where not asked for. fallback: id of the
-    station to go to should it fail, "" where there is none. gatekeeper: whether there is no way without it, None where
-    that is not known.
+    overhead_s: beside charging, with waiting_s, for which the station is still closed on arrival. charged_kwh: into the
+    battery; drawn_kwh: from the wall. power_bands: kW from, kW to, seconds. soc_arrive_p10_frac and so on: charge on
+    arrival that is exceeded with 90, 50 and 10 %, None where not asked for. fallback: id of the station to go to should
+    it fail, "" where there is none. gatekeeper: whether there is no way without it, None where that is not known.
     """
 
     station: str
@@ -144,6 +160,7 @@ class ChargingStop(MapFeature):
     arrive_s: float
     depart_s: float
     overhead_s: float
+    waiting_s: float
     charging_s: float
     soc_arrive_frac: float
     soc_depart_frac: float
@@ -170,18 +187,51 @@ class ChargingStop(MapFeature):
 
 
 @dataclass(frozen=True, slots=True)
+class ChargingHalt(MapFeature):
+    """A halt at a station, by its id, at which nothing is charged, since driving on from rest serves better.
+
+    leg: position of the leg on which it lies. place: of the station. overhead_s: of the halt, with waiting_s, for which
+    the station is still closed on arrival. price: of a session without a charge, None where there is none in numbers.
+    """
+
+    station: str
+    name: str
+    operator: str
+    network: str
+    leg: int
+    place: Place
+    along_m: float
+    arrive_s: float
+    depart_s: float
+    overhead_s: float
+    waiting_s: float
+    soc_frac: float
+    price: float | None
+    currency: str
+
+    @property
+    def __geo_interface__(self) -> Feature:
+        """GeoJSON Feature: where the station is, with the figures of the halt."""
+        shown = {name: getattr(self, name) for name in self.__slots__ if name != "place"}
+        return feature({"type": "Point", "coordinates": (self.place.lon_deg, self.place.lat_deg)}, shown)
+
+
+@dataclass(frozen=True, slots=True)
 class ChargingPlan:
     """How a route is charged on.
 
     objective: its value, in s, kWh or the currency of prices. short_by: by how much at most another plan has less of
     it, 0 where it is proven to be the best, None where nothing is proven; unproven says why. kept_probability_frac: of
-    keeping what was asked everywhere in one journey. sources: names and licences of the stations' sources.
+    keeping what was asked everywhere in one journey. sources: names and licences of the stations' sources. halts: at
+    stations at which nothing is charged. overhead_s: of stops, halts and stays, with waiting_s.
     """
 
     stops: tuple[ChargingStop, ...]
+    halts: tuple[ChargingHalt, ...]
     driving_s: float
     charging_s: float
     overhead_s: float
+    waiting_s: float
     objective: float
     short_by: float | None
     unproven: str
@@ -210,15 +260,19 @@ class NoChargingPlan:
     helps: tuple[str, ...]
 
 
-def plan_of(plan: Plan, stop_legs: list[int], names: StationNames, objective: Objective) -> ChargingPlan:
-    """A plan in human units; stop_legs: for each stop, the position of the leg that ends there."""
+def plan_of(plan: Plan, route: Route, names: StationNames, objective: Objective) -> ChargingPlan:
+    """A plan in human units; route: of it."""
+    stop_legs = [leg for leg, route_leg in enumerate(route.legs) if route_leg.ends_at is LegEnd.STOP]
     per_unit = JOULE_PER_KWH if objective is Objective.ENERGY else 1.0
-    keys = sorted({stop.station.source for stop in plan.stops if stop.station is not None})
+    stations = [*(stop.station for stop in plan.stops), *(halt.station for halt in plan.halts)]
+    keys = sorted({station.source for station in stations if station is not None})
     return ChargingPlan(
         stops=tuple(_stop(stop, leg) for stop, leg in zip(plan.stops, stop_legs, strict=True)),
+        halts=tuple(_halt(halt, halt_leg(halt, route)) for halt in plan.halts),
         driving_s=float(plan.driving_s),
         charging_s=float(plan.charging_s),
         overhead_s=float(plan.overhead_s),
+        waiting_s=plan.waiting_s,
         objective=plan.objective / per_unit,
         short_by=None if plan.short_by is None else plan.short_by / per_unit,
         unproven=plan.unproven,
@@ -258,6 +312,7 @@ def _stop(stop: ChargeStop, leg: int) -> ChargingStop:
         arrive_s=stop.arrive_s,
         depart_s=stop.depart_s,
         overhead_s=stop.overhead_s,
+        waiting_s=stop.waiting_s,
         charging_s=stop.charging_s,
         soc_arrive_frac=stop.arrive_soc_frac,
         soc_depart_frac=stop.depart_soc_frac,
@@ -273,4 +328,24 @@ def _stop(stop: ChargeStop, leg: int) -> ChargingStop:
         kept_probability_frac=stop.kept_probability_frac,
         fallback="" if stop.fallback is None else stop.fallback.station.id,
         gatekeeper=stop.gatekeeper,
+    )
+
+
+def _halt(halt: Halt, leg: int) -> ChargingHalt:
+    station = halt.station
+    return ChargingHalt(
+        station=station.id,
+        name=station.name,
+        operator=station.operator,
+        network=station.network,
+        leg=leg,
+        place=place_of(station.at),
+        along_m=halt.along_m,
+        arrive_s=halt.arrive_s,
+        depart_s=halt.arrive_s + halt.overhead_s,
+        overhead_s=halt.overhead_s,
+        waiting_s=halt.waiting_s,
+        soc_frac=halt.soc_frac,
+        price=halt.price,
+        currency=halt.currency,
     )

@@ -33,10 +33,11 @@ from joulepath.figures import (
 from routing.errors import QueryError
 from routing.places import LinkSpan
 from routing.queries import RouteQuery
-from routing.route.route import LegEnd
 from routing.weights import NAMED_WEIGHTS
 
 if TYPE_CHECKING:
+    from datetime import datetime
+
     from numpy.typing import NDArray
 
     from energy.chain.uncertainty import EnergyDistribution
@@ -254,12 +255,12 @@ def route(
         pareto=pareto,
     )
     if charging is not None:
-        return _charged(graph, query, charging)
+        return _charged(graph, query, charging, None if conditions is None else conditions.departure)
     return _routes(graph.planner.route(query))
 
 
-def _charged(graph: Graph, query: RouteQuery, charging: Charging) -> Routes:
-    """Routes with charging stops."""
+def _charged(graph: Graph, query: RouteQuery, charging: Charging, departure: datetime | None) -> Routes:
+    """Routes with charging stops; departure: of the conditions."""
     if query.pareto is not None or [name for name, _ in query.weightings] != ["eco"]:
         raise QueryError("charging", "sent with alternatives, weights or pareto", "charging without them")
     if query.stop_rule is StopRule.COUNTED:
@@ -268,7 +269,7 @@ def _charged(graph: Graph, query: RouteQuery, charging: Charging) -> Routes:
     if how is None:
         allowed = "plugs and power of charging, without which no stops can be planned"
         raise VehicleError("charging", None, allowed, query.vehicle.id)
-    asked = charging.in_si(how, graph.station_names, query.conditions.departure_min)
+    asked = charging.in_si(how, graph.station_names, departure)
     asked = replace(asked, arrive_soc_frac=max(asked.arrive_soc_frac, query.reserve_soc_frac))
     answer, charged = graph.planner.journey(query, asked, how, graph.stations.stations)
     return _routes(answer, (graph, asked, charged))
@@ -283,8 +284,7 @@ def _routes(answer: RouteAnswer, planned: tuple[Graph, ChargingQuery, ChargingAn
         graph, asked, charged = planned
         no_plan = None if charged.no_plan is None else no_plan_of(charged.no_plan)
         for k, (plan, found) in enumerate(zip(charged.plans, answer.routes, strict=False)):
-            legs = [leg for leg, route_leg in enumerate(found.legs) if route_leg.ends_at is LegEnd.STOP]
-            plans[k] = plan_of(plan, legs, graph.station_names, asked.objective)
+            plans[k] = plan_of(plan, found, graph.station_names, asked.objective)
     return Routes(
         routes=tuple(map(_route, answer.routes, plans)),
         start=snapped_of(answer.start),

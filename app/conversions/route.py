@@ -132,14 +132,15 @@ def _leg_features(route: Route) -> list[dict[str, object]]:
 
 
 def _stop_features(route: Route, charging: Mapping[str, Any]) -> list[dict[str, object]]:
-    """The fields of a ChargingStopFeature for each stop."""
+    """The fields of a ChargingStopFeature for each stop, then of a ChargingHaltFeature for each halt."""
     return [
         {
             "type": "Feature",
             "geometry": {"type": "Point", "coordinates": [stop["at"]["lon"], stop["at"]["lat"]]},
-            "properties": {**stop, "kind": "stop", "route": route.name},
+            "properties": {**stop, "kind": kind, "route": route.name},
         }
-        for stop in charging["stops"]
+        for kind in ("stop", "halt")
+        for stop in charging[f"{kind}s"]
     ]
 
 

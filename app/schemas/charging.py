@@ -224,7 +224,8 @@ class ChargingStopAnswer(Answered):
     depart_s: float = Field(description="since departure [s]")
     arrive_time: str | None = Field(description="local time, ISO 8601; null without a time of departure")
     depart_time: str | None = Field(description="local time, ISO 8601; null without a time of departure")
-    overhead_s: float = Field(description="beside charging, with waiting for the station to open [s]")
+    overhead_s: float = Field(description="beside charging, with waiting_s [s]")
+    waiting_s: float = Field(description="for which the station is still closed on arrival [s]")
     charging_s: float
     arrive_soc: float
     depart_soc: float
@@ -244,6 +245,26 @@ class ChargingStopAnswer(Answered):
     gatekeeper: bool | None = Field(
         description="whether there is no way to the goal without this station; null: not known, or not looked for"
     )
+
+
+class ChargingHaltAnswer(Answered):
+    """A halt at a station at which nothing is charged, since driving on from rest serves better than passing it."""
+
+    station: StopStation
+    leg: int = Field(description="position in legs of the leg on which it lies")
+    at: LatLon = Field(description="on the road")
+    link_id: int = Field(description="directed link of the graph")
+    offset_m: float = Field(description="from the start of that link [m]")
+    along_m: float = Field(description="along the route [m]")
+    arrive_s: float = Field(description="since departure [s]")
+    depart_s: float = Field(description="since departure [s]")
+    arrive_time: str | None = Field(description="local time, ISO 8601; null without a time of departure")
+    depart_time: str | None = Field(description="local time, ISO 8601; null without a time of departure")
+    overhead_s: float = Field(description="of the halt, with waiting_s [s]")
+    waiting_s: float = Field(description="for which the station is still closed on arrival [s]")
+    soc: float = Field(description="charge on arrival and at departure")
+    price: float | None = Field(description="of a session without a charge; null where there is none in numbers")
+    currency: str = Field(description="of the price, ISO 4217; empty where not known")
 
 
 class GoalStay(Answered):
@@ -276,7 +297,8 @@ class PlanTotals(Answered):
     total_s: float = Field(description="driving, charging and overhead [s]")
     driving_s: float
     charging_s: float
-    overhead_s: float = Field(description="of stops, with waiting for them to open, and of stays without charging [s]")
+    overhead_s: float = Field(description="of stops and halts, with waiting_s, and of stays without charging [s]")
+    waiting_s: float = Field(description="for which stations of stops and halts are still closed on arrival [s]")
     charged_kwh: float = Field(description="into the battery at all stops [kWh]")
     drawn_kwh: float = Field(description="from the wall at all stops [kWh]")
     price: float | None = Field(description="of all stops; null where one gives none or currencies differ")
@@ -302,6 +324,9 @@ class ChargingPlanAnswer(Answered):
     proof: PlanProof
     totals: PlanTotals
     stops: list[ChargingStopAnswer] = Field(description="in order; empty where none is needed")
+    halts: list[ChargingHaltAnswer] = Field(
+        description="at stations at which nothing is charged, in order; nearly always empty"
+    )
     goal: GoalArrival
     probability_kept: float | None = Field(
         description="of arriving everywhere in one journey with at least what was asked; null where not known"
@@ -340,6 +365,21 @@ class ChargingStopProperties(ChargingStopAnswer):
 
     kind: Literal["stop"] = "stop"
     route: str = Field(description="name of its route")
+
+
+class ChargingHaltProperties(ChargingHaltAnswer):
+    """What a Point feature says of a halt."""
+
+    kind: Literal["halt"] = "halt"
+    route: str = Field(description="name of its route")
+
+
+class ChargingHaltFeature(Answered):
+    """GeoJSON Feature of a halt at which nothing is charged, where its road is."""
+
+    type: Literal["Feature"] = "Feature"
+    geometry: PointGeometry
+    properties: ChargingHaltProperties
 
 
 class ChargingStopFeature(Answered):

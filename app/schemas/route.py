@@ -8,6 +8,7 @@ from pydantic import Field, create_model, model_validator
 
 from app.schemas.base import Answered, Flag, Number, Sent, refusal
 from app.schemas.charging import (
+    ChargingHaltFeature,
     ChargingPlanAnswer,
     ChargingRequest,
     ChargingStopFeature,
@@ -376,8 +377,8 @@ class LegFeature(Answered):
 class RouteFeatureCollection(RouteAnswered):
     """The same answer as GeoJSON: a LineString a route, then Points for start, via points and goal.
 
-    With charging, LineStrings for the legs of each route and Points for its stops follow.
+    With charging, LineStrings for the legs of each route, Points for its stops and for its halts follow.
     """
 
     type: Literal["FeatureCollection"] = "FeatureCollection"
-    features: list[RouteFeature | LegFeature | ChargingStopFeature | PlaceFeature]
+    features: list[RouteFeature | LegFeature | ChargingStopFeature | ChargingHaltFeature | PlaceFeature]

@@ -45,6 +45,19 @@ class _Drive:
     halts: tuple[tuple[int, int], ...] = ()
 
 
+@dataclass(frozen=True, slots=True)
+class _Course:
+    """How a drive goes on: from a clock [s] and a distance since the start [m] on, time [s] and length [m] of each of
+    its n stretches, and the charge before and after them, float64 (n + 1,).
+    """
+
+    clock_s: float
+    along_m: float
+    time_s: NDArray[np.float64]
+    length_m: NDArray[np.float64]
+    soc_frac: NDArray[np.float64]
+
+
 class JourneyMaker:
     """Plans of one task from steps on its station graph."""
 
@@ -109,17 +122,28 @@ class JourneyMaker:
                 halts.append((len(parts), step.place))
         return drives
 
-    def _halts(self, drive: _Drive, time_s: NDArray[np.float64], clock_s: float) -> tuple[Halt, ...]:
-        """The halts of a drive that begins at a clock and takes so long on each of its stretches [s]."""
+    def _halts(self, drive: _Drive, course: _Course) -> tuple[Halt, ...]:
+        """The halts of a drive."""
         found: list[Halt] = []
         ends = np.cumsum([0, *(part.way.links.size for part in drive.parts)])
         for count, place in drive.halts:
-            arrive_s = clock_s + float(time_s[: ends[count]].sum()) + sum(halt.overhead_s for halt in found)
+            end = int(ends[count])
+            arrive_s = course.clock_s + float(course.time_s[:end].sum()) + sum(halt.overhead_s for halt in found)
             station = self._task.site_at(place).station
-            overhead_s = self._task.charging.overhead_s + self._task.waiting_s(place, arrive_s)
-            price = _price(station, 0.0, 0.0)
-            currency = "" if station.price is None else station.price.currency
-            found.append(Halt(station, arrive_s, overhead_s, price, currency))
+            waiting_s = self._task.waiting_s(place, arrive_s)
+            found.append(
+                Halt(
+                    station=station,
+                    position=station.position[0],
+                    along_m=course.along_m + float(course.length_m[:end].sum()),
+                    arrive_s=arrive_s,
+                    overhead_s=self._task.charging.overhead_s + waiting_s,
+                    waiting_s=waiting_s,
+                    soc_frac=float(course.soc_frac[end]),
+                    price=_price(station, 0.0, 0.0),
+                    currency="" if station.price is None else station.price.currency,
+                )
+            )
         return tuple(found)
 
     def plan(self, name: str, steps: Sequence[Step], short_by: float | None, why: str) -> Plan:
@@ -128,20 +152,21 @@ class JourneyMaker:
         drives = self._drives(steps)
         spans = [self._resting(drive, last=k == len(drives) - 1) for k, drive in enumerate(drives)]
         driven = self._driven(drives, spans)
-        soc, clock_s = query.soc_frac, 0.0
+        soc, clock_s, along_m = query.soc_frac, 0.0, 0.0
         legs: list[PlanLeg] = []
         stops: list[ChargeStop] = []
         for drive, stretches, (energy_j, time_s) in zip(drives, spans, driven, strict=True):
             charge, _ = soc_along(energy_j, soc, query.vehicle.usable_capacity_wh)
             end = float(charge[-1]) if stretches else soc
             leg_s = float(time_s.sum())
-            halts = self._halts(drive, time_s, clock_s)
+            length_m = np.array([span.to_m - span.from_m for span in stretches])
+            halts = self._halts(drive, _Course(clock_s, along_m, time_s, length_m, np.append(soc, charge)))
             legs.append(
                 PlanLeg(
                     spans=stretches,
                     time_s=leg_s,
                     energy_j=float(energy_j.sum()),
-                    distance_m=sum(span.to_m - span.from_m for span in stretches),
+                    distance_m=float(length_m.sum()),
                     soc_start_frac=soc,
                     soc_end_frac=end,
                     soc_min_frac=float(min(soc, charge.min())) if stretches else soc,
@@ -151,6 +176,7 @@ class JourneyMaker:
                 )
             )
             clock_s, soc = clock_s + leg_s + sum(halt.overhead_s for halt in halts), end
+            along_m += legs[-1].distance_m
             if drive.place != task.goal:
                 stop = self._stay(drive, clock_s, soc) if drive.stay is not None else self._stop(drive, clock_s, soc)
                 stops.append(stop)
@@ -219,6 +245,7 @@ class JourneyMaker:
             arrive_s=arrive_s,
             depart_s=arrive_s + waits_s + overhead_s + charging_s,
             overhead_s=overhead_s + waits_s,
+            waiting_s=waits_s,
             charging_s=charging_s,
             arrive_soc_frac=arrive,
             depart_soc_frac=depart,

@@ -80,7 +80,8 @@ class ChargingQuery:
 class ChargeStop:
     """One stop of a plan.
 
-    power_bands: seconds at power from..to [W], of the charging alone. charged_j: into the battery; drawn_j: from the
+    overhead_s: beside charging, waiting_s of it until the station opens. power_bands: seconds at power from..to [W],
+    of the charging alone. charged_j: into the battery; drawn_j: from the
     wall. price: in the currency of the station, None where it has none in numbers.
     station is None at a fixed stay. arrive_quantiles_frac: charge on arrival that is not exceeded with 10, 50 and 90 %;
     kept_probability_frac: of arriving with at least what was asked and of never being below the reserve on the way.
@@ -107,6 +108,7 @@ class ChargeStop:
     kept_probability_frac: float | None = None
     fallback: Fallback | None = None
     gatekeeper: bool | None = None
+    waiting_s: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,13 +131,17 @@ class Fallback:
 class Halt:
     """A halt at a station at which nothing is charged, since driving on from rest, maybe back, serves better.
 
-    overhead_s: what a stop takes beside charging, with waiting. price: of a stop without a charge, None where it has
-    none in numbers.
+    along_m: since the start. overhead_s: what a stop takes beside charging, waiting_s of it until the station opens.
+    price: of a stop without a charge, None where it has none in numbers.
     """
 
     station: Station
+    position: LinkPosition
+    along_m: float
     arrive_s: float
     overhead_s: float
+    waiting_s: float
+    soc_frac: float
     price: float | None
     currency: str
 
@@ -190,6 +196,16 @@ class Plan:
     currency: str = ""
     goal_stay: ChargeStop | None = None
     kept_probability_frac: float | None = None
+
+    @property
+    def halts(self) -> tuple[Halt, ...]:
+        """Those of all legs, in their order."""
+        return tuple(halt for leg in self.legs for halt in leg.halts)
+
+    @property
+    def waiting_s(self) -> float:
+        """How long stations are still closed on arrival, at all stops and halts; a part of overhead_s."""
+        return float(sum(stop.waiting_s for stop in self.stops) + sum(halt.waiting_s for halt in self.halts))
 
 
 @dataclass(frozen=True, slots=True)

@@ -333,7 +333,7 @@ class _Asked:
     def _made(self, keeper: PromiseKeeper, task: Task, name: str, steps: list[Step], proof: Proof) -> Plan:
         plan = JourneyMaker(self._search, self._chains, task).plan(name, steps, proof.short_by, proof.unproven)
         known = len(keeper.warnings)
-        for halt in (halt for leg in plan.legs for halt in leg.halts):
+        for halt in plan.halts:
             at = halt.station.name or repr(halt.station.id)
             self._warnings.append(f"{name}: going on from rest at station {at} serves better than passing it")
         plan = keeper.promised(plan, gatekeepers=name == BEST)

@@ -14,7 +14,7 @@ from routing.route.route import LegEnd, RouteLeg
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from routing.charging.plan import Plan
+    from routing.charging.plan import Halt, Plan
     from routing.links.spans import ChainMaker
     from routing.places import LinkPosition, LinkSpan, SnappedPoint
     from routing.queries import RouteQuery
@@ -70,6 +70,11 @@ def route_of_plan(
     return replace(
         route, stop_s=route.stop_s + halts_s, legs=tuple(replace(leg, speed_cap_mps=cap) for leg, cap in legs)
     )
+
+
+def halt_leg(halt: Halt, route: Route) -> int:
+    """Position of the leg of a plan's route on which a halt lies; at a leg's end, of the first that ends there."""
+    return next((k for k, leg in enumerate(route.legs) if halt.along_m <= leg.to_m + PLACE_M), len(route.legs) - 1)
 
 
 def _ends_at(span: LinkSpan, place: tuple[LinkPosition, ...]) -> bool:

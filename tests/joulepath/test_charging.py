@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import pickle
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from datetime import UTC, datetime
+from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 
@@ -13,7 +15,9 @@ from app.schemas.vehicles.vehicle import InlineVehicle
 from app.service.service import Service
 from energy.errors import VehicleError
 from joulepath import Charging, Graph, Stay, Vehicle
+from routing.charging.sites import usable_sites
 from routing.errors import QueryError
+from routing.stations.names import StationNames
 from tests.app.charged import CAR, LOW, ROUTE, charged_settings
 
 if TYPE_CHECKING:
@@ -79,6 +83,8 @@ def test_plan_is_that_of_http(service: Service, grid: Graph, small: Vehicle) -> 
         assert (route.total_s, route.duration_s, route.soc_end_frac) == (told.total_s, told.duration_s, told.soc_end)
         assert route.charging.objective == told.charging.objective_value
         assert route.charging.total_s == told.charging.totals.total_s
+        assert route.charging.waiting_s == told.charging.totals.waiting_s
+        assert len(route.charging.halts) == len(told.charging.halts)
         assert [leg.ends_at for leg in route.legs] == [leg.ends_at.value for leg in told.legs]
         for stop, there in zip(route.charging.stops, told.charging.stops, strict=True):
             assert there.station is not None
@@ -86,9 +92,42 @@ def test_plan_is_that_of_http(service: Service, grid: Graph, small: Vehicle) -> 
             assert (stop.soc_arrive_frac, stop.soc_depart_frac) == (there.arrive_soc, there.depart_soc)
             assert (stop.charged_kwh, stop.drawn_kwh) == (there.charged_kwh, there.drawn_kwh)
             assert (stop.arrive_s, stop.depart_s) == (there.arrive_s, there.depart_s)
+            assert (stop.overhead_s, stop.waiting_s) == (there.overhead_s, there.waiting_s)
             assert stop.__geo_interface__["geometry"]["type"] == "Point"
     assert any(route.charging is not None and route.charging.stops for route in routes)
     assert pickle.loads(pickle.dumps(routes))[0].charging == routes[0].charging
+
+
+def test_opening_hours_count_from_the_departure_that_is_given_and_by_its_season(
+    service: Service, grid: Graph, small: Vehicle
+) -> None:
+    slow: dict[str, Any] = {"stations": ("osm:n1",), "goal_soc_frac": 0.3, "arrive_soc_frac": 0.02, "overhead_s": 60.0}
+    early = datetime(2026, 11, 30, 7, 50, 30)
+    places: dict[str, Any] = {"start": START, "goal": GOAL, "soc_frac": LOW}
+    by_charging = joulepath.route(grid, small, **places, charging=Charging(**slow, departure=early))
+    by_conditions = joulepath.route(
+        grid, small, **places, charging=Charging(**slow), conditions=joulepath.Conditions(departure=early)
+    )
+    assert by_charging[0].charging == by_conditions[0].charging
+    assert by_charging[0].charging is not None
+    (stop,) = by_charging[0].charging.stops
+    assert stop.arrive_s + stop.waiting_s == pytest.approx(570.0)  # at 8:00
+    sent = {"stations": ["osm:n1"], "departure_time": early.isoformat(), "overhead_s": 60.0, "arrive_soc": 0.02}
+    (there,) = answered(service, sent | {"goal_soc": 0.3}).routes
+    assert there.charging is not None
+    assert there.charging.stops[0].waiting_s == stop.waiting_s
+    summer = tuple(
+        replace(station, opening_hours="Apr-Oct 00:00-24:00; Nov-Mar off") for station in grid.stations.stations
+    )
+    names = StationNames("grid", replace(grid.stations, stations=summer))
+    vehicle = small.model.charging
+    assert vehicle is not None
+    (asked, given) = (Charging(departure=early).in_si(vehicle, names, other) for other in (None, early))
+    assert asked == given
+    assert asked.departure == early
+    assert usable_sites(vehicle, asked, summer) == []
+    july = replace(asked, departure=datetime(2026, 7, 6, 7, 50))
+    assert usable_sites(vehicle, july, summer)
 
 
 def test_no_plan_says_why(grid: Graph, small: Vehicle) -> None:
@@ -120,6 +159,11 @@ def test_stays_are_stops_without_a_station(grid: Graph, small: Vehicle) -> None:
         (Charging(arrive_soc_frac=0.9), "charging.max_soc_frac is 0.8, allowed: above 0.9"),
         (Charging(stays=(Stay("home", 5.0),)), r"charging.stays\[0\].at is 'home'"),
         (Charging(stays=(Stay(3, 5.0),)), "charging.stays.via_idx is 3"),
+        (
+            Charging(departure=cast("datetime", "8:15")),
+            "charging.departure is .8:15., allowed: a datetime, local",
+        ),
+        (Charging(departure=datetime(2026, 1, 1, tzinfo=UTC)), r"charging.departure is 2026-01-01T00:00:00\+00:00"),
         (Charging(min_power_kw=500.0), "charging.min_power_kw is 500.0, allowed: at most 150"),
     ],
 )

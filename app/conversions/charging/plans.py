@@ -11,6 +11,7 @@ from app.conversions.place import lat_lon
 from app.conversions.stations.facts import W_PER_KW, price_fields, socket_fields, source_fields
 from energy.units import JOULE_PER_KWH
 from routing.charging.plan import Objective
+from routing.charging.route import halt_leg
 from routing.graph.snap import part_of_line
 from routing.places import Point
 from routing.route.route import LegEnd
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from app.schemas.route import RouteRequest
-    from routing.charging.plan import ChargeStop, Fallback, NoPlan, Plan, PlanStats
+    from routing.charging.plan import ChargeStop, Fallback, Halt, NoPlan, Plan, PlanStats
     from routing.graph.road_graph import RoadGraph
     from routing.places import LinkPosition
     from routing.route.route import Route
@@ -56,6 +57,7 @@ def plan_answer(
     per_unit = JOULE_PER_KWH if objective is Objective.ENERGY else 1.0
     units = {Objective.TIME: "s", Objective.ENERGY: "kWh", Objective.COST: plan.currency}
     stations = [place for stop in plan.stops for place in (stop.station, _elsewhere(stop)) if place is not None]
+    stations += [halt.station for halt in plan.halts]
     return {
         "objective": objective,
         "objective_value": plan.objective / per_unit,
@@ -70,12 +72,14 @@ def plan_answer(
             "driving_s": float(plan.driving_s),
             "charging_s": float(plan.charging_s),
             "overhead_s": float(plan.overhead_s),
+            "waiting_s": plan.waiting_s,
             "charged_kwh": sum(stop.charged_j for stop in plan.stops) / JOULE_PER_KWH,
             "drawn_kwh": sum(stop.drawn_j for stop in plan.stops) / JOULE_PER_KWH,
             "price": plan.price,
             "currency": plan.currency,
         },
         "stops": stops,
+        "halts": [_halt(halt, halt_leg(halt, route), departure, graph) for halt in plan.halts],
         "goal": {
             "arrive_s": total_s,
             "arrive_time": _local_time(departure, total_s),
@@ -148,6 +152,7 @@ def _stop(
         "arrive_time": _local_time(departure, stop.arrive_s),
         "depart_time": _local_time(departure, stop.depart_s),
         "overhead_s": stop.overhead_s,
+        "waiting_s": stop.waiting_s,
         "charging_s": stop.charging_s,
         "arrive_soc": stop.arrive_soc_frac,
         "depart_soc": stop.depart_soc_frac,
@@ -170,6 +175,28 @@ def _stop(
         "probability_kept": stop.kept_probability_frac,
         "fallback": None if stop.fallback is None else _fallback(stop.fallback),
         "gatekeeper": stop.gatekeeper,
+    }
+
+
+def _halt(halt: Halt, leg: int, departure: datetime | None, graph: RoadGraph) -> dict[str, object]:
+    """The fields of a ChargingHaltAnswer in their order."""
+    depart_s = halt.arrive_s + halt.overhead_s
+    return {
+        "station": _station(halt.station),
+        "leg": leg,
+        "at": lat_lon(road_point(graph, halt.position)),
+        "link_id": halt.position.link_idx,
+        "offset_m": halt.position.offset_m,
+        "along_m": halt.along_m,
+        "arrive_s": halt.arrive_s,
+        "depart_s": depart_s,
+        "arrive_time": _local_time(departure, halt.arrive_s),
+        "depart_time": _local_time(departure, depart_s),
+        "overhead_s": halt.overhead_s,
+        "waiting_s": halt.waiting_s,
+        "soc": halt.soc_frac,
+        "price": halt.price,
+        "currency": halt.currency,
     }
 
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from app.conversions.charging.plans import departure_of
 from energy.charging.power import at_battery_temperature
-from energy.conditions import minute_of_week
+from energy.conditions import exact_minute_of_week
 from energy.errors import VehicleError
 from energy.units import KMH_PER_MPS, SECOND_PER_MINUTE
 from routing.charging.plan import ChargingQuery, FixedStay
@@ -61,7 +61,7 @@ def charging_query(understood: RouteRequest, charging: Charging, names: StationN
             )
             for stay in sent.stays
         ),
-        departure_min=None if departure is None else float(minute_of_week(departure)),
+        departure_min=None if departure is None else exact_minute_of_week(departure),
         departure=departure,
         objective=sent.objective,
         confidence=sent.confidence,

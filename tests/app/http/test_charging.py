@@ -83,10 +83,12 @@ def check_plan(route: dict[str, Any], arrive_soc: float, goal_soc: float, capaci
         assert stop["charged_kwh"] == pytest.approx((stop["depart_soc"] - soc) * capacity_kwh, abs=1e-9)
         assert stop["drawn_kwh"] >= stop["charged_kwh"]
         assert stop["depart_s"] - stop["arrive_s"] == pytest.approx(stop["overhead_s"] + stop["charging_s"], abs=1e-6)
+        assert 0.0 <= stop["waiting_s"] <= stop["overhead_s"]
         if stop["power_bands"]:
             assert sum(band["seconds"] for band in stop["power_bands"]) == pytest.approx(stop["charging_s"], abs=1e-6)
         clock_s, soc = stop["depart_s"], stop["depart_soc"]
     totals = plan["totals"]
+    assert totals["waiting_s"] == sum(stop["waiting_s"] for stop in plan["stops"])
     assert plan["goal"]["arrive_s"] == pytest.approx(clock_s, abs=1e-6)
     assert plan["goal"]["arrive_soc"] == pytest.approx(soc, abs=1e-9)
     assert soc >= goal_soc - 1e-9
@@ -219,6 +221,18 @@ def test_times_of_arrival_are_local_ones_after_the_departure(charged: TestClient
     assert stop["arrive_time"] == arrive.isoformat()
     assert by_conditions["routes"] == by_charging["routes"]
     assert ask(charged)["routes"][0]["charging"]["stops"][0]["arrive_time"] is None
+
+
+def test_waiting_for_a_station_to_open_is_said_of_the_stop_and_in_sum(charged: TestClient) -> None:
+    slow = {"stations": ["osm:n1"], "connectors": ["type2"], "departure_time": "2026-11-30T07:50"}
+    (route,) = ask(charged, slow)["routes"]
+    check_plan(route, ARRIVE_SOC, GOAL_SOC)
+    (stop,) = route["charging"]["stops"]
+    assert stop["waiting_s"] == pytest.approx(600.0 - stop["arrive_s"])
+    assert stop["overhead_s"] == pytest.approx(60.0 + stop["waiting_s"])
+    assert stop["arrive_time"] < "2026-11-30T08:00"
+    (later,) = ask(charged, slow | {"departure_time": "2026-11-30T08:00"})["routes"]
+    assert later["charging"]["totals"]["waiting_s"] == 0.0
 
 
 def test_a_departure_at_the_end_of_the_calendar_has_no_times_of_arrival_after_it(charged: TestClient) -> None:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
 import pytest
 
-from routing.charging.route import route_of_plan
+from routing.charging.route import halt_leg, route_of_plan
 from routing.links.spans import ChainMaker
 from routing.places import Point, SnappedPoint
 from tests.routing.charging.worlds import drawn_world, least_cost
@@ -50,5 +51,16 @@ def test_a_halt_that_helps_without_a_charge_is_no_stop_and_takes_its_time(seed: 
     counted_s = total_s + sum((f - 1.0) * halt.overhead_s for f, halt in zip(factors, halts, strict=True))
     assert plan.objective == pytest.approx(plan.energy_j + counted_s, rel=1e-9)
     assert all(halt.overhead_s == world.charging.overhead_s and halt.arrive_s < total_s for halt in halts)
+    assert plan.halts == tuple(halts)
+    assert plan.waiting_s == sum(halt.waiting_s for halt in halts) == 0.0
+    places = {station.id: station.position for station in world.stations}
+    assert all(halt.position in places[halt.station.id] for halt in halts)
+    assert all(leg.soc_min_frac <= halt.soc_frac <= 1.0 for leg in plan.legs for halt in leg.halts)
     route = route_of_plan(ChainMaker(world.graph), world.query, plan, START, world.places[1:-1])
     assert route.duration_s + route.stop_s == pytest.approx(total_s)
+    ends = {
+        round(end_m, 6) for end_m in np.cumsum([span.to_m - span.from_m for leg in plan.legs for span in leg.spans])
+    }
+    assert all(round(halt.along_m, 6) in ends for halt in halts)
+    legs = [route.legs[halt_leg(halt, route)] for halt in halts]
+    assert all(leg.from_m <= halt.along_m <= leg.to_m + 1e-6 for halt, leg in zip(halts, legs, strict=True))
