@@ -12,7 +12,7 @@ of the usable capacity, 0..1. Results are frozen; those that lie on the map have
 from diagnosis.errors import DiagnosisError
 from energy.compiled.progress import Display, compilations
 from energy.errors import EnergyError
-from joulepath.charging import Charging, ChargingHalt, ChargingPlan, ChargingStop, NoChargingPlan, Stay
+from joulepath.charging import Charging, ChargingHalt, ChargingHelp, ChargingPlan, ChargingStop, NoChargingPlan, Stay
 from joulepath.conditions import Conditions
 from joulepath.diagnoses import Diagnosis, diagnose
 from joulepath.figures import EnergyParts, Place, Snapped
@@ -31,6 +31,7 @@ __all__ = [
     "Band",
     "Charging",
     "ChargingHalt",
+    "ChargingHelp",
     "ChargingPlan",
     "ChargingStop",
     "Conditions",

@@ -10,7 +10,7 @@ from energy.charging.charging import Connector
 from energy.conditions import exact_minute_of_week
 from energy.units import JOULE_PER_KWH, KMH_PER_MPS, SECOND_PER_MINUTE
 from joulepath.figures import Feature, MapFeature, Place, feature, one_of, place_of
-from routing.charging.plan import ChargingQuery, FixedStay, Objective
+from routing.charging.plan import ChargingQuery, FixedStay, HelpKind, Objective
 from routing.charging.route import halt_leg
 from routing.errors import QueryError
 from routing.route.route import LegEnd
@@ -18,13 +18,14 @@ from routing.stations.names import network_rules
 
 if TYPE_CHECKING:
     from energy.charging.charging import Charging as VehicleCharging
-    from routing.charging.plan import ChargeStop, Halt, NoPlan, Plan
+    from routing.charging.plan import ChargeStop, Halt, Help, NoPlan, Plan
     from routing.route.route import Route
     from routing.stations.names import StationNames
     from routing.stations.station import Station
 
 W_PER_KW: Final = 1000.0
 GOAL: Final = "goal"
+SPEED_DIGITS: Final = 9  # so that 110 km/h stay 110
 
 
 @dataclass(frozen=True, slots=True)
@@ -246,6 +247,19 @@ class ChargingPlan:
 
 
 @dataclass(frozen=True, slots=True)
+class ChargingHelp:
+    """What would make a plan possible.
+
+    kind: "speed_cap" [km/h], "max_soc", "soc" (charge at departure), "confidence", of which value is what helps, a
+    fraction 0..1 where it is no speed; or "stations" to be added, whose value is None. text: the same in words.
+    """
+
+    kind: str
+    value: float | None
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
 class NoChargingPlan:
     """Why no charging stops make the goal reachable.
 
@@ -257,7 +271,7 @@ class NoChargingPlan:
     from_station: str
     missing_kwh: float
     last_reached: str
-    helps: tuple[str, ...]
+    helps: tuple[ChargingHelp, ...]
 
 
 def plan_of(plan: Plan, route: Route, names: StationNames, objective: Objective) -> ChargingPlan:
@@ -289,8 +303,15 @@ def no_plan_of(no_plan: NoPlan) -> NoChargingPlan:
         _id(no_plan.from_station),
         no_plan.missing_j / JOULE_PER_KWH,
         _id(no_plan.last_reached),
-        no_plan.helps,
+        tuple(map(_help, no_plan.helps)),
     )
+
+
+def _help(each: Help) -> ChargingHelp:
+    value = each.value
+    if value is not None and each.kind is HelpKind.SPEED_CAP:
+        value = round(value * KMH_PER_MPS, SPEED_DIGITS)
+    return ChargingHelp(each.kind.value, value, each.text)
 
 
 def _id(station: Station | None) -> str:

@@ -110,7 +110,7 @@ def no_plan_lines(no_plan: NoPlanAnswer) -> list[str]:
     lines = [f"no charging stops make the goal reachable: {no_plan.reason}"]
     if no_plan.last_reached is not None:
         lines.append(f"last station in reach: {_name(no_plan.last_reached)}")
-    lines += [f"would help: {text}" for text in no_plan.helps]
+    lines += [f"would help: {each.text}" for each in no_plan.helps]
     return lines
 
 

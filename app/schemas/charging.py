@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from enum import StrEnum
 from typing import Annotated, Final, Literal
 
 from pydantic import Discriminator, Field, NaiveDatetime, Tag, model_validator
@@ -12,7 +13,7 @@ from app.schemas.stations.facts import PriceAnswer, SocketAnswer, StationSourceA
 from energy.charging.charging import MOST_POWER_W, Connector
 from energy.conditions import CONDITION_RANGES
 from energy.units import KMH_PER_MPS
-from routing.charging.plan import Objective
+from routing.charging.plan import HelpKind, Objective
 from routing.stations.station import Access
 
 MOST_STOPS: Final = 50
@@ -336,6 +337,25 @@ class ChargingPlanAnswer(Answered):
     )
 
 
+class HelpUnit(StrEnum):
+    """Of the value of what would help."""
+
+    KMH = "km/h"
+    FRACTION = "fraction"
+
+
+class HelpAnswer(Answered):
+    """What would make a plan possible: the field of a request to change, and to which value."""
+
+    kind: HelpKind = Field(
+        description="speed_cap: charging.speed_caps_kmh with value; max_soc: charging.max_soc; soc: soc at departure; "
+        "confidence: charging.confidence; stations: added to the graph"
+    )
+    value: float | None = Field(description="in unit, as the field takes it; null of stations")
+    unit: HelpUnit | None = Field(description="km/h of a speed cap, fraction (0..1) of a charge or a confidence")
+    text: str = Field(description="the same in words")
+
+
 class NoPlanAnswer(Answered):
     """Why there is no plan."""
 
@@ -345,7 +365,9 @@ class NoPlanAnswer(Answered):
     )
     missing_kwh: float = Field(description="by how much that leg fails [kWh]")
     last_reached: StopStation | None = Field(description="the station in reach that is nearest to the goal")
-    helps: list[str] = Field(description="what would help, the least first: less speed, a higher cap, more charge")
+    helps: list[HelpAnswer] = Field(
+        description="each of what would help, the least first: less speed, a higher cap, more charge, less confidence"
+    )
     sources: list[StationSourceAnswer] = Field(description="of the stations named here")
 
 

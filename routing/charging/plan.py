@@ -208,6 +208,28 @@ class Plan:
         return float(sum(stop.waiting_s for stop in self.stops) + sum(halt.waiting_s for halt in self.halts))
 
 
+class HelpKind(StrEnum):
+    """What would make a plan possible, by the field of a request that is to be changed."""
+
+    SPEED_CAP = "speed_cap"
+    MAX_SOC = "max_soc"
+    SOC = "soc"
+    CONFIDENCE = "confidence"
+    STATIONS = "stations"
+
+
+@dataclass(frozen=True, slots=True)
+class Help:
+    """What would help, and how it is said.
+
+    value: of a speed cap [m/s], of a charge or a confidence a fraction 0..1; None of stations that are to be added.
+    """
+
+    kind: HelpKind
+    value: float | None
+    text: str
+
+
 @dataclass(frozen=True, slots=True)
 class NoPlan:
     """Why there is no plan: the leg that fails, by how much [J], the last station in reach, and what would help."""
@@ -216,7 +238,7 @@ class NoPlan:
     from_station: Station | None
     missing_j: float
     last_reached: Station | None
-    helps: tuple[str, ...]
+    helps: tuple[Help, ...]
 
 
 @dataclass(frozen=True, slots=True)

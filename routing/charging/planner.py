@@ -15,7 +15,7 @@ from routing.charging.choice.choice import USUAL_FEW, Few, StationChoice
 from routing.charging.choice.crowd import Crowd, CrowdStore
 from routing.charging.journey import JourneyMaker
 from routing.charging.legs import LegStore
-from routing.charging.plan import ChargingAnswer, NoPlan, Objective, PlanStats
+from routing.charging.plan import ChargingAnswer, Help, HelpKind, NoPlan, Objective, PlanStats
 from routing.charging.promise.keeper import PromiseKeeper
 from routing.charging.promise.promise import DrawStore
 from routing.charging.sites import usable_sites
@@ -443,7 +443,7 @@ class _Asked:
     def _no_plan(self, task: Task) -> NoPlan:
         """Which leg fails, by how much, the last station in reach, and what would help, in the order of trying."""
         shortage = self._shortages.get(task) or task.shortage()
-        helps: list[str] = []
+        helps: list[Help] = []
         until = time.perf_counter() + HELP_S
         try:
             with within(TimeBudget(min(3.0 * HELP_S, time_budget().left_s))):
@@ -453,20 +453,20 @@ class _Asked:
                         break
                     slower = replace(self._charging, speed_caps_mps=(cap,))
                     if self._has_plan(self._query, slower):
-                        helps.append(f"driving at most {cap * KMH_PER_MPS:.0f} km/h")
+                        helps.append(Help(HelpKind.SPEED_CAP, cap, f"driving at most {cap * KMH_PER_MPS:.0f} km/h"))
                         break
                 if self._charging.max_soc_frac < 1.0:
                     fuller = replace(self._charging, max_soc_frac=1.0)
                     if self._has_plan(self._query, fuller):
-                        helps.append("charging to 100 % at stations")
+                        helps.append(Help(HelpKind.MAX_SOC, 1.0, "charging to 100 % at stations"))
                 charge = self._charge_that_suffices()
                 if charge is not None:
-                    helps.append(
-                        f"departing with {100.0 * charge:.0f} % instead of {100.0 * self._query.soc_frac:.0f} %"
-                    )
+                    text = f"departing with {100.0 * charge:.0f} % instead of {100.0 * self._query.soc_frac:.0f} %"
+                    helps.append(Help(HelpKind.SOC, charge, text))
                 confidence = self._confidence_that_is_kept()
                 if confidence is not None:
-                    helps.append(f"a confidence of {confidence:g} instead of {self._charging.confidence:g}")
+                    text = f"a confidence of {confidence:g} instead of {self._charging.confidence:g}"
+                    helps.append(Help(HelpKind.CONFIDENCE, confidence, text))
         except TimeUpError:
             self._warnings.append("there was no time to try all that might help")
         station, last = shortage.station, shortage.last
@@ -485,7 +485,8 @@ class _Asked:
         if not self._stations:
             name = self._search.graph.meta.name
             reason += f"; graph {name!r} has no charging stations"
-            helps.append(f"charging stations: joulepath stations import FILE --graph {name}")
+            text = f"charging stations: joulepath stations import FILE --graph {name}"
+            helps.append(Help(HelpKind.STATIONS, None, text))
         elif not task.usable:
             reason += "; no station may be used" + (": at most 0 stops" if self._charging.most_stops == 0 else "")
         return NoPlan(reason, station, missing_j, last, tuple(helps))

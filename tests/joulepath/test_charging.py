@@ -134,7 +134,8 @@ def test_no_plan_says_why(grid: Graph, small: Vehicle) -> None:
     routes = joulepath.route(grid, small, start=START, goal=GOAL, soc_frac=0.2, charging=Charging(goal_soc_frac=0.9))
     assert routes.no_plan is not None
     assert routes.no_plan.missing_kwh > 0.0
-    assert routes.no_plan.helps
+    assert [each.kind for each in routes.no_plan.helps] == ["max_soc"]
+    assert routes.no_plan.helps[0].value == 1.0
     (route,) = routes
     assert (route.feasible, route.charging) == (False, None)
 

@@ -5,12 +5,13 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from datetime import timedelta
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from app.conversions.place import lat_lon
 from app.conversions.stations.facts import W_PER_KW, price_fields, socket_fields, source_fields
-from energy.units import JOULE_PER_KWH
-from routing.charging.plan import Objective
+from app.schemas.charging import HelpUnit
+from energy.units import JOULE_PER_KWH, KMH_PER_MPS
+from routing.charging.plan import HelpKind, Objective
 from routing.charging.route import halt_leg
 from routing.graph.snap import part_of_line
 from routing.places import Point
@@ -21,11 +22,13 @@ if TYPE_CHECKING:
     from datetime import datetime
 
     from app.schemas.route import RouteRequest
-    from routing.charging.plan import ChargeStop, Fallback, Halt, NoPlan, Plan, PlanStats
+    from routing.charging.plan import ChargeStop, Fallback, Halt, Help, NoPlan, Plan, PlanStats
     from routing.graph.road_graph import RoadGraph
     from routing.places import LinkPosition
     from routing.route.route import Route
     from routing.stations.station import Station, StationSource
+
+HELP_DIGITS: Final = 9  # of what would help, so that 110 km/h stay 110
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,8 +106,21 @@ def no_plan_answer(no_plan: NoPlan, sources: Mapping[str, StationSource]) -> dic
         "from_station": None if no_plan.from_station is None else _station(no_plan.from_station),
         "missing_kwh": no_plan.missing_j / JOULE_PER_KWH,
         "last_reached": None if no_plan.last_reached is None else _station(no_plan.last_reached),
-        "helps": list(no_plan.helps),
+        "helps": [_help(each) for each in no_plan.helps],
         "sources": _sources(named, sources),
+    }
+
+
+def _help(each: Help) -> dict[str, object]:
+    """The fields of a HelpAnswer in their order."""
+    value, unit = each.value, HelpUnit.FRACTION
+    if value is not None and each.kind is HelpKind.SPEED_CAP:
+        value, unit = value * KMH_PER_MPS, HelpUnit.KMH
+    return {
+        "kind": each.kind,
+        "value": None if value is None else round(value, HELP_DIGITS),
+        "unit": None if value is None else unit,
+        "text": each.text,
     }
 
 

@@ -151,7 +151,10 @@ def test_no_plan_says_why_and_shows_the_way_without_charging(charged: TestClient
     (route,) = answer["routes"]
     assert (route["name"], route["feasible"], route["charging"]) == ("eco", False, None)
     assert route["deficit_kwh"] > 0.0
-    assert any("departing with" in text for text in no_plan["helps"])
+    (charge,) = [each for each in no_plan["helps"] if each["kind"] == "soc"]
+    assert charge["unit"] == "fraction"
+    assert charge["text"].startswith(f"departing with {100 * charge['value']:.0f} % instead of 30 %")
+    assert ask(charged, {"max_soc": 0.35}, soc=charge["value"])["no_plan"] is None
 
 
 def test_as_understood_sent_again_the_answer_is_the_same(charged: TestClient) -> None:
@@ -462,8 +465,13 @@ def test_a_graph_without_stations_answers_no_plan_that_says_how_to_add_some(char
     assert no_plan["reason"].endswith("graph 'level' has no charging stations")
     assert no_plan["missing_kwh"] > 0.0
     assert no_plan["last_reached"] is None
-    assert no_plan["helps"][-1] == "charging stations: joulepath stations import FILE --graph level"
-    assert any(text.startswith("departing with ") for text in no_plan["helps"])
+    assert no_plan["helps"][-1] == {
+        "kind": "stations",
+        "value": None,
+        "unit": None,
+        "text": "charging stations: joulepath stations import FILE --graph level",
+    }
+    assert [each["kind"] for each in no_plan["helps"][:-1]] == ["soc"]
     (route,) = answer["routes"]
     assert route["charging"] is None
     assert route["feasible"] is False

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from energy.charging.charging import Charging, Connector, PowerCurve
-from routing.charging.plan import ChargingAnswer, ChargingQuery, FixedStay, Objective, Plan
+from routing.charging.plan import ChargingAnswer, ChargingQuery, FixedStay, Help, HelpKind, Objective, Plan
 from routing.charging.planner import ChargingPlanner
 from routing.errors import QueryError, TimeUpError
 from routing.links.spans import ChainMaker
@@ -300,7 +300,10 @@ def test_without_a_plan_the_failing_leg_and_what_would_help_are_said() -> None:
     assert missing.last_reached is not None
     assert missing.last_reached.id == "b"
     assert 0.0 < missing.missing_j < 5500.0 * 3600.0
-    assert missing.helps == ("driving at most 110 km/h", "charging to 100 % at stations")
+    assert missing.helps == (
+        Help(HelpKind.SPEED_CAP, 110.0 / 3.6, "driving at most 110 km/h"),
+        Help(HelpKind.MAX_SOC, 1.0, "charging to 100 % at stations"),
+    )
 
 
 def test_without_a_station_in_reach_more_charge_now_helps() -> None:
@@ -308,8 +311,10 @@ def test_without_a_station_in_reach_more_charge_now_helps() -> None:
     missing = answer.no_plan
     assert missing is not None
     assert missing.from_station is None
-    assert any(text.startswith("departing with") for text in missing.helps)
-    percent = next(int(text.split()[2]) for text in missing.helps if text.startswith("departing"))
+    (charge,) = [each for each in missing.helps if each.kind is HelpKind.SOC]
+    assert charge.value is not None
+    percent = round(100.0 * charge.value)
+    assert charge.text == f"departing with {percent} % instead of 20 %"
     assert ask(query=replace(QUERY, soc_frac=percent / 100.0), stations=(FOUR[1],), to=9.2).plans
     assert not ask(query=replace(QUERY, soc_frac=(percent - 1) / 100.0), stations=(FOUR[1],), to=9.2).plans
 

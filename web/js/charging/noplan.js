@@ -7,20 +7,15 @@ import { percentText } from "../units.js";
 const LEAST = 0.05; // charge on arrival that is offered
 const MOST_CAPS = 4;
 
-/** What the service says would help, as remedies: {text, patch}; patch: of the journey. */
-function knownRemedies(helps, { charging }, units) {
-  const found = (pattern) => helps.map((text) => text.match(pattern)).find(Boolean);
-  const kmh = Number(found(/at most (\d+) km\/h/)?.[1] ?? 0);
-  const full = found(/charging to 100 %/);
-  const soc = Number(found(/departing with (\d+) %/)?.[1] ?? 0) / 100;
-  const sure = Number(found(/a confidence of ([\d.]+)/)?.[1] ?? 0);
-  return [
-    kmh > 0 && { text: `Drive at most ${units.speedText(kmh)}`, patch: { charging: { ...charging, capsKmh: [...charging.capsKmh, kmh].slice(-MOST_CAPS) } } },
-    full && { text: "Charge to 100 %", patch: { charging: { ...charging, most: 1 } } },
-    soc > 0 && { text: `Depart with ${percentText(soc)}`, patch: { soc } },
-    sure > 0 && { text: `Be ${percentText(sure, 1)} sure`, patch: { charging: { ...charging, confidence: sure } } },
-  ].filter(Boolean);
-}
+/** What the service says would help, by its kind, as remedies: {text, patch}; patch: of the journey. */
+const REMEDIES = {
+  speed_cap: (kmh, charging, units) => ({ text: `Drive at most ${units.speedText(kmh)}`, patch: { charging: { ...charging, capsKmh: [...charging.capsKmh, kmh].slice(-MOST_CAPS) } } }),
+  max_soc: (most, charging) => ({ text: `Charge to ${percentText(most)}`, patch: { charging: { ...charging, most } } }),
+  soc: (soc) => ({ text: `Depart with ${percentText(soc)}`, patch: { soc } }),
+  confidence: (sure, charging) => ({ text: `Be ${percentText(sure, 1)} sure`, patch: { charging: { ...charging, confidence: sure } } }),
+};
+
+const knownRemedies = (helps, { charging }, units) => helps.flatMap(({ kind, value }) => REMEDIES[kind]?.(value, charging, units) ?? []);
 
 /** What else could be chosen otherwise, of which it is not known whether it helps. */
 function otherRemedies({ charging }) {
@@ -49,7 +44,7 @@ export function noPlanNotice({ reason, last_reached: last, helps }, journey, uni
     el("h3", {}, "No plan with charging stops"),
     el("p", {}, sentence(reason)),
     last && el("p", {}, `The last station in reach is ${stationName(last)}.`),
-    known.length === 0 && helps.length > 0 && [el("p", {}, "What would help:"), el("ul", { class: "plan-helps" }, helps.map((text) => el("li", {}, sentence(text))))],
+    known.length === 0 && helps.length > 0 && [el("p", {}, "What would help:"), el("ul", { class: "plan-helps" }, helps.map(({ text }) => el("li", {}, sentence(text))))],
     known.length > 0 && [el("p", {}, known.length > 1 ? "Each of these helps:" : "This helps:"), buttons(known, act, "button primary")],
     others.length > 0 && [el("p", { class: "plan-perhaps" }, known.length ? "Or perhaps:" : "What might help:"), buttons(others, act, "button")],
   );

@@ -12,7 +12,7 @@ import pytest
 
 from energy.conditions import Conditions
 from energy.vehicle.vehicle import Vehicle
-from routing.charging.plan import ChargingAnswer, Fallback, FixedStay, Plan
+from routing.charging.plan import ChargingAnswer, Fallback, FixedStay, HelpKind, Plan
 from routing.charging.planner import ChargingPlanner
 from routing.charging.promise import kernels_promise as kernels
 from routing.charging.promise.promise import turning_points
@@ -173,10 +173,11 @@ def test_without_a_plan_of_a_confidence_one_that_is_kept_is_named() -> None:
     stations = (station("only", 5.5),)
     missing = ask(replace(USUAL, confidence=0.999), UNSURE, stations, to=11.5).no_plan
     assert missing is not None
-    named = [helped for helped in missing.helps if helped.startswith("a confidence of ")]
-    assert len(named) == 1
-    kept = float(named[0].split()[3])
+    (named,) = [each for each in missing.helps if each.kind is HelpKind.CONFIDENCE]
+    assert named.value is not None
+    kept = named.value
     assert 0.5 < kept < 0.999
+    assert named.text.startswith(f"a confidence of {kept:g} ")
     assert ask(replace(USUAL, confidence=kept), UNSURE, stations, to=11.5).plans
     assert not ask(replace(USUAL, confidence=kept + 0.005), UNSURE, stations, to=11.5).plans
 
