@@ -13,6 +13,7 @@ from energy.force.parts import PART_NAMES
 from energy.units import JOULE_PER_KWH
 from routing.errors import QueryError
 from routing.places import Point, can_only_be_swapped, place_text, swapped_question
+from routing.spelling import question, similar_choice
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -148,7 +149,8 @@ def numbers_of(field: str, values: Iterable[object]) -> tuple[float, ...]:
 def one_of(field: str, value: str, choices: type[Choice]) -> Choice:
     """The member of an enumeration that a text names; raises QueryError naming the field."""
     if value not in tuple(choices):
-        raise QueryError(field, repr(value), ", ".join(choices))
+        meant = question(similar_choice(str(value), [choice.value for choice in choices]))
+        raise QueryError(field, repr(value), ", ".join(choices) + meant)
     return choices(value)
 
 

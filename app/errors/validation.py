@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from typing import TYPE_CHECKING, Any, Final
 
 from pydantic import ValidationError
@@ -14,6 +15,7 @@ from app.schemas.problem import ErrorCode, FieldProblem, Problem
 from app.schemas.vehicles.services import SERVICE_BRANCHES
 from app.schemas.vehicles.vehicle import ID_BRANCH, PHYSICAL_BRANCH, TABLE_BRANCH
 from routing.places import degrees_text
+from routing.spelling import question, similar_choice
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
 LEAST_SHARE: Final = 0.9  # of what an upper bound is that of a share; assumed
 LEAST_PERCENT: Final = 2.0  # that a share above 1 is taken for; assumed
 MOST_ROUNDS_DEG: Final = 3600.0  # up to which a longitude may be counted on by a map that goes on; assumed
+QUOTED: Final = re.compile("'([^']*)'")  # a value in pydantic's list of those that are allowed
 # parts of a location that name a branch of a union, not a field
 BRANCHES: Final = frozenset(
     {
@@ -71,7 +74,15 @@ def _validation_field(error: Any) -> FieldProblem:
         return field_problem(
             path, value.decode("utf-8", "replace"), "a JSON object, sent with Content-Type: application/json"
         )
-    return field_problem(path, value, _allowed(kind, context, str(error["msg"])) + _question(context, value))
+    meant = _choice(context, value) if kind in ("enum", "literal_error") else _question(context, value)
+    return field_problem(path, value, _allowed(kind, context, str(error["msg"])) + meant)
+
+
+def _choice(context: Mapping[str, object], value: object) -> str:
+    """What is asked of a text that is like one of the values that are allowed."""
+    if not isinstance(value, str):
+        return ""
+    return question(similar_choice(value, QUOTED.findall(str(context.get("expected", "")))))
 
 
 def _question(context: Mapping[str, object], value: object) -> str:

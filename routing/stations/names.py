@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from bisect import bisect_left
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Final
 
 from energy.charging.power import fits
 from routing.errors import QueryError
+from routing.spelling import question, similar
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
@@ -15,10 +14,6 @@ if TYPE_CHECKING:
     from energy.charging.charging import Charging, Connector
     from routing.stations.station import Stations, StationSource
 
-LOOKED_AT: Final = 100  # names on either side of a wrong one, in alphabetical order, that may be meant
-MOST_LOOKED_THROUGH: Final = 2000  # names that are looked through as a whole
-LONGEST_LIKENED: Final = 100  # characters of a wrong name
-CLOSE: Final = 0.6
 SHOWN: Final = 3
 W_PER_KW: Final = 1000.0
 POWER_ROUNDING: Final = 1e-9
@@ -51,9 +46,9 @@ class StationNames:
         """Raise where no station has this id."""
         if station_id not in self._ids:
             ends = [known for known in self._sorted_ids if known.partition(":")[2] == station_id]
-            meant = ends[:SHOWN] or _similar(station_id, self._sorted_ids)
+            meant = ends[:SHOWN] or similar(station_id, self._sorted_ids)
             allowed = (
-                f"ids of stations of graph {self.graph_name!r}{_question(meant) if self._ids else ', which has none'}"
+                f"ids of stations of graph {self.graph_name!r}{question(meant) if self._ids else ', which has none'}"
             )
             raise QueryError(field, station_id, allowed)
 
@@ -96,8 +91,8 @@ class StationNames:
             if not self._ids:
                 return set()
             within = [other for other in self._sorted_networks if name.casefold() in other.casefold()]
-            meant = within[:SHOWN] or _similar(name, self._sorted_networks)
-            allowed = f"a network or an operator of stations of graph {self.graph_name!r}{_question(meant)}"
+            meant = within[:SHOWN] or similar(name, self._sorted_networks)
+            allowed = f"a network or an operator of stations of graph {self.graph_name!r}{question(meant)}"
             raise QueryError(field, name, allowed)
         return known
 
@@ -119,23 +114,6 @@ def network_rules(
             else:
                 factors |= dict.fromkeys(known, factor)
     return factors, frozenset(excluded)
-
-
-def _question(names: Sequence[str]) -> str:
-    """What is asked where names may have been meant, or nothing."""
-    shown = " or ".join(repr(name) for name in names)
-    return f"; did you mean {shown}?" if shown else ""
-
-
-def _similar(wrong: str, known: Sequence[str]) -> list[str]:
-    """Known names like a wrong one: of all, or, of many, of those beside it in the alphabet."""
-    if len(wrong) > LONGEST_LIKENED:
-        return []
-    if len(known) > MOST_LOOKED_THROUGH:
-        at = bisect_left(known, wrong)
-        known = known[max(at - LOOKED_AT, 0) : at + LOOKED_AT]
-    by_case = {name.casefold(): name for name in known}
-    return [by_case[name] for name in get_close_matches(wrong.casefold(), by_case, n=2, cutoff=CLOSE)]
 
 
 def _listed(plugs: Iterable[Connector]) -> str:
