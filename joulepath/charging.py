@@ -77,7 +77,7 @@ class Charging:
         charging: of the vehicle, names: of the graph's stations. departure: local time where this has none. Raises
         QueryError where it names what they lack.
         """
-        plugs = tuple(one_of("charging.connectors", name, Connector) for name in self.connectors)
+        plugs = tuple(one_of(f"charging.connectors[{k}]", name, Connector) for k, name in enumerate(self.connectors))
         for field in ("stations", "excluded_stations"):
             for k, station_id in enumerate(getattr(self, field)):
                 names.check_id(f"charging.{field}[{k}]", station_id)

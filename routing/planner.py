@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Final
 
 from energy.chain.chain import LinkModel, StopRule, simulate_chain
 from energy.conditions import STILL, Conditions
 from energy.stops import StopSettings
-from routing.charging.planner import ChargingPlanner, places_with_stations
+from routing.charging.planner import ChargingPlanner
 from routing.charging.route import route_of_plan
 from routing.errors import PointFarFromRoadError, PointOutsideMapError, QueryError, TimeUpError
+from routing.graph.earth import great_circle_m
 from routing.graph.practice import practice_graph
 from routing.graph.rim import RimFinder
-from routing.graph.snap import RoadIndex, moved_warnings
+from routing.graph.snap import NEAR_M, RoadIndex, moved_warnings, place_on_road
 from routing.links.spans import ChainMaker
 from routing.numerals import text_above
 from routing.pareto.all_ways import warm_up_labels
@@ -38,7 +40,7 @@ from routing.time_budget import time_budget
 from routing.weights import ECO
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from energy.chain.chain import Chain, ChainResult
     from energy.charging.charging import Charging
@@ -52,6 +54,8 @@ if TYPE_CHECKING:
     from routing.route.route import Route
     from routing.route.via import Way
     from routing.stations.station import Station
+
+NO_STATIONS: Final[Mapping[int, Station]] = MappingProxyType({})
 
 
 class Planner:
@@ -134,6 +138,16 @@ class Planner:
         points, places = self._snapped(query)
         if query.pareto is not None:
             return self._pareto(query, query.pareto, points, places)
+        return self._weighted(query, points, places, _moved(points))
+
+    def _weighted(
+        self,
+        query: RouteQuery,
+        points: Sequence[SnappedPoint],
+        places: Sequence[tuple[LinkPosition, ...]],
+        moved: tuple[str, ...],
+    ) -> RouteAnswer:
+        """One route for each weighting of a query; moved: what is to be said of its places."""
         routes: list[Route] = []
         stats: list[SearchStats] = []
         unproven: list[str] = []
@@ -162,7 +176,7 @@ class Planner:
         for route in routes:
             if not route.feasible and route.weights != ECO and query.stop_rule is not StopRule.COUNTED:
                 warnings += (f"no route reaches the goal on this charge: {route.name!r} shows the least-energy way",)
-        warnings += self._beyond_map(points, routes) + ferry_warnings(self.graph, routes) + _moved(points)
+        warnings += self._beyond_map(points, routes) + ferry_warnings(self.graph, routes) + moved
         return RouteAnswer(tuple(routes), points[0], points[-1], tuple(stats), warnings, tuple(points[1:-1]))
 
     def journey(
@@ -175,26 +189,39 @@ class Planner:
         Raises as route does.
         """
         check_charge(query.soc_frac, query.reserve_soc_frac)
-        points, places = self._snapped(query)
+        known = {station.id: station for station in stations if station.position}
+        chosen = {via: known[name] for via, name in charging.via_stations if name in known}
+        points, places = self._snapped(query, chosen)
         charged = self._charging.plan(query, charging, vehicle_charging, stations, places)
+        moved = _moved(points, chosen)
         if not charged.plans:
-            answer = self.route(query)
+            answer = self._weighted(query, points, places, moved)
             return replace(answer, warnings=charged.warnings + answer.warnings), charged
-        vias = places_with_stations(places, charging, stations)[1:-1]
-        routes = tuple(route_of_plan(self._chains, query, plan, points[0], vias) for plan in charged.plans)
+        routes = tuple(route_of_plan(self._chains, query, plan, points[0], places[1:-1]) for plan in charged.plans)
         warnings = charged.warnings + self._search.warnings(query, False, 0.0)
         if (
             any(plan.stops for plan in charged.plans)
             and self._search.space_of(query, query.vehicle).physics.fade_width_j > 0.0
         ):
             warnings += ("with charging stops a nearly full battery counts as taking all that is recuperated",)
-        warnings += self._beyond_map(points, routes) + ferry_warnings(self.graph, routes) + _moved(points)
+        warnings += self._beyond_map(points, routes) + ferry_warnings(self.graph, routes) + moved
         return RouteAnswer(routes, points[0], points[-1], (), warnings, tuple(points[1:-1])), charged
 
-    def _snapped(self, query: RouteQuery) -> tuple[list[SnappedPoint], list[tuple[LinkPosition, ...]]]:
-        """Start, via points and goal of a query on the roads, and their positions on both directions."""
-        asked = [("start", query.start), *((f"via[{k}]", place) for k, place in enumerate(query.via))]
-        snapped = [self._roads.snap(*place, self._snap_limit_m) for place in (*asked, ("goal", query.goal))]
+    def _snapped(
+        self, query: RouteQuery, chosen: Mapping[int, Station] = NO_STATIONS
+    ) -> tuple[list[SnappedPoint], list[tuple[LinkPosition, ...]]]:
+        """Start, via points and goal of a query on the roads, and their positions on both directions.
+
+        chosen: stations that stand for via points, by their position in the query.
+        """
+        snapped = [self._roads.snap("start", query.start, self._snap_limit_m)]
+        for k, place in enumerate(query.via):
+            if k in chosen:
+                position = chosen[k].position
+                snapped.append((place_on_road(self.graph, place, position[0]), position))
+            else:
+                snapped.append(self._roads.snap(f"via[{k}]", place, self._snap_limit_m))
+        snapped.append(self._roads.snap("goal", query.goal, self._snap_limit_m))
         return [point for point, _ in snapped], [positions for _, positions in snapped]
 
     def _beyond_map(self, points: Sequence[SnappedPoint], routes: Sequence[Route]) -> tuple[str, ...]:
@@ -294,9 +321,19 @@ class Planner:
         return self._chains.chain(spans, settings, conditions)
 
 
-def _moved(points: Sequence[SnappedPoint]) -> tuple[str, ...]:
-    """Warnings of the places of a route: start, via points, goal."""
-    return moved_warnings(("start", *(f"via[{k}]" for k in range(len(points) - 2)), "goal"), points)
+def _moved(points: Sequence[SnappedPoint], chosen: Mapping[int, Station] = NO_STATIONS) -> tuple[str, ...]:
+    """Warnings of the places of a route: start, via points, goal; chosen: stations that stand for via points."""
+    names = ("start", *(f"via[{k}]" for k in range(len(points) - 2)), "goal")
+    roads = [k for k in range(len(points)) if k - 1 not in chosen]
+    warnings = moved_warnings([names[k] for k in roads], [points[k] for k in roads])
+    for k, station in sorted(chosen.items()):
+        if k + 1 < len(points) - 1:
+            asked, there = points[k + 1].asked, station.at
+            away_m = great_circle_m(asked.lat_deg, asked.lon_deg, there.lat_deg, there.lon_deg)
+            if away_m > NEAR_M:
+                name = station.name or repr(station.id)
+                warnings += (f"via[{k}] is {away_m:.0f} m from station {name}, whose place is taken for it",)
+    return warnings
 
 
 def _moved_all(field: str, places: Sequence[SnappedPlace]) -> tuple[str, ...]:

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
 from energy.battery import soc_along
 from energy.charging.charge_time import power_bands, seconds
 from energy.units import JOULE_PER_KWH, SECOND_PER_MINUTE
-from routing.charging.plan import ChargeStop, Halt, Plan, PlanLeg
+from routing.charging.plan import ChargeStop, Halt, PassedStation, Plan, PlanLeg
 from routing.places import LinkSpan
 
 if TYPE_CHECKING:
@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from routing.route.best_path import RouteSearch
     from routing.stations.station import Station
 
+
+Passed: TypeAlias = tuple[PassedStation, ...]
 
 NOTHING_FRAC: Final = 1e-9  # of the capacity, that is no charge
 
@@ -146,6 +148,22 @@ class JourneyMaker:
             )
         return tuple(found)
 
+    def _passed(self, drive: _Drive, time_s: NDArray[np.float64], halts: Sequence[Halt], clock_s: float) -> Passed:
+        """Via points of a drive that begins at a clock which are stations, at which it does not stop."""
+        chosen = dict(self._task.charging.via_stations)
+        found = []
+        ends = np.cumsum([0, *(part.way.links.size for part in drive.parts)])
+        for k, part in enumerate(drive.parts):
+            via_idx = -1 - part.there
+            place = self._task.place_of(chosen[via_idx]) if part.there < 0 and via_idx in chosen else None
+            if place is None:
+                continue
+            halted_s = sum(halt.overhead_s for halt, (count, _) in zip(halts, drive.halts, strict=True) if count <= k)
+            arrive_s = clock_s + float(time_s[: ends[k + 1]].sum()) + halted_s
+            waiting_s = self._task.waiting_s(place, arrive_s)
+            found.append(PassedStation(via_idx, self._task.site_at(place).station, arrive_s, waiting_s))
+        return tuple(found)
+
     def plan(self, name: str, steps: Sequence[Step], short_by: float | None, why: str) -> Plan:
         """The plan of steps from start to goal, along known ways."""
         task, query = self._task, self._task.query
@@ -155,6 +173,7 @@ class JourneyMaker:
         soc, clock_s, along_m = query.soc_frac, 0.0, 0.0
         legs: list[PlanLeg] = []
         stops: list[ChargeStop] = []
+        passed: Passed = ()
         for drive, stretches, (energy_j, time_s) in zip(drives, spans, driven, strict=True):
             charge, _ = soc_along(energy_j, soc, query.vehicle.usable_capacity_wh)
             end = float(charge[-1]) if stretches else soc
@@ -175,6 +194,7 @@ class JourneyMaker:
                     halts=halts,
                 )
             )
+            passed += self._passed(drive, time_s, halts, clock_s)
             clock_s, soc = clock_s + leg_s + sum(halt.overhead_s for halt in halts), end
             along_m += legs[-1].distance_m
             if drive.place != task.goal:
@@ -197,6 +217,7 @@ class JourneyMaker:
             unproven=why,
             price=price,
             currency=currency,
+            passed=passed,
             goal_stay=None if at_goal is None else self._stay(_Drive((), task.goal, stay=at_goal), clock_s, soc),
         )
 

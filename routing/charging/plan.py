@@ -147,6 +147,16 @@ class Halt:
 
 
 @dataclass(frozen=True, slots=True)
+class PassedStation:
+    """A via point that is a usable station, passed without a stop; waiting_s: for which it is still closed then."""
+
+    via_idx: int
+    station: Station
+    arrive_s: float
+    waiting_s: float
+
+
+@dataclass(frozen=True, slots=True)
 class PlanLeg:
     """A drive between two stops: its stretches, time, energy, charge at both ends, and the speed cap that it kept.
 
@@ -196,6 +206,7 @@ class Plan:
     currency: str = ""
     goal_stay: ChargeStop | None = None
     kept_probability_frac: float | None = None
+    passed: tuple[PassedStation, ...] = ()
 
     @property
     def halts(self) -> tuple[Halt, ...]:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from energy.chain.chain import LinkModel
 from energy.chain.sampling import STANDARD_SAMPLING, sampling_of
 from energy.charging.power import at_battery_temperature
-from energy.units import JOULE_PER_KWH, KMH_PER_MPS, ZERO_CELSIUS_K
+from energy.units import JOULE_PER_KWH, KMH_PER_MPS, SECOND_PER_MINUTE, ZERO_CELSIUS_K
 from routing.charging.choice.choice import USUAL_FEW, Few, StationChoice
 from routing.charging.choice.crowd import Crowd, CrowdStore
 from routing.charging.journey import JourneyMaker
@@ -18,7 +18,7 @@ from routing.charging.legs import LegStore
 from routing.charging.plan import ChargingAnswer, Help, HelpKind, NoPlan, Objective, PlanStats
 from routing.charging.promise.keeper import PromiseKeeper
 from routing.charging.promise.promise import DrawStore
-from routing.charging.sites import usable_sites
+from routing.charging.sites import hindrance, usable_sites
 from routing.charging.task import PROVEN_FRAC, Proof, Shortage, Task, usual_margin_j
 from routing.errors import QueryError, TimeUpError
 from routing.time_budget import TimeBudget, time_budget, within
@@ -245,11 +245,16 @@ class _Asked:
         if self._charging.confidence is not None and self._margin_j is None:
             self._margin_j = self._least_margin(self._charging.confidence)
         task = self._task(self._query, self._charging)
-        usable = {site.station.id for site in task.usable} if self._charging.via_stations else ()
-        for k, (_, station_id) in enumerate(self._charging.via_stations):
-            if station_id not in usable:
-                allowed = "a station that the vehicle can charge at under what is asked"
+        usable = {site.station.id for site in task.usable} if self._charging.via_stations else set()
+        on_roads = {station.id: station for station in self._stations if station.position}
+        for k, (via_idx, station_id) in enumerate(self._charging.via_stations):
+            if station_id not in on_roads:
+                allowed = "a station of the graph that is on one of its roads"
                 raise QueryError(f"charging.via_stations[{k}].station", station_id, allowed)
+            if station_id not in usable:
+                station = on_roads[station_id]
+                why = hindrance(station, self._vehicle_charging, self._charging)
+                self._warnings.append(f"via[{via_idx}], {_called(station)}, is passed without charging: {why}")
         stage_s = {"set_up": self._since()}
         keeper = self._keeper(task)
         best: list[Step] | None
@@ -334,8 +339,14 @@ class _Asked:
         plan = JourneyMaker(self._search, self._chains, task).plan(name, steps, proof.short_by, proof.unproven)
         known = len(keeper.warnings)
         for halt in plan.halts:
-            at = halt.station.name or repr(halt.station.id)
-            self._warnings.append(f"{name}: going on from rest at station {at} serves better than passing it")
+            self._warnings.append(
+                f"{name}: going on from rest at {_called(halt.station)} serves better than passing it"
+            )
+        for passed in plan.passed:
+            if passed.waiting_s > 0.0:
+                opens = f"it is closed on arrival, for another {passed.waiting_s / SECOND_PER_MINUTE:.0f} min"
+                at = _called(passed.station)
+                self._warnings.append(f"{name}: via[{passed.via_idx}], {at}, is passed without charging: {opens}")
         plan = keeper.promised(plan, gatekeepers=name == BEST)
         self._warnings += keeper.warnings[known:]
         return plan
@@ -544,6 +555,10 @@ def places_with_stations(
     positions = {station.id: station.position for station in stations}
     at = dict(charging.via_stations)
     return [positions.get(at.get(k - 1, ""), place) for k, place in enumerate(places)]
+
+
+def _called(station: Station) -> str:
+    return f"station {station.name or repr(station.id)}"
 
 
 def _counted(stops: int) -> str:

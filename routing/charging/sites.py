@@ -26,6 +26,7 @@ if TYPE_CHECKING:
 
 ENERGY_SECOND_J: Final = 1.0  # what a second counts as where energy is minimised, which decides between equals
 VIA_STATION_FACTOR: Final = 0.01  # what charging at a chosen station counts as: below what power makes up for; assumed
+W_PER_KW: Final = 1000.0
 NO_PUBLIC: Final = frozenset({Access.PRIVATE})
 
 
@@ -62,6 +63,35 @@ class Site:
     stop_cost: float
     wall_eff: float
     window_cost: float
+
+
+def hindrance(station: Station, charging: Charging, query: ChargingQuery) -> str:
+    """Why a query does not use a station: the first of its rules that leaves it out; "" where none does."""
+    fitting = [
+        socket
+        for socket in station.sockets
+        if socket.output_w is not None
+        and accepted_power(charging, socket.connector, socket.output_w, socket.phases) is not None
+    ]
+    asked = [socket for socket in fitting if not query.connectors or socket.connector in query.connectors]
+    least_kw = query.min_power_w / W_PER_KW
+    rules = (
+        (not station.position, "it is on no road"),
+        (station.operational is False, "it is out of order"),
+        (station.access in NO_PUBLIC, "it is private"),
+        (station.id in query.excluded_stations, "it is in excluded_stations"),
+        (bool(query.stations) and station.id not in query.stations, "it is not in stations"),
+        (not query.excluded_networks.isdisjoint((station.network, station.operator)), "its network is excluded"),
+        (not fitting, "none of its sockets fits the vehicle or tells its power"),
+        (not asked, "it has none of the connectors asked for"),
+        (all((socket.output_w or 0.0) < query.min_power_w for socket in asked), f"it gives less than {least_kw:g} kW"),
+        (
+            query.departure_min is not None and open_times(station.opening_hours, query.departure) == (),
+            "it is not open in the week of departure",
+        ),
+        (query.most_stops == 0, "no stops are allowed"),
+    )
+    return next((why for holds, why in rules if holds), "")
 
 
 def usable_sites(charging: Charging, query: ChargingQuery, stations: Sequence[Station]) -> list[Site]:

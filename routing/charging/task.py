@@ -180,6 +180,10 @@ class Task:
         """The station at a place of the station graph."""
         return self.sites[(place - 1) % len(self.sites)]
 
+    def place_of(self, station_id: str) -> int | None:
+        """A place of the station graph, before all via points, of a station; None where it is not used."""
+        return next((k for k, site in enumerate(self.sites, start=1) if site.station.id == station_id), None)
+
     def stay_at(self, via_idx: int | None) -> FixedStay | None:
         """The fixed stay at a via point, or at the goal."""
         return next((stay for stay in self.charging.stays if stay.via_idx == via_idx), None)

@@ -126,6 +126,21 @@ def moved_warnings(fields: Sequence[str], points: Sequence[SnappedPoint]) -> tup
     )
 
 
+def place_on_road(graph: RoadGraph, asked: Point, place: LinkPosition) -> SnappedPoint:
+    """A place that was asked for, met at a given place on a road, such as that of a station."""
+    there = road_point(graph, place)
+    name = graph.names[int(graph.name_idx[place.link_idx])]
+    away_m = float(great_circle_m(asked.lat_deg, asked.lon_deg, there.lat_deg, there.lon_deg))
+    return SnappedPoint(asked, there, away_m, place.link_idx, place.offset_m, name)
+
+
+def road_point(graph: RoadGraph, place: LinkPosition) -> Point:
+    """Where a place on a link is on the map."""
+    share = min(max(place.offset_m / float(graph.length_m[place.link_idx]), 1e-9), 1.0)
+    lon, lat = part_of_line(graph.geometry(place.link_idx), 0.0, share)[-1].tolist()
+    return Point(lat, lon)
+
+
 def part_of_line(lonlat: NDArray[np.float64], from_frac: float, to_frac: float) -> NDArray[np.float64]:
     """The stretch of a polyline between two shares of its length, float64 (k, 2), at least two points."""
     if from_frac <= 0.0 and to_frac >= 1.0:

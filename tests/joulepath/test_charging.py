@@ -154,7 +154,8 @@ def test_stays_are_stops_without_a_station(grid: Graph, small: Vehicle) -> None:
     ("charging", "said"),
     [
         (Charging(stations=("n2",)), r"charging.stations\[0\] is n2, .*did you mean 'osm:n2'"),
-        (Charging(connectors=("schuko",)), "charging.connectors is 'schuko', allowed: type1"),
+        (Charging(connectors=("schuko",)), r"charging.connectors\[0\] is 'schuko', allowed: type1"),
+        (Charging(connectors=("ccs2", "CCS-2")), r"charging.connectors\[1\] is 'CCS-2', .*did you mean 'ccs2'\?"),
         (Charging(objective="fame"), "charging.objective is 'fame', allowed: time, energy, cost"),
         (Charging(avoided_networks=("Ionitty",)), r"charging.avoided_networks\[0\] is Ionitty"),
         (Charging(arrive_soc_frac=0.9), "charging.max_soc_frac is 0.8, allowed: above 0.9"),

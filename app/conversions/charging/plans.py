@@ -13,8 +13,7 @@ from app.schemas.charging import HelpUnit
 from energy.units import JOULE_PER_KWH, KMH_PER_MPS
 from routing.charging.plan import HelpKind, Objective
 from routing.charging.route import halt_leg
-from routing.graph.snap import part_of_line
-from routing.places import Point
+from routing.graph.snap import road_point
 from routing.route.route import LegEnd
 
 if TYPE_CHECKING:
@@ -24,7 +23,6 @@ if TYPE_CHECKING:
     from app.schemas.route import RouteRequest
     from routing.charging.plan import ChargeStop, Fallback, Halt, Help, NoPlan, Plan, PlanStats
     from routing.graph.road_graph import RoadGraph
-    from routing.places import LinkPosition
     from routing.route.route import Route
     from routing.stations.station import Station, StationSource
 
@@ -141,13 +139,6 @@ def departure_of(understood: RouteRequest) -> datetime | None:
     if understood.charging is not None and understood.charging.departure_time is not None:
         return understood.charging.departure_time
     return None if understood.conditions is None else understood.conditions.departure
-
-
-def road_point(graph: RoadGraph, place: LinkPosition) -> Point:
-    """Where a place on a link is on the map."""
-    share = min(max(place.offset_m / float(graph.length_m[place.link_idx]), 1e-9), 1.0)
-    lon, lat = part_of_line(graph.geometry(place.link_idx), 0.0, share)[-1].tolist()
-    return Point(lat, lon)
 
 
 def _stop(

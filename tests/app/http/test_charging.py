@@ -274,6 +274,72 @@ def test_a_via_point_that_is_a_station_is_a_stop(charged: TestClient) -> None:
     assert "osm:n2" not in {stop["station"]["id"] for stop in other["charging"]["stops"]}
 
 
+NEAR_N2: Final = {"via": [[8.005, 46.5101]]}
+N2: Final = {"via_stations": [{"via": 0, "station": "osm:n2"}]}
+
+
+@pytest.mark.parametrize(
+    ("charging", "why"),
+    [
+        ({"networks": {"excluded": ["ionity"]}}, "its network is excluded"),
+        ({"stations": ["ocm:3"]}, "it is not in stations"),
+        ({"via_stations": [{"via": 0, "station": "ocm:4"}]}, "it is out of order"),
+        ({"via_stations": [{"via": 0, "station": "osm:n1"}]}, "it has none of the connectors asked for"),
+        (
+            {"via_stations": [{"via": 0, "station": "osm:n1"}], "connectors": None, "min_power_kw": 50},
+            "less than 50 kW",
+        ),
+    ],
+)
+def test_a_chosen_station_that_is_excluded_otherwise_is_passed_with_a_warning(
+    charged: TestClient, charging: dict[str, Any], why: str
+) -> None:
+    chosen = N2 | charging
+    answer = ask(charged, chosen, soc=0.6, **NEAR_N2)
+    (route,) = answer["routes"]
+    check_plan(route, ARRIVE_SOC, GOAL_SOC)
+    station = chosen["via_stations"][0]["station"]
+    assert station not in {stop["station"]["id"] for stop in route["charging"]["stops"]}
+    assert route["legs"][0]["ends_at"] in ("via", "stop")
+    (said,) = [text for text in answer["warnings"] if text.startswith("via[0], station ")]
+    assert "is passed without charging: " in said
+    assert why in said
+
+
+def test_a_chosen_station_that_is_closed_on_arrival_is_passed_with_a_warning(charged: TestClient) -> None:
+    chosen = {"via_stations": [{"via": 0, "station": "osm:n1"}], "connectors": ["ccs2", "type2"]}
+    at_night = chosen | {"departure_time": "2026-11-30T03:00"}
+    answer = ask(charged, at_night, via=[[8.005, 46.5001]])
+    (route,) = answer["routes"]
+    check_plan(route, ARRIVE_SOC, GOAL_SOC)
+    assert {stop["station"]["id"] for stop in route["charging"]["stops"]} == {"osm:n2"}
+    (said,) = [text for text in answer["warnings"] if "via[0]" in text]
+    minutes = round((5 * 3600.0 - route["legs"][0]["duration_s"]) / 60.0)
+    assert said == (
+        "best: via[0], station Market «1», is passed without charging: "
+        f"it is closed on arrival, for another {minutes} min"
+    )
+    by_day = ask(charged, chosen | {"departure_time": "2026-11-30T10:00"}, via=[[8.005, 46.5001]])
+    assert not [text for text in by_day["warnings"] if "via[0]" in text]
+
+
+def test_a_via_point_that_is_a_station_is_met_there_and_not_moved_to_a_road(charged: TestClient) -> None:
+    off_road = [[8.005, 46.5125]]
+    chosen = ask(charged, N2, via=off_road)
+    (said,) = [text for text in chosen["warnings"] if "via[0]" in text]
+    assert said == "via[0] is 267 m from station 'osm:n2', whose place is taken for it"
+    (snapped,) = chosen["snapped"]["via"]
+    (stop,) = chosen["routes"][0]["charging"]["stops"]
+    assert snapped["asked"] == {"lat": 46.5125, "lon": 8.005}
+    assert (snapped["link_id"], snapped["on_road"]) == (stop["link_id"], stop["at"])
+    (plain,) = [text for text in ask(charged, via=off_road)["warnings"] if "via[0]" in text]
+    assert plain.endswith("and was moved there")
+    none = ask(charged, N2 | {"max_soc": 0.35}, via=off_road, soc=0.3)
+    assert none["no_plan"] is not None
+    assert said in none["warnings"]
+    assert none["snapped"]["via"] == [snapped]
+
+
 def test_a_speed_cap_stands_at_the_legs_that_keep_it(charged: TestClient) -> None:
     free = ask(charged, {"objective": "energy"}, soc=0.8)["routes"][0]
     slow = ask(charged, {"objective": "energy", "speed_caps_kmh": [35]}, soc=0.8)["routes"][0]
@@ -334,6 +400,9 @@ ERRORS: Final[list[tuple[str, dict[str, Any], dict[str, Any], str, object, str]]
     ),
     ("no via point", {"via_stations": [{"via": 0, "station": "osm:n2"}]}, {}, "charging.via_stations[0].via", 0, "via"),
     ("id without source", {"stations": ["n2"]}, {}, "charging.stations[0]", "n2", "did you mean 'osm:n2'?"),
+    ("plug in other letters", {"connectors": ["CCS 2"]}, {}, "charging.connectors[0]", "CCS 2", "did you mean 'ccs2'?"),
+    ("no plug", {"connectors": ["wallbox"]}, {}, "charging.connectors[0]", "wallbox", "'type1', 'type2', 'type3'"),
+    ("objective", {"objective": "costs"}, {}, "charging.objective", "costs", "did you mean 'cost'?"),
     ("no such plug", {"connectors": ["chademo"]}, {}, "charging.connectors[0]", "chademo", "fit the vehicle: ccs2"),
     (
         "plug of no station",
