@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from datetime import datetime, timedelta
 from typing import TYPE_CHECKING
 
@@ -27,7 +28,8 @@ def plan_table(route: RouteFound, plan: ChargingPlanAnswer, departure: datetime 
     clock_s = 0.0
     stops = {stop.leg: stop for stop in plan.stops}
     for k, leg in enumerate(route.legs):
-        end_s = clock_s + leg.duration_s
+        halts = [halt for halt in plan.halts if halt.leg == k]
+        end_s = clock_s + leg.duration_s + sum(halt.overhead_s for halt in halts)
         stop = stops.get(k)
         table.add_row(
             "drive",
@@ -39,6 +41,17 @@ def plan_table(route: RouteFound, plan: ChargingPlanAnswer, departure: datetime 
             _leg_text(leg),
         )
         clock_s = end_s
+        for halt in halts:
+            table.add_row(
+                "halt",
+                _span(departure, halt.arrive_s, halt.depart_s),
+                _minutes(halt.overhead_s),
+                "",
+                "",
+                f"{100.0 * halt.soc:.1f}",
+                f"on that drive, at {escape(_name(halt.station))}, without charging",
+                style="yellow",
+            )
         if stop is not None:
             clock_s = stop.depart_s
             table.add_row(
@@ -65,12 +78,30 @@ def plan_table(route: RouteFound, plan: ChargingPlanAnswer, departure: datetime 
     return table
 
 
+def power_table(plan: ChargingPlanAnswer) -> Table | None:
+    """Minutes of charging by power into the battery, a stop a line; None where nothing is charged."""
+    stops = [(k, stop) for k, stop in enumerate(plan.stops, 1) if stop.power_bands]
+    if not stops:
+        return None
+    bands = sorted({(band.from_kw, band.to_kw or math.inf) for _, stop in stops for band in stop.power_bands})
+    table = Table("minutes at stop")
+    for from_kw, to_kw in bands:
+        table.add_column(
+            f"{from_kw:g} to {to_kw:g} kW" if math.isfinite(to_kw) else f"from {from_kw:g} kW", justify="right"
+        )
+    for k, stop in stops:
+        seconds = {(band.from_kw, band.to_kw or math.inf): band.seconds for band in stop.power_bands}
+        table.add_row(str(k), *(_minutes(seconds[band]) if band in seconds else "" for band in bands))
+    return table
+
+
 def totals_line(plan: ChargingPlanAnswer) -> str:
     """Where the time of a plan goes, and what it costs."""
     totals = plan.totals
+    waiting = f" ({_minutes(totals.waiting_s)} of them until stations open)" if totals.waiting_s > 0.0 else ""
     return (
         f"driving {_minutes(totals.driving_s)}, charging {_minutes(totals.charging_s)}, overhead "
-        f"{_minutes(totals.overhead_s)} min; {totals.drawn_kwh:.1f} kWh from the wall"
+        f"{_minutes(totals.overhead_s)} min{waiting}; {totals.drawn_kwh:.1f} kWh from the wall"
         f"{_price_text(totals.price, totals.currency, ', ')}"
     )
 
@@ -160,10 +191,11 @@ def _stop_text(stop: ChargingStopAnswer) -> str:
     if socket is not None:
         output = "" if socket.output_kw is None else f" {socket.output_kw:g} kW"
         plug = f", {socket.connector.value}{output}"
+    waits = f", closed for {_minutes(stop.waiting_s)} min" if stop.waiting_s > 0.0 else ""
     keeper = ", no way without it" if stop.gatekeeper else ""
     kept = "" if stop.probability_kept is None else f", {stop.probability_kept:.1%} sure to get there"
     price = _price_text(stop.price, stop.currency, ", ")
-    return f"{escape(_name(stop.station))}{plug}, mean {stop.mean_power_kw:.0f} kW{price}{kept}{keeper}"
+    return f"{escape(_name(stop.station))}{plug}, mean {stop.mean_power_kw:.0f} kW{price}{waits}{kept}{keeper}"
 
 
 def _price_text(price: float | None, currency: str, before: str) -> str:

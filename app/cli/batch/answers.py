@@ -120,10 +120,19 @@ def _charging_columns(plan: ChargingPlanAnswer | None) -> dict[str, Any]:
     if plan is None:
         return {}
     totals = plan.totals
+    at_stations = [stop for stop in plan.stops if stop.station is not None]
+    fallbacks = [stop.fallback for stop in at_stations if stop.fallback is not None]
     return {
         "stops": len(plan.stops),
         "charging_s": totals.charging_s,
         "charged_kwh": totals.charged_kwh,
         "charging_price": totals.price,
         "charging_currency": totals.currency or None,
+        "waiting_s": totals.waiting_s,
+        "arrive_time": plan.goal.arrive_time,
+        "probability_kept": plan.probability_kept,
+        "objective_unit": plan.objective_unit or None,
+        "short_by": plan.proof.short_by,
+        "least_fallback_soc": min((fallback.arrive_soc for fallback in fallbacks), default=None),
+        "stops_without_fallback": len(at_stations) - sum(fallback.reached for fallback in fallbacks),
     }

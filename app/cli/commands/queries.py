@@ -201,6 +201,9 @@ def _print_plans(console: Console, answer: RouteResponse) -> None:
         plan = route.charging
         if plan is not None:
             console.print(plan_tables.plan_table(route, plan, departure))
+            powers = plan_tables.power_table(plan)
+            if powers is not None:
+                console.print(powers)
             for line in (plan_tables.totals_line(plan), *plan_tables.promise_lines(plan), plan_tables.proof_line(plan)):
                 console.print(line, markup=False, highlight=False)
             if plan.sources:

@@ -7,11 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import pytest
 from pyarrow import parquet
+from rich.console import Console
 from starlette.testclient import TestClient
 from typer.testing import CliRunner
 
 from app.cli.main import cli
+from app.cli.plan_tables import plan_table
 from app.main import create_app
+from app.schemas.charging import ChargingHaltAnswer
+from app.schemas.route import RouteFound
 from app.schemas.vehicles.vehicle import InlineVehicle
 from app.service.service import Service
 from tests.app.charged import CAR, ROUTE, charged_settings, timeless
@@ -97,7 +101,40 @@ def test_plan_is_shown_as_drives_and_stops_with_times_charges_and_licence(client
     assert "sure to arrive everywhere with what is asked" in result.output
     fallback = stop["fallback"]
     assert fallback is None or f"should stop 1 fail: {fallback['station_name']}" in result.output
+    bands = stop["power_bands"]
+    names = [f"{band['from_kw']:g} to {band['to_kw']:g} kW" for band in bands]
+    assert all(name in result.output for name in ("minutes at stop", *names))
+    (minutes,) = [line for line in result.output.splitlines() if line.startswith("│ 1 ")]
+    assert [float(cell) for cell in minutes.split("│")[2:-1]] == [round(band["seconds"] / 60, 1) for band in bands]
     assert "(ODbL-1.0)" in result.output or "(CC-BY-4.0)" in result.output
+
+
+def test_waiting_for_a_station_is_shown(client: TestClient) -> None:
+    slow = ("--connector", "type2", "--station", "osm:n1", "--depart", "2026-11-30T07:50")
+    result = run(*PLACES, "--charging", *slow, "--overhead-s", "60", "--goal-soc", "0.3", "--soc", "0.45")
+    assert result.exit_code == 0, result.output
+    text = " ".join(result.output.split())
+    assert "of them until stations open)" in text
+    assert "closed for " in text
+
+
+def test_halt_without_a_charge_is_a_line_of_its_own_and_its_time_goes_on(client: TestClient) -> None:
+    (route,) = (RouteFound.model_validate(each) for each in client.post("/route", json=SENT).json()["routes"])
+    assert route.charging is not None
+    stop, first = route.charging.stops[0], route.legs[0]
+    assert stop.station is not None
+    halt = ChargingHaltAnswer.model_validate(
+        {name: getattr(stop, name, None) for name in ChargingHaltAnswer.model_fields}
+        | {"arrive_s": 600.0, "depart_s": 900.0, "overhead_s": 300.0, "soc": 0.2}
+    )
+    plan = route.charging.model_copy(update={"halts": [halt]})
+    console = Console(width=200, record=True)
+    console.print(plan_table(route, plan, None))
+    drive, halted, *_ = [line for line in console.export_text().splitlines() if line.startswith("│ ")]
+    end_min = round((first.duration_s + 300.0) / 60.0)
+    assert f"0:00 → {end_min // 60}:{end_min % 60:02d}" in drive
+    assert [cell.strip() for cell in halted.split("│")[1:4]] == ["halt", "0:10 → 0:15", "5.0"]
+    assert (stop.station.name or stop.station.operator) in halted
 
 
 def test_no_plan_says_what_would_help(client: TestClient) -> None:
@@ -131,19 +168,29 @@ def test_options_that_contradict_or_are_unknown_are_refused(
 def test_batch_has_columns_of_charging_stops(client: TestClient, tmp_path: Path) -> None:
     requests, out = tmp_path / "requests.csv", tmp_path / "routes.parquet"
     requests.write_text(
-        "start,goal,soc,vehicle,charging.goal_soc,charging.arrive_soc,charging.overhead_s,charging.connectors\n"
-        '"[8.003, 46.5]","[8.02, 46.518]",0.45,small,0.3,0.02,60,"[""ccs2""]"\n'
-        '"[8.003, 46.5]","[8.02, 46.518]",0.45,small,,,,\n'
-        '"[8.003, 46.5]","[8.02, 46.518]",0.3,small,0.3,0.02,60,"[""ccs2""]"\n',
+        "start,goal,soc,vehicle,charging.goal_soc,charging.arrive_soc,charging.overhead_s,charging.connectors,charging.stations,"
+        "charging.departure_time\n"
+        '"[8.003, 46.5]","[8.02, 46.518]",0.45,small,0.3,0.02,60,"[""ccs2""]",,\n'
+        '"[8.003, 46.5]","[8.02, 46.518]",0.45,small,,,,,,\n'
+        '"[8.003, 46.5]","[8.02, 46.518]",0.3,small,0.3,0.02,60,"[""ccs2""]",,\n'
+        '"[8.003, 46.5]","[8.02, 46.518]",0.45,small,0.3,0.02,60,"[""type2""]","[""osm:n1""]",2026-11-30T07:50\n',
         encoding="utf-8",
     )
     result = run("batch", requests, "--out", out, "--threads", "1")
     assert result.exit_code == 0, result.output
-    planned, plain, none = parquet.read_table(out).to_pylist()
+    planned, plain, none, waiting = parquet.read_table(out).to_pylist()
     route: dict[str, Any] = client.post("/route", json=SENT).json()["routes"][0]
     assert planned["stops"] == len(route["charging"]["stops"]) == 1
     assert planned["charging_s"] == route["charging"]["totals"]["charging_s"]
     assert (planned["total_s"], planned["no_plan"]) == (route["total_s"], None)
+    charging, (stop,) = route["charging"], route["charging"]["stops"]
+    assert planned["probability_kept"] == charging["probability_kept"]
+    assert (planned["short_by"], planned["objective_unit"]) == (charging["proof"]["short_by"], "s")
+    assert (planned["waiting_s"], planned["arrive_time"]) == (0.0, None)
+    assert planned["least_fallback_soc"] == (stop["fallback"] and stop["fallback"]["arrive_soc"])
+    assert planned["stops_without_fallback"] == int(stop["fallback"] is None or not stop["fallback"]["reached"])
+    assert waiting["arrive_time"].startswith("2026-11-30T08:")
+    assert waiting["waiting_s"] > 0.0
     assert (plain["stops"], plain["total_s"]) == (None, plain["duration_s"])
     assert none["no_plan"]
     assert none["feasible"] is False
