@@ -25,6 +25,7 @@ LEAST_SHARE: Final = 0.9  # of what an upper bound is that of a share; assumed
 LEAST_PERCENT: Final = 2.0  # that a share above 1 is taken for; assumed
 MOST_ROUNDS_DEG: Final = 3600.0  # up to which a longitude may be counted on by a map that goes on; assumed
 QUOTED: Final = re.compile("'([^']*)'")  # a value in pydantic's list of those that are allowed
+FACTOR: Final = "_factor"  # end of the names of fields up to 1 that are no shares
 # parts of a location that name a branch of a union, not a field
 BRANCHES: Final = frozenset(
     {
@@ -74,7 +75,10 @@ def _validation_field(error: Any) -> FieldProblem:
         return field_problem(
             path, value.decode("utf-8", "replace"), "a JSON object, sent with Content-Type: application/json"
         )
-    meant = _choice(context, value) if kind in ("enum", "literal_error") else _question(context, value)
+    if kind in ("enum", "literal_error"):
+        meant = _choice(context, value)
+    else:
+        meant = "" if path.endswith(FACTOR) else _question(context, value)
     return field_problem(path, value, _allowed(kind, context, str(error["msg"])) + meant)
 
 

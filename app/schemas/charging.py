@@ -40,7 +40,7 @@ SpeedCap = Annotated[
 
 
 def _form_of_stay_place(value: object) -> str | None:
-    if isinstance(value, str):
+    if value == "goal":
         return "named"
     return "count" if isinstance(value, int) and not isinstance(value, bool) else None
 

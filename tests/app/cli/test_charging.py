@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from typing import TYPE_CHECKING, Any
 
@@ -163,6 +164,31 @@ def test_options_that_contradict_or_are_unknown_are_refused(
     result = run(*PLACES, "--soc", "0.45", *arguments)
     assert result.exit_code != 0
     assert said in result.stderr
+
+
+def test_batch_names_field_value_and_range_of_what_is_wrong_in_its_own_row(client: TestClient, tmp_path: Path) -> None:
+    wrong = {
+        "charging.stays": ("goal", '[{"at": "goal", "minutes": NaN}]', '[{"at": "goal", "minutes": 600'),
+        "charging.speed_caps_kmh": ("110,90", "[Infinity]"),
+        "charging.departure_time": ("2026-11-30T08:15Z", "8:15"),
+        "charging.networks.preferred": ("Ionity", '["nobody"]'),
+    }
+    requests, out = tmp_path / "requests.csv", tmp_path / "routes.jsonl"
+    with requests.open("w", encoding="utf-8", newline="") as file:
+        rows = csv.DictWriter(file, ["start", "goal", "soc", "vehicle", *wrong])
+        rows.writeheader()
+        asked = {"start": "[8.003, 46.5]", "goal": "[8.02, 46.518]", "soc": 0.45, "vehicle": "small"}
+        rows.writerows(asked | {field: cell} for field, cells in wrong.items() for cell in cells)
+    result = run("batch", requests, "--out", out, "--threads", "1")
+    assert result.exit_code == 0, result.output
+    answers = [json.loads(line) for line in out.read_text(encoding="utf-8").splitlines()]
+    fields = [field for field, cells in wrong.items() for _ in cells]
+    for answer, field in zip(answers, fields, strict=True):
+        (error,) = answer["problem"]["errors"]
+        assert answer["problem"]["status"] == 422
+        assert error["field"].startswith(field)
+        assert error["allowed"]
+        assert error["allowed"] in answer["problem"]["detail"]
 
 
 def test_batch_has_columns_of_charging_stops(client: TestClient, tmp_path: Path) -> None:
