@@ -2,11 +2,11 @@
 
 import { el, fill, newId } from "../dom.js";
 import { shownGround } from "../journey/ground.js";
-import { capsFromText, CONFIDENCES, CONNECTORS, INITIAL_CHARGING, LEAST_POWERS_KW, MOST_LISTED, OBJECTIVES, withAnyStation } from "../journey/charging.js";
+import { capsFromText, CONFIDENCES, CONNECTORS, INITIAL_CHARGING, LEAST_POWERS_KW, OBJECTIVES, STAY_POWERS_KW, STAYS_MIN, withAnyStation, withNetworks } from "../journey/charging.js";
 import { chosenVehicle } from "../journey/vehicle.js";
 import { hasStations } from "../stations/box.js";
 import { nameOf } from "../stations/names.js";
-import { number, percentText } from "../units.js";
+import { durationText, number, percentText } from "../units.js";
 
 const LEAST_ROOM = 0.1; // between the charges of arrival and departure, which the service wants apart
 const OBJECTIVE_NAMES = { time: "Fastest", energy: "Least energy", cost: "Cheapest" };
@@ -19,6 +19,7 @@ export function chargingForm(app, element) {
     else next.most = Number(Math.max(next.arrive + LEAST_ROOM, next.most).toFixed(4));
     journey.set({ charging: next });
   };
+  const setNetworks = (which, names) => journey.set({ charging: withNetworks(journey.get().charging, which, names) });
   const shows = [];
   const part = ({ field, show }) => {
     shows.push(show);
@@ -38,7 +39,8 @@ export function chargingForm(app, element) {
     part(segments("Plan for", "objective", OBJECTIVES, OBJECTIVE_NAMES, set)),
     el("div", { class: "pair" }, part(percent("On arrival at least", "arrive", 0, 50, set)), part(percent("At the goal at least", "atGoal", 0, 90, set))),
     part(percent("Charge to at most", "most", 30, 100, set)),
-    part(choice("How sure", "confidence", [[null, "By the mean"], ...CONFIDENCES.map((value) => [value, `${percentText(value)} sure at every stop`])], set)),
+    part(stay(set)),
+    part(choice("How sure", "confidence", [[null, "By the mean"], ...CONFIDENCES.map((value) => [value, sureText(value)])], set, sureText)),
     stations,
     el(
       "details",
@@ -47,9 +49,11 @@ export function chargingForm(app, element) {
       el(
         "div",
         { class: "stack" },
-        el("div", { class: "pair" }, part(choice("Power at least", "leastKw", [[0, "any"], ...LEAST_POWERS_KW.map((kw) => [kw, `${kw} kW`])], set)), part(minutes(set))),
+        el("div", { class: "pair" }, part(choice("Power at least", "leastKw", [[0, "any"], ...LEAST_POWERS_KW.map((kw) => [kw, kwText(kw)])], set, kwText)), part(minutes(set))),
         part(plugs(app, set)),
-        part(networks(set)),
+        part(networks("Networks to prefer", "prefer", setNetworks)),
+        part(networks("Networks to avoid", "avoid", setNetworks)),
+        part(never(set)),
         part(caps(app, set)),
         el("button", { type: "button", class: "quiet", on: { click: () => set({ ...INITIAL_CHARGING, on: true }) } }, "Back to defaults"),
       ),
@@ -96,8 +100,8 @@ function hindrances(app) {
   ].filter(Boolean);
 }
 
-function summaryOf({ leastKw, plugs: chosen, avoid, capsKmh }, units) {
-  return [leastKw && `from ${leastKw} kW`, chosen.length && chosen.map((plug) => CONNECTORS[plug]).join(", "), avoid.length && `without ${avoid.join(", ")}`, capsKmh.length && capsKmh.map((kmh) => units.speedText(kmh)).join(", ")].filter(Boolean).join(" · ");
+function summaryOf({ leastKw, plugs: chosen, prefer, avoid, never: shunned, capsKmh }, units) {
+  return [leastKw && `from ${leastKw} kW`, chosen.length && chosen.map((plug) => CONNECTORS[plug]).join(", "), prefer.length && `rather ${prefer.join(", ")}`, avoid.length && `${shunned ? "without" : "rather not"} ${avoid.join(", ")}`, capsKmh.length && capsKmh.map((kmh) => units.speedText(kmh)).join(", ")].filter(Boolean).join(" · ");
 }
 
 /** Stations that were chosen to charge at or not, each with a button that forgets it. */
@@ -171,8 +175,26 @@ function minutes(set) {
   };
 }
 
-/** One of some values, or another that an address has brought. */
-function choice(label, name, options, set) {
+const kwText = (kw) => `${number(kw, kw % 1 ? 1 : 0)} kW`;
+const sureText = (value) => `${percentText(value)} sure at every stop`;
+const stayText = (min) => (min ? (min % 60 ? durationText(60 * min) : `${number(min / 60)} h`) : "none");
+
+/** A stay at the goal that charges, and its power, which is asked for only then. */
+function stay(set) {
+  const time = choice("Charge at the goal", "stayMin", [0, ...STAYS_MIN].map((value) => [value, stayText(value)]), set, stayText);
+  const power = choice("Power there", "stayKw", STAY_POWERS_KW.map((kw) => [kw, kwText(kw)]), set, kwText);
+  return {
+    field: el("div", { class: "pair" }, time.field, power.field),
+    show(charging) {
+      time.show(charging);
+      power.show(charging);
+      power.field.hidden = !charging.stayMin;
+    },
+  };
+}
+
+/** One of some values, or another that an address has brought; textOf(value): how that is said. */
+function choice(label, name, options, set, textOf) {
   const id = newId("choice");
   const input = el("select", { id, on: { change: () => set({ [name]: JSON.parse(input.value) }) } });
   return {
@@ -180,7 +202,7 @@ function choice(label, name, options, set) {
     show(charging) {
       const value = charging[name];
       const known = options.some(([other]) => other === value);
-      const all = known ? options : [...options, [value, name === "confidence" ? `${percentText(value)} sure at every stop` : `${value} kW`]];
+      const all = known ? options : [...options, [value, textOf(value)]];
       if (input.options.length !== all.length || !known) fill(input, all.map(([other, text]) => el("option", { value: JSON.stringify(other) }, text)));
       input.value = JSON.stringify(value);
     },
@@ -209,17 +231,26 @@ function plugs(app, set) {
   };
 }
 
-function networks(set) {
+/** Names of networks with commas between; which: "prefer" or "avoid". */
+function networks(label, which, take) {
   const id = newId("networks");
-  const input = el("input", { type: "text", id, autocomplete: "off", spellcheck: "false", placeholder: "names with commas between", on: { change: () => set({ avoid: [...new Set(input.value.split(",").map((name) => name.trim()).filter(Boolean))].slice(0, MOST_LISTED) }) } });
-  const neverId = newId("never");
-  const never = el("input", { type: "checkbox", id: neverId, on: { change: () => set({ never: never.checked }) } });
+  const input = el("input", { type: "text", id, autocomplete: "off", spellcheck: "false", placeholder: "names with commas between", on: { change: () => take(which, input.value.split(",").map((name) => name.trim()).filter(Boolean)) } });
   return {
-    field: el("div", {}, el("div", { class: "field" }, el("label", { for: id }, "Networks to avoid"), input), el("div", { class: "check" }, never, el("label", { for: neverId }, "Never stop there"))),
+    field: el("div", { class: "field" }, el("label", { for: id }, label), input),
     show(charging) {
-      if (document.activeElement !== input) input.value = charging.avoid.join(", ");
-      never.checked = charging.never;
-      never.disabled = !charging.avoid.length;
+      if (document.activeElement !== input) input.value = charging[which].join(", ");
+    },
+  };
+}
+
+function never(set) {
+  const id = newId("never");
+  const box = el("input", { type: "checkbox", id, on: { change: () => set({ never: box.checked }) } });
+  return {
+    field: el("div", { class: "check" }, box, el("label", { for: id }, "Never stop at those")),
+    show(charging) {
+      box.checked = charging.never;
+      box.disabled = !charging.avoid.length;
     },
   };
 }

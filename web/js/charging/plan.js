@@ -8,7 +8,7 @@ import { stationName } from "../stations/words.js";
 const stopsByLeg = ({ charging }) => new Map(charging.stops.map((stop, i) => [stop.leg, { stop, i }]));
 
 /**
- * What happens in order: {kind: "drive", leg, i, place} and {kind: "stop", stop, i}; place: what the drive leads to.
+ * What happens in order: {kind: "drive", leg, i, place, halts} and {kind: "stop", stop, i}; place: what the drive leads to.
  */
 export function eventsOf(route) {
   const stops = stopsByLeg(route);
@@ -16,7 +16,8 @@ export function eventsOf(route) {
   return route.legs.flatMap((leg, i) => {
     const found = stops.get(i);
     const place = found ? stopName(found.stop) : i === route.legs.length - 1 ? "Goal" : `Via ${(vias += 1)}`;
-    return [{ kind: "drive", leg, i, place }, ...(found ? [{ kind: "stop", stop: found.stop, i: found.i }] : [])];
+    const halts = route.charging.halts.filter((halt) => halt.leg === i);
+    return [{ kind: "drive", leg, i, place, halts }, ...(found ? [{ kind: "stop", stop: found.stop, i: found.i }] : [])];
   });
 }
 
@@ -37,11 +38,16 @@ export function courseOf(route) {
   const stops = stopsByLeg(route);
   let [at, along] = [0, 0];
   for (const [i, leg] of legs.entries()) {
+    const halts = charging.halts.filter((halt) => halt.leg === i);
     if (leg.first_link !== null) {
       for (const link of links.slice(leg.first_link, leg.last_link + 1)) {
         at += link.duration_s;
         along += link.length_m;
         add(at, along, link.soc_end, "drive");
+        while (halts.length && along >= halts[0].along_m - 0.01) {
+          at = halts.shift().depart_s;
+          add(at, along, link.soc_end, "wait");
+        }
       }
     }
     const found = stops.get(i)?.stop;
@@ -100,9 +106,6 @@ export const whenText = (time, seconds, departure) => (time ? clockText(time, de
 
 /** What is to be left on arrival, by the request as understood: at stops, and at the goal. */
 export const askedOf = ({ request: { charging, reserve_soc: reserve } }) => ({ stop: Math.max(charging.arrive_soc, reserve), goal: Math.max(charging.goal_soc, reserve) });
-
-/** How long a stop waits for its station to open [s]; what is asked for every stop goes besides. */
-export const waitOf = ({ station, overhead_s: besides }, { request }) => (station ? Math.max(0, besides - request.charging.overhead_s) : 0);
 
 /** The time of departure of an answer, null where none was said. */
 export const departureOf = ({ request }) => request.charging?.departure_time ?? null;

@@ -63,8 +63,11 @@ export function createPlanResults(app, moved, change) {
     list.mark(at === null ? null : stopAt(at));
   }
 
-  /** Markers of the stops; again(): draw them where they were. */
-  const markers = (again) =>
+  /** Markers of the stops and of halts; again(): draw them where they were. */
+  const markers = (again) => [...stopMarkers(again), ...haltMarkers()];
+  const haltMarkers = () =>
+    (looked?.route.charging?.halts ?? []).map(({ station }, i) => ({ key: `halt-${i}`, kind: "halt", letter: "H", place: station.at, title: `Halt without charging, ${stationName(station)}` }));
+  const stopMarkers = (again) =>
     stopsOf().map((stop, i) => {
       const name = stopName(stop);
       const moves = stop.station !== null;

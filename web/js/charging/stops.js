@@ -3,9 +3,9 @@
 import { el, fill } from "../dom.js";
 import { icon } from "../icons.js";
 import { sourceText } from "../stations/card.js";
-import { moneyText } from "../stations/words.js";
+import { moneyText, stationName } from "../stations/words.js";
 import { durationText, energyText, number, percentText, spanText } from "../units.js";
-import { askedOf, departureOf, eventsOf, plugText, stopName, waitOf, whenText } from "./plan.js";
+import { askedOf, departureOf, eventsOf, plugText, stopName, whenText } from "./plan.js";
 
 const span = (from, to) => [percentText(from), " → ", percentText(to)];
 
@@ -31,7 +31,7 @@ export function createStopList(told) {
         "ol",
         { class: "plan" },
         el("li", { class: "plan-end" }, el("span", { class: "pin start", "aria-hidden": "true" }, "A"), el("b", {}, "Start"), el("span", { class: "num plan-when" }, departure ? `${whenText(departure, 0, departure)}, ` : "", percentText(route.soc_start))),
-        events.map((event) => (event.kind === "drive" ? drive(event, route, units, departure, asked) : stop(event, departure, asked, waitOf(event.stop, answer), route === answer.routes[0]))),
+        events.map((event) => (event.kind === "drive" ? drive(event, route, units, departure, asked) : stop(event, departure, asked, route === answer.routes[0]))),
       ),
       proofText(charging),
       charging.sources.map(({ key }) => sourceText(key, charging.sources)),
@@ -46,7 +46,7 @@ export function createStopList(told) {
     focusout: () => told.point(null),
   });
 
-  function drive({ leg, i, place }, route, units, departure, asked) {
+  function drive({ leg, i, place, halts }, route, units, departure, asked) {
     const before = route.charging.stops.findLast((one) => one.leg < i);
     const last = i === route.legs.length - 1;
     const { goal } = route.charging;
@@ -54,19 +54,21 @@ export function createStopList(told) {
     const at = before ? before.depart_s : 0;
     return [
       el("li", { class: "plan-drive small", on: pointed(at + leg.duration_s / 2) }, el("span", { class: "unseen" }, `Drive to ${place}: `), el("span", { class: "num" }, facts.join(" · ")), el("span", { class: "num dim" }, span(leg.soc_start, leg.soc_end))),
+      halts.map((halt) => el("li", { class: "plan-drive plan-halt small", on: pointed(halt.arrive_s) }, el("span", {}, `On the way a halt at ${stationName(halt.station)} without charging, from which driving on serves better than passing it`), el("span", { class: "num dim" }, `${whenText(halt.arrive_time, halt.arrive_s, departure)}, ${durationText(halt.overhead_s)}`))),
       last && el(
         "li", { class: "plan-end", on: pointed(goal.arrive_s) },
         el("span", { class: "pin goal", "aria-hidden": "true" }, "B"),
         el("b", {}, "Goal"),
         el("span", { class: "num plan-when" }, whenText(goal.arrive_time, goal.arrive_s, departure), ", ", percentText(goal.arrive_soc)),
         sureText(goal, goal.stay ? null : asked.goal),
+        goal.stay && stayText(goal.stay, departure),
       ),
       !last && leg.ends_at === "via" && el("li", { class: "plan-end" }, el("span", { class: "pin via", "aria-hidden": "true" }, place.split(" ")[1]), el("b", {}, place), el("span", { class: "num plan-when" }, percentText(leg.soc_end))),
     ];
   }
 
-  function stop({ stop: one, i }, departure, asked, wait, best) {
-    const { station } = one;
+  function stop({ stop: one, i }, departure, asked, best) {
+    const { station, waiting_s: wait } = one;
     const name = stopName(one);
     const minutes = durationText(one.charging_s);
     const button = (key, text, act, label) => el("button", { type: "button", class: "button", "aria-label": label, dataset: { key: `${key}-${i}` }, on: { click: ({ currentTarget }) => act(i, currentTarget) } }, text);
@@ -127,6 +129,12 @@ function sureText({ arrive_soc_p10: low, arrive_soc_p90: high, probability_kept:
 
 const sureness = (kept) => (kept > 0.9995 ? "> 99.9 %" : percentText(kept, kept > 0.99 ? 1 : 0));
 
+/** What a stay at the goal charges, and until when. */
+function stayText({ depart_soc: soc, depart_s: at, depart_time: time, charged_kwh: kwh }, departure) {
+  const charged = kwh > 0 ? `charged there to ${percentText(soc)}, ${energyText(kwh)}` : "not charged there";
+  return el("p", { class: "small dim num plan-sure" }, `${charged}, until ${whenText(time, at, departure)}`);
+}
+
 function fallbackText({ station_name: name, drive_s: drive, arrive_soc: soc, reached, wait_s: wait, open_soc: left }) {
   const there = reached ? `arriving with ${percentText(soc)}` : `not reached: ${percentText(Math.max(0, -soc))} short`;
   const text = wait >= 1 && reached ? `${there}, closed for ${durationText(wait)}: ${left < 0 ? "empty before" : `${percentText(left)} left then`}` : there;
@@ -136,7 +144,7 @@ function fallbackText({ station_name: name, drive_s: drive, arrive_soc: soc, rea
 /** Sums over the plan. */
 function totals(route, units) {
   const { totals: sums, stops, probability_kept: kept } = route.charging;
-  const parts = [["Driving", sums.driving_s, "driving"], ["Charging", sums.charging_s, "charging"], ["Stopping", sums.overhead_s, "besides"]].filter(([, seconds]) => seconds > 0);
+  const parts = [["Driving", sums.driving_s, "driving"], ["Charging", sums.charging_s, "charging"], ["Stopping", sums.overhead_s - sums.waiting_s, "besides"], ["Waiting", sums.waiting_s, "waiting"]].filter(([, seconds]) => seconds > 0);
   return el(
     "div",
     { class: "plan-totals" },

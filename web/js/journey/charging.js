@@ -7,6 +7,8 @@ export const CONNECTORS = {
 export const OBJECTIVES = ["time", "energy", "cost"];
 export const CONFIDENCES = [0.8, 0.9, 0.95, 0.99]; // that the form offers; the service takes others too
 export const LEAST_POWERS_KW = [22, 50, 100, 150, 300];
+export const STAYS_MIN = [60, 120, 240, 480, 600, 720]; // at the goal, that the form offers
+export const STAY_POWERS_KW = [2.3, 3.7, 7.4, 11, 22, 50];
 const ALTERNATIVE_PLANS = 3; // beside the best one
 export const MOST_LISTED = 40; // stations or networks
 const MOST_STATIONS_AT = 8;
@@ -18,12 +20,15 @@ const NUMBERS = {
   most: { key: "chargeto", default: 0.8, min: 0.3, max: 1, percent: true },
   overheadMin: { key: "overhead", default: 5, min: 0, max: 30 },
   leastKw: { key: "leastkw", default: 0, min: 0, max: 4000 },
+  stayMin: { key: "stay", default: 0, min: 0, max: 7 * 24 * 60 }, // at the goal, 0 for none
+  stayKw: { key: "staykw", default: 11, min: 0, max: 4000 },
 };
 
 export const INITIAL_CHARGING = {
   on: false,
   ...Object.fromEntries(Object.entries(NUMBERS).map(([name, { default: value }]) => [name, value])),
   plugs: [], // empty: all that fit the vehicle
+  prefer: [], // networks
   avoid: [], // networks
   never: false, // whether those are left out altogether
   confidence: null, // null: by the mean
@@ -57,6 +62,7 @@ export function putCharging(charging, put) {
     if (charging[name] !== value) put(key, String(Number((percent ? 100 * charging[name] : charging[name]).toFixed(2))));
   }
   if (charging.plugs.length) put("plugs", charging.plugs.join(","));
+  if (charging.prefer.length) put("prefer", listed(charging.prefer));
   if (charging.avoid.length) put("avoid", listed(charging.avoid));
   if (charging.never) put("never", "1");
   if (charging.confidence !== null) put("sure", String(Number((100 * charging.confidence).toFixed(2))));
@@ -78,7 +84,8 @@ export function chargingOf(given) {
   }
   if (charging.most <= charging.arrive) charging.most = Number(Math.min(1, charging.arrive + 0.1).toFixed(4));
   charging.plugs = (given.get("plugs") ?? "").split(",").filter((plug) => plug in CONNECTORS);
-  charging.avoid = unlisted(given.get("avoid"));
+  charging.prefer = networkNames(unlisted(given.get("prefer")));
+  charging.avoid = networkNames(unlisted(given.get("avoid"))).filter((name) => !named(charging.prefer, name));
   charging.never = given.get("never") === "1";
   const sure = Number(given.get("sure")) / 100;
   if (given.get("sure") && sure >= 0.5 && sure <= 0.999) charging.confidence = Number(sure.toFixed(4));
@@ -141,13 +148,26 @@ export function chargingRequest(charging, chargedAt, further) {
   if (further) asked.alternatives = ALTERNATIVE_PLANS;
   if (charging.leastKw > 0) asked.min_power_kw = charging.leastKw;
   if (charging.plugs.length) asked.connectors = charging.plugs;
-  if (charging.avoid.length) asked.networks = { [charging.never ? "excluded" : "avoided"]: charging.avoid };
+  const networks = Object.entries({ preferred: charging.prefer, [charging.never ? "excluded" : "avoided"]: charging.avoid }).filter(([, names]) => names.length);
+  if (networks.length) asked.networks = Object.fromEntries(networks);
+  if (charging.stayMin > 0) asked.stays = [{ at: "goal", minutes: charging.stayMin, power_kw: charging.stayKw }];
   if (charging.confidence !== null) asked.confidence = charging.confidence;
   if (charging.departure) asked.departure_time = charging.departure;
   if (charging.capsKmh.length) asked.speed_caps_kmh = charging.capsKmh;
   if (chargedAt.length) asked.via_stations = chargedAt;
   if (charging.not.length) asked.excluded_stations = charging.not;
   return asked;
+}
+
+const named = (names, wanted) => names.some((name) => name.toLowerCase() === wanted.toLowerCase());
+
+/** Names of networks, each once in any case. */
+export const networkNames = (names) => names.filter((name, i) => !named(names.slice(0, i), name)).slice(0, MOST_LISTED);
+
+/** The choices with networks to prefer, or to avoid, which are none of the others then; which: "prefer" or "avoid". */
+export function withNetworks(charging, which, names) {
+  const other = which === "prefer" ? "avoid" : "prefer";
+  return { ...charging, [which]: networkNames(names), [other]: charging[other].filter((name) => !named(names, name)) };
 }
 
 const rounded = (degrees) => Number(degrees.toFixed(7));

@@ -16,7 +16,7 @@ export class MarkerSet {
   /**
    * Show exactly these markers.
    * onMove: places follow the pointer and the arrow keys. onDrop: they are only dropped; onPress: clicked, or Enter.
-   * @param {Array<{key: string, kind: "start"|"goal"|"via"|"stop"|"furthest", letter: string, title: string,
+   * @param {Array<{key: string, kind: "start"|"goal"|"via"|"stop"|"halt"|"furthest", letter: string, title: string,
    *   place: {lat: number, lon: number}, onMove?: (place: {lat: number, lon: number}) => void,
    *   onDrop?: (place: {lat: number, lon: number}) => void, onPress?: () => void}>} wanted
    */
