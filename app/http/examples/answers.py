@@ -65,9 +65,21 @@ ROUTE_REQUESTS: Final[dict[str, Any]] = {
             "charging": {
                 "max_soc": 0.8,
                 "min_power_kw": 50,
-                "networks": {"avoided": ["Voltway"]},
+                "networks": {"avoided": ["Voltway"], "preferred": ["Town Works"]},
+                "stays": [{"at": "goal", "minutes": 600, "power_kw": 11}],
                 "departure_time": "2026-11-30T08:15:00",
             },
+            "links": False,
+        },
+    },
+    "no plan": {
+        "summary": "A journey that no charging stops make possible, with what would help",
+        "value": {
+            "start": [-36.433, 43.872],
+            "goal": [-35.19, 43.697],
+            "soc": 0.11,
+            "vehicle": "hyundai-kona-64",
+            "charging": {"min_power_kw": 100},
             "links": False,
         },
     },
@@ -294,6 +306,7 @@ DIAGNOSIS_REQUESTS: Final[dict[str, Any]] = {
 
 ROUTE_ANSWER: Final = _answer("route")
 CHARGING_ANSWER: Final = _answer("route_charging")
+NO_PLAN_ANSWER: Final = _answer("route_no_plan")
 ROUTE_FEATURES: Final = _answer("route_geojson")
 MATRIX_ANSWER: Final = _answer("matrix")
 RANGE_FEATURES: Final = _answer("range")

@@ -46,6 +46,7 @@ def refresh(*, diagnoses_only: bool = False) -> None:
 def _answers(service: Service) -> dict[str, Any]:
     eco = RouteRequest.model_validate(ROUTE_REQUESTS["eco"]["value"])
     journey = RouteRequest.model_validate(ROUTE_REQUESTS["charging"]["value"])
+    impossible = RouteRequest.model_validate(ROUTE_REQUESTS["no plan"]["value"])
     square = MatrixRequest.model_validate(MATRIX_REQUESTS["all to all"]["value"])
     bands = RangeRequest.model_validate(RANGE_REQUESTS["charges left"]["value"])
     chain = SimulateRequest.model_validate(SIMULATE_REQUESTS["chain"]["value"])
@@ -53,6 +54,7 @@ def _answers(service: Service) -> dict[str, Any]:
     answers = {
         "route": service.route(eco),
         "route_charging": service.route(journey),
+        "route_no_plan": service.route(impossible),
         "matrix": service.matrix(square),
         "range": service.range(bands),
         "simulate": service.simulate(chain),

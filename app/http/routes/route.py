@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Header, Request, Response
 
 from app.http.admission import Cost
-from app.http.examples.answers import CHARGING_ANSWER, ROUTE_ANSWER, ROUTE_FEATURES, ROUTE_REQUESTS
+from app.http.examples.answers import CHARGING_ANSWER, NO_PLAN_ANSWER, ROUTE_ANSWER, ROUTE_FEATURES, ROUTE_REQUESTS
 from app.http.examples.problems import BODY_CODES, SEARCH_CODES, problems
 from app.http.json_body import BoundedRoute
 from app.http.routes.access import GEOJSON, JSON, RunningService, Searches, long_answer, prefers_geojson
@@ -28,6 +28,7 @@ router = APIRouter(route_class=BoundedRoute, tags=["route"])
                     "examples": {
                         "eco": {"summary": "Least energy", "value": ROUTE_ANSWER},
                         "charging": {"summary": "With charging stops", "value": CHARGING_ANSWER},
+                        "no plan": {"summary": "Without a plan, and what would help", "value": NO_PLAN_ANSWER},
                     }
                 },
                 GEOJSON: {
@@ -52,7 +53,7 @@ async def find_route(
 
     A goal that can't be reached on this charge is an answer too: `feasible` is false, `deficit_kwh` says how much is
     missing, `furthest` where, and `remedy` what would make it feasible. With `charging`, stops are planned that make it
-    reachable: one route for each plan, or `no_plan`.
+    reachable: one route for each plan, or `no_plan` with what would help, by kind and value.
     """
     # a graph that the vehicle has not met under these conditions is made ready first
     known = isinstance(sent.vehicle, str | None) and sent.conditions is None and sent.effects is None
