@@ -255,7 +255,7 @@ def test_stop_says_that_it_is_not_known_whether_there_is_a_way_without_it_and_ho
     expect(card).to_contain_text("Far Away, 21 min farther, arriving with 8 %, closed for 1 h 30 min: 5 % left then")
 
 
-def test_other_station_is_chosen_with_the_keyboard_and_kept_in_the_link(planned: MapPage, visit: Visit):
+def test_other_station_is_chosen_with_the_keyboard_and_kept_in_the_link(planned: MapPage):
     before = stop_names(planned)
     stops_of(planned).first.get_by_role("button", name="Another station").focus()
     planned.page.keyboard.press("Enter")
@@ -269,9 +269,10 @@ def test_other_station_is_chosen_with_the_keyboard_and_kept_in_the_link(planned:
     check_stops(planned, route)
     assert sent["station"] in [stop["station"]["id"] for stop in route["charging"]["stops"]]
     assert any(chosen.startswith(name) for name in stop_names(planned))
-    other = visit(planned.page.url.removeprefix(f"{planned.address}/"))
-    assert other.sent[0] == ("/route", again.body)
-    expect(stops_of(other)).to_have_count(len(route["charging"]["stops"]))
+    asked = len(planned.sent)
+    planned.open(planned.page.url.removeprefix(f"{planned.address}/"))
+    assert planned.sent[asked] == ("/route", again.body)
+    check_stops(planned, route)
     forget = planned.page.get_by_role("list", name="Chosen stations").get_by_role("button")
     with planned.asking("/route"):
         forget.first.click()
@@ -454,5 +455,6 @@ def test_stay_at_the_goal_and_networks_are_chosen_by_keyboard_on_a_phone_and_kep
         "prefer": "Voltway",
         "avoid": "Town Works",
     }
-    other = visit(page.page.url.removeprefix(f"{page.address}/"))
-    assert other.sent[0] == ("/route", preferred.body)
+    asked = len(page.sent)
+    page.open(page.page.url.removeprefix(f"{page.address}/"))
+    assert page.sent[asked] == ("/route", preferred.body)
