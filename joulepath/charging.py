@@ -6,10 +6,10 @@ from dataclasses import dataclass
 from datetime import datetime
 from typing import TYPE_CHECKING, Final
 
-from energy.charging.charging import Connector
-from energy.conditions import exact_minute_of_week
+from energy.charging.charging import MOST_POWER_W, Connector
+from energy.conditions import CONDITION_RANGES, exact_minute_of_week
 from energy.units import JOULE_PER_KWH, KMH_PER_MPS, SECOND_PER_MINUTE
-from joulepath.figures import Feature, MapFeature, Place, feature, one_of, place_of
+from joulepath.figures import Feature, MapFeature, Place, feature, number_of, numbers_of, one_of, place_of
 from routing.charging.plan import ChargingQuery, FixedStay, HelpKind, Objective
 from routing.charging.route import halt_leg
 from routing.errors import QueryError
@@ -25,6 +25,28 @@ if TYPE_CHECKING:
 
 W_PER_KW: Final = 1000.0
 GOAL: Final = "goal"
+MOST_MINUTES: Final = 7 * 24 * 60
+MOST_POWER_KW: Final = MOST_POWER_W / W_PER_KW
+CAP_RANGE_KMH: Final = (30.0, CONDITION_RANGES["top_speed_mps"][1] * KMH_PER_MPS)
+RANGES: Final = {
+    "arrive_soc_frac": (0.0, 1.0),
+    "goal_soc_frac": (0.0, 1.0),
+    "max_soc_frac": (0.0, 1.0),
+    "overhead_s": (0.0, 7200.0),
+    "min_power_kw": (0.0, MOST_POWER_KW),
+    "preferred_factor": (0.1, 1.0),
+    "avoided_factor": (1.0, 10.0),
+    "time_value_per_h": (0.0, 10_000.0),
+}
+COUNTS: Final = {"most_stops": 50, "alternatives": 3}
+LISTS: Final = (
+    "connectors",
+    "preferred_networks",
+    "avoided_networks",
+    "excluded_networks",
+    "stations",
+    "excluded_stations",
+)
 SPEED_DIGITS: Final = 9  # so that 110 km/h stay 110
 
 
@@ -77,6 +99,7 @@ class Charging:
         charging: of the vehicle, names: of the graph's stations. departure: local time where this has none. Raises
         QueryError where it names what they lack.
         """
+        self._check()
         plugs = tuple(one_of(f"charging.connectors[{k}]", name, Connector) for k, name in enumerate(self.connectors))
         for field in ("stations", "excluded_stations"):
             for k, station_id in enumerate(getattr(self, field)):
@@ -118,6 +141,30 @@ class Charging:
             time_value_per_h=self.time_value_per_h,
         )
 
+    def _check(self) -> None:
+        """Raise QueryError where a field is not of its kind, or out of a range that the planner does not look at."""
+        for name, (low, high) in RANGES.items():
+            value = number_of(f"charging.{name}", getattr(self, name))
+            if not low <= value <= high:
+                raise QueryError(f"charging.{name}", value, f"{low:g}..{high:g}")
+        for name, most in COUNTS.items():
+            value = getattr(self, name)
+            if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= most:
+                raise QueryError(f"charging.{name}", repr(value), f"a whole number, 0..{most}")
+        for name in LISTS:
+            if isinstance(getattr(self, name), str):
+                raise QueryError(f"charging.{name}", repr(getattr(self, name)), "several in a tuple or list")
+        if self.confidence is not None:
+            number_of("charging.confidence", self.confidence)
+        for k, cap in enumerate(numbers_of("charging.speed_caps_kmh", self.speed_caps_kmh)):
+            if not CAP_RANGE_KMH[0] <= cap <= CAP_RANGE_KMH[1]:
+                allowed = f"{CAP_RANGE_KMH[0]:g}..{CAP_RANGE_KMH[1]:g}"
+                raise QueryError(f"charging.speed_caps_kmh[{k}]", cap, allowed)
+        chosen: tuple[object, ...] = tuple(self.via_stations)
+        for k, pair in enumerate(chosen):
+            if not isinstance(pair, (tuple, list)) or len(pair) != 2 or not isinstance(pair[0], int):
+                raise QueryError(f"charging.via_stations[{k}]", repr(pair), "(position in via from 0, id of a station)")
+
     def _departure_beside(self, other: datetime | None) -> datetime | None:
         """Local time of departure, by the conditions of a query where it is not said here."""
         own = self.departure
@@ -133,10 +180,18 @@ class Charging:
 
 
 def _stay(k: int, stay: Stay) -> FixedStay:
+    if not isinstance(stay, Stay):
+        raise QueryError(f"charging.stays[{k}]", repr(stay), "a joulepath.Stay")
     if stay.at != GOAL and (isinstance(stay.at, bool) or not isinstance(stay.at, int)):
         raise QueryError(f"charging.stays[{k}].at", repr(stay.at), "a position in via, from 0, or 'goal'")
     via_idx = None if isinstance(stay.at, str) else stay.at
-    return FixedStay(via_idx, stay.minutes * SECOND_PER_MINUTE, stay.power_kw * W_PER_KW)
+    minutes = number_of(f"charging.stays[{k}].minutes", stay.minutes)
+    if not 0.0 < minutes <= MOST_MINUTES:
+        raise QueryError(f"charging.stays[{k}].minutes", minutes, f"above 0, at most {MOST_MINUTES}")
+    power_kw = number_of(f"charging.stays[{k}].power_kw", stay.power_kw)
+    if not 0.0 <= power_kw <= MOST_POWER_KW:
+        raise QueryError(f"charging.stays[{k}].power_kw", power_kw, f"0..{MOST_POWER_KW:g}")
+    return FixedStay(via_idx, minutes * SECOND_PER_MINUTE, power_kw * W_PER_KW)
 
 
 @dataclass(frozen=True, slots=True)

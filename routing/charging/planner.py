@@ -138,7 +138,8 @@ def check(query: RouteQuery, charging: ChargingQuery) -> None:
             raise QueryError("charging.stays", (stay.seconds, stay.power_w), "0..604800 s, a power of 0 or more")
     for k, (via_idx, _) in enumerate(charging.via_stations):
         if not 0 <= via_idx < len(query.via):
-            raise QueryError(f"charging.via_stations[{k}].via", via_idx, f"0..{len(query.via) - 1}")
+            allowed = f"0..{len(query.via) - 1}" if query.via else "a query with via points"
+            raise QueryError(f"charging.via_stations[{k}].via", via_idx, allowed)
 
 
 class _Asked:

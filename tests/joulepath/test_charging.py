@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import pickle
 from dataclasses import replace
 from datetime import UTC, datetime
@@ -166,6 +167,20 @@ def test_stays_are_stops_without_a_station(grid: Graph, small: Vehicle) -> None:
             "charging.departure is .8:15., allowed: a datetime, local",
         ),
         (Charging(departure=datetime(2026, 1, 1, tzinfo=UTC)), r"charging.departure is 2026-01-01T00:00:00\+00:00"),
+        (Charging(connectors=cast("Any", "ccs2")), "charging.connectors is 'ccs2', allowed: several in a tuple"),
+        (Charging(stays=(Stay("goal", cast("Any", "60")),)), r"charging.stays\[0\].minutes is '60', allowed: a number"),
+        (Charging(stays=(Stay("goal", math.nan),)), r"charging.stays\[0\].minutes is nan, allowed: above 0"),
+        (Charging(stays=cast("Any", [("goal", 60)])), r"charging.stays\[0\] is .*, allowed: a joulepath.Stay"),
+        (Charging(speed_caps_kmh=cast("Any", ("x",))), r"charging.speed_caps_kmh\[0\] is 'x', allowed: a number"),
+        (Charging(speed_caps_kmh=(5.0,)), r"charging.speed_caps_kmh\[0\] is 5.0, allowed: 30..200"),
+        (Charging(max_soc_frac=cast("Any", "a")), "charging.max_soc_frac is 'a', allowed: a number"),
+        (Charging(preferred_factor=0.0), "charging.preferred_factor is 0.0, allowed: 0.1..1"),
+        (Charging(most_stops=cast("Any", 2.5)), "charging.most_stops is 2.5, allowed: a whole number, 0..50"),
+        (Charging(alternatives=-1), "charging.alternatives is -1, allowed: a whole number, 0..3"),
+        (
+            Charging(via_stations=cast("Any", ("osm:n2",))),
+            r"charging.via_stations\[0\] is 'osm:n2', allowed: \(position",
+        ),
         (Charging(min_power_kw=500.0), "charging.min_power_kw is 500.0, allowed: at most 150"),
     ],
 )
