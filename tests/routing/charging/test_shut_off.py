@@ -88,5 +88,5 @@ def test_what_helps_helps() -> None:
     asked = replace(USUAL, goal_soc_frac=0.7, max_soc_frac=0.8)
     missing = ask(asked).no_plan
     assert missing is not None
-    assert "charging to 100 % at stations" in missing.helps
+    assert "charging to 100 % at stations" in [remedy.text for remedy in missing.helps]
     assert ask(replace(asked, max_soc_frac=1.0)).plans
