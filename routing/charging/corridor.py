@@ -14,7 +14,7 @@ from routing.charging import kernels_plan as kernels
 from routing.charging.halts import Course, halt_bounds
 from routing.charging.stretches import A_STRETCH, STRETCHES
 from routing.route.via import same_place
-from routing.weights import Weights
+from routing.weights import ECO, FASTEST, Weights
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -31,6 +31,8 @@ LIKELY_OF_FEW_FRAC: Final = 0.04
 LIKELY_REACH: Final = 0.7  # of what a way takes by the mean of the whole journey, that it takes at least
 LABELS: Final = 256  # after which the searches of bounds end
 FEW_LABELS: Final = 48
+ROUNDING_FRAC: Final = 1e-9
+ROUNDING_S: Final = 1e-3
 COST_UNIT: Final = 3600.0  # of the objective, that a unit of a search's cost is
 
 
@@ -214,6 +216,41 @@ class Corridor:
                     if behind:
                         finder.find_onward(behind, self._sites[k].station.position)
         return changed
+
+    def longest_s(self, here: int, there: int, cap: int, cost: float) -> float:
+        """No journey that costs so much at most has a longer way between two places under a cap [s].
+
+        here, there: as Task numbers them. What is before and behind it costs its least, by time alone and with energy
+        at the least that a joule of charge costs; inf where driving less is worth any time.
+        """
+        if self._worth.a_joule > 0.0 or self._worth.a_second == 0.0 or cost == math.inf:
+            return math.inf
+        second, goal = self._worth.a_second, 1 + self._stages * len(self._sites)
+        spots = [
+            self._places[-place] if place <= 0 else self._places[-1] if place == goal else self._spot(place)
+            for place in (here, there)
+        ]
+        spent, spent_mixed = 0.0, -math.inf
+        if here == 0:
+            spent_mixed = -self._a_joule * self._charges.start_j
+        elif 0 < here <= len(self._sites):
+            pairs = [finder.pairs(self._places[0], [spots[0]], ())[0] for finder in self._finders]
+            spent = second * SECOND_PER_HOUR * max(min(pair.least_cost(FASTEST) for pair in pairs), 0.0)
+            spent_mixed = COST_UNIT * min(pair.least_cost(self._mixed) for pair in pairs)
+            spent_mixed -= self._a_joule * self._charges.start_j
+        ahead, ahead_mixed = 0.0, -math.inf
+        if there == goal:
+            ahead_mixed = self._a_joule * self._charges.goal_j
+        elif there > 0:
+            ahead, ahead_mixed = self._number[there, [kernels.AHEAD, kernels.AHEAD_MIX]].tolist()
+        stops = sum(float(self._number[place, kernels.STOP_COST]) for place in (here, there) if place > 0)
+        (pair,) = self._finders[cap].pairs(spots[0], [spots[1]], ())
+        least = self._a_joule * JOULE_PER_KWH * pair.least_cost(ECO)
+        by_time, mixed = cost - spent - max(ahead, 0.0) - stops, cost - spent_mixed - ahead_mixed - least
+        return max(min(by_time, mixed), 0.0) / second * (1.0 + ROUNDING_FRAC) + ROUNDING_S
+
+    def _spot(self, place: int) -> Place:
+        return self._sites[(place - 1) % len(self._sites)].station.position
 
     def allow_halts(self, cost: float, is_over: Callable[[], bool]) -> bool:
         """Let all bounds hold for journeys that halt where nothing is charged, and leave out stations over which none

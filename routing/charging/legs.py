@@ -41,8 +41,8 @@ Place: TypeAlias = "tuple[LinkPosition, ...]"  # on each direction of its road
 FEW_TARGETS: Final = 12  # up to which searches directed to each of them take less than one to all
 COMPARISON: Final = 100_000  # labels of a search that take about as long as comparing all ways of a pair
 WAYS_KEPT: Final = 32  # whose stations along them are kept for a vehicle and its conditions
-STAY: Final = Pair((Way(0.0, 0.0, 0.0, 0.0, 0.0),), (), math.inf, compared=True)
-NOWHERE: Final = Pair((), (), math.inf, compared=True)
+STAY: Final = Pair((Way(0.0, 0.0, 0.0, 0.0, 0.0),), (), math.inf)
+NOWHERE: Final = Pair((), (), math.inf)
 
 
 @dataclass(slots=True)
@@ -290,14 +290,15 @@ class LegFinder:
                 return False
             ways = undominated([*pair.ways, self._way(path)])
             pair = replace(pair, ways=ways, lines=(*pair.lines, Line.of(weights, path.cost)))
-        elif pair.whole_s >= most_s or pair.compared or not all_ways_are_comparable(self.space):
+        elif pair.is_whole(most_s) or pair.given_up or not all_ways_are_comparable(self.space):
             return False
         else:
             self._counts.compared += 1
             self._counts.labels += COMPARISON
             paths = all_ways(self.space, here, there, most_s, most_j)
             ways = undominated([*pair.ways, *(self._way(path) for path in paths or ())])
-            pair = replace(pair, ways=ways, whole_s=pair.whole_s if paths is None else most_s, compared=True)
+            whole_s = pair.whole_s if paths is None else most_s
+            pair = replace(pair, ways=ways, whole_s=whole_s, given_up=paths is None)
         self._store.put(self._space_key, {(here, there): pair})
         return True
 

@@ -655,15 +655,15 @@ class Task:
     def refined(self, journey: list[Step], cost: float = math.inf) -> bool:
         """Learn more of ways at the bounds of a journey that may cost so much; whether anything was to be learnt."""
         learnt = False
-        most_s = math.inf
-        if self._worth.a_joule == 0.0 and self._worth.a_second > 0.0:
-            most_s = cost / self._worth.a_second
         for step in journey[1:]:
             for part in step.arc.parts if step.arc is not None else ():
                 if not part.way.is_bound:
                     continue
                 here, there = self.position(part.here), self.position(part.there)
-                finder = self._finders[part.cap]
+                finder, most_s = (
+                    self._finders[part.cap],
+                    self._corridor.longest_s(part.here, part.there, part.cap, cost),
+                )
                 if finder.refined(here, there, part.way, most_s, self.capacity_j - self.reserve_j):
                     learnt = True
                     self._forget(part.here)

@@ -100,13 +100,14 @@ class Pair:
     """Ways between two places that are known, and what is proven of all others.
 
     ways: none as good as another one in time, energy, need, spill and longest. lines: of searches. whole_s: all ways
-    that take no longer are among them or no better than one of them. compared: whether all ways were to be compared.
+    that take no longer are among them or no better than one of them. given_up: whether comparing all ways
+    took too much room.
     """
 
     ways: tuple[Way, ...]
     lines: tuple[Line, ...]
     whole_s: float = 0.0
-    compared: bool = False
+    given_up: bool = False
 
     @property
     def held_bytes(self) -> int:
@@ -116,6 +117,10 @@ class Pair:
     def holds(self, weights: Weights) -> bool:
         """Whether the best way by weights is among those known."""
         return self.whole_s == math.inf or any(line.is_of(weights) for line in self.lines)
+
+    def is_whole(self, most_s: float) -> bool:
+        """Whether all ways that take no longer are known, or some where nothing says how far to compare on."""
+        return self.whole_s >= most_s or (most_s == math.inf and self.whole_s > 0.0)
 
     def least_cost(self, weights: Weights) -> float:
         """No way costs less by weights; inf where there is no way, −inf where nothing is known by these weights."""
