@@ -192,10 +192,11 @@ class Corridor:
         """By how much more than the least a best journey hardly costs."""
         return max(LIKELY_FRAC * abs(cost), LIKELY_S * self._worth.a_second)
 
-    def keep_below(self, cost: float, *, thinned: bool = False) -> bool:
+    def keep_below(self, cost: float, weightings: Sequence[Weights] | None, *, thinned: bool = False) -> bool:
         """Leave out stations over which no journey costs less; thinned: and most of those that remain; whether others.
 
-        What ways lead on from the others is searched at once, since a search back serves many.
+        What ways lead on from the others by some weightings, None: all, is searched at once, since a search back serves
+        many.
         """
         if not thinned and self._few is not None:  # all stations are looked at after all
             self._few = None
@@ -210,11 +211,11 @@ class Corridor:
             chosen = chosen[np.argsort(-ahead, kind="stable")]  # a search back is led to the first, the farthest one
             spots = [self._sites[k].station.position for k in chosen.tolist()]
             for finder in self._finders if spots else ():
-                finder.find_onward(spots, self._places[stage + 1])
+                finder.find_onward(spots, self._places[stage + 1], weightings)
                 for k in chosen.tolist() if thinned else ():
                     behind = [self._sites[i].station.position for i in chosen.tolist() if self.leads_on(stage, i, k)]
                     if behind:
-                        finder.find_onward(behind, self._sites[k].station.position)
+                        finder.find_onward(behind, self._sites[k].station.position, weightings)
         return changed
 
     def longest_s(self, here: int, there: int, cap: int, cost: float) -> float:

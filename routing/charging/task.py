@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from routing.charging.ways import Way
     from routing.queries import RouteQuery
     from routing.stations.station import Station
+    from routing.weights import Weights
 
 SAME_FRAC: Final = 1e-9
 PROVEN_FRAC: Final = 1e-8  # of the cost, below which a bound meets a plan
@@ -123,6 +124,8 @@ class Task:
         weightings = usual_weightings(mixed_weights(self._worth, dearness.a_joule), bounded=not self._is_thinned)
         self.queries = capped(query, charging.speed_caps_mps)
         self._finders = [LegFinder(legs, capped_query, weightings, self.counts) for capped_query in self.queries]
+        self._mixed = (weightings[0],)
+        self._weightings: tuple[Weights, ...] | None = None  # of ways that are learnt, None: all
         self._vias: dict[int, list[Arc]] = {}
         self._asked: dict[int, tuple[NDArray[np.bool_], bool]] = {}  # stations that arcs of a place lead to
         self._with_bounds = False  # which no search along known ways looks at
@@ -248,7 +251,7 @@ class Task:
 
     def keep_below(self, cost: float, *, thinned: bool = False) -> None:
         """Leave out stations over which no journey costs less; thinned: and most of those that remain."""
-        if not self._corridor.keep_below(cost, thinned=thinned):
+        if not self._corridor.keep_below(cost, self._weightings, thinned=thinned):
             return
         only_onward = self._corridor.only_onward
         grown = [
@@ -326,7 +329,7 @@ class Task:
         longest_j = self.capacity_j - self.reserve_j
         here = self.position(place)
         for cap, finder in enumerate(self._finders):
-            for to, there, pair in zip(targets, spots, finder.pairs(here, spots), strict=True):
+            for to, there, pair in zip(targets, spots, finder.pairs(here, spots, self._weightings), strict=True):
                 climb_m = finder.climb_m(here, there) if self._margin_j is not None else 0.0
                 for way in (*pair.ways, *(pair.bounds() if self._with_bounds else ())):
                     if way.longest_j > longest_j:
@@ -414,6 +417,7 @@ class Task:
     def _found_at_once(self) -> list[Step] | None:
         """As found, along ways of the usual searches."""
         bounded = math.isfinite(self._corridor.least_cost)
+        best: list[Step] | None = None
         if self._is_thinned and bounded:
             self.keep_below(self._corridor.likely_cost, thinned=True)
             best = self._with_other_ways(self.best())
@@ -421,20 +425,33 @@ class Task:
                 return best
         if len(self.sites) <= FEW_SITES or not bounded:
             return self._with_other_ways(self.best()) if self._is_thinned else self.best()
+        if not self._is_thinned and self.latest is None:  # more stations are likely than are no worse than a plan
+            self._weightings = self._mixed
+            best = self._near_best()
+            self._weightings = None
+            if best is not None:
+                self.keep_below(best[-1].cost)
+            self._forget_all()
+        best = self._near_best() if best is None else self.best()
+        if best is None:
+            return None
+        self.keep_below(best[-1].cost)
+        return self._with_other_ways(best) if self._is_thinned else best
+
+    def _near_best(self) -> list[Step] | None:
+        """The best journey over stations over which none costs more than it, and over some that are likely such."""
         slack = self._corridor.likely_cost - self._corridor.least_cost
         while True:
             self.keep_below(self._corridor.least_cost + slack)
             best = self.best()
             if best is not None:
                 if best[-1].cost <= self._corridor.least_cost + slack:
-                    break
+                    return best
                 slack = best[-1].cost - self._corridor.least_cost
             elif bool(self._corridor.near.all()) or self.is_shut_off():
                 return None
             else:
                 slack = MORE_LIKELY * slack if slack < FAR_FRAC * abs(self._corridor.least_cost) + DAY_S else math.inf
-        self.keep_below(best[-1].cost)
-        return self._with_other_ways(best) if self._is_thinned else best
 
     def found_below(self, cost: float) -> list[Step] | None:
         """The best journey along known ways, of those that cost no more."""
