@@ -212,10 +212,6 @@ class Corridor:
             spots = [self._sites[k].station.position for k in chosen.tolist()]
             for finder in self._finders if spots else ():
                 finder.find_onward(spots, self._places[stage + 1], weightings)
-                for k in chosen.tolist() if thinned else ():
-                    behind = [self._sites[i].station.position for i in chosen.tolist() if self.leads_on(stage, i, k)]
-                    if behind:
-                        finder.find_onward(behind, self._sites[k].station.position, weightings)
         return changed
 
     def longest_s(self, here: int, there: int, cap: int, cost: float) -> float:

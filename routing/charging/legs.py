@@ -164,6 +164,12 @@ class LegFinder:
             known |= self._searched(here, lost, self._weightings[0], known)
         return [known[place] for place in there]
 
+    def known_pairs(self, here: Place, there: Sequence[Place]) -> list[Pair | None]:
+        """Ways from one place to each of others as far as they are known by the first weighting."""
+        weights = self._weightings[0]
+        pairs = [STAY if same_place(here, place) else self._store.pair(self._space_key, here, place) for place in there]
+        return [pair if pair is not None and pair.holds(weights) else None for pair in pairs]
+
     def find_onward(self, here: Sequence[Place], there: Place, weightings: Sequence[Weights] | None = None) -> None:
         """Learn the best ways from each of many places to one of which no way is known by some weightings.
 

@@ -23,7 +23,7 @@ from routing.charging.legs import STAY, LegCounts, LegFinder, LegStore, usual_we
 from routing.charging.margins import Margins
 from routing.charging.network import Arc, Part, StationGraph
 from routing.charging.sites import least_cost_a_joule, worth_of
-from routing.charging.ways import joined, stay_of
+from routing.charging.ways import Pair, joined, likely_between, stay_of
 from routing.errors import TimeUpError
 from routing.stations.opening import open_times
 from routing.weights import ECO
@@ -126,6 +126,8 @@ class Task:
         self._finders = [LegFinder(legs, capped_query, weightings, self.counts) for capped_query in self.queries]
         self._mixed = (weightings[0],)
         self._weightings: tuple[Weights, ...] | None = None  # of ways that are learnt, None: all
+        self._learnt: set[tuple[int, int]] = set()  # of which what is likely is not asked any more
+        self._at_ends: dict[tuple[int, LegFinder], tuple[Way | None, Way | None]] = {}
         self._vias: dict[int, list[Arc]] = {}
         self._asked: dict[int, tuple[NDArray[np.bool_], bool]] = {}  # stations that arcs of a place lead to
         self._with_bounds = False  # which no search along known ways looks at
@@ -329,7 +331,7 @@ class Task:
         longest_j = self.capacity_j - self.reserve_j
         here = self.position(place)
         for cap, finder in enumerate(self._finders):
-            for to, there, pair in zip(targets, spots, finder.pairs(here, spots, self._weightings), strict=True):
+            for to, there, pair in zip(targets, spots, self._pairs_from(place, targets, spots, finder), strict=True):
                 climb_m = finder.climb_m(here, there) if self._margin_j is not None else 0.0
                 for way in (*pair.ways, *(pair.bounds() if self._with_bounds else ())):
                     if way.longest_j > longest_j:
@@ -343,6 +345,51 @@ class Task:
                     else:
                         arcs.append(self._arc(to, way, (part,)))
         return arcs
+
+    def _pairs_from(self, place: int, targets: Sequence[int], spots: Sequence[Place], finder: LegFinder) -> list[Pair]:
+        """Ways from a place to others; where few stations are looked at, what ways between two of them likely take."""
+        here = self.position(place)
+        if place <= 0 or not self._corridor.only_onward:
+            return finder.pairs(here, spots, self._weightings)
+        pairs = finder.known_pairs(here, spots)
+        from_start, to_goal = self._end_ways(place, finder)
+        for k, pair in enumerate(pairs):
+            if pair is None and 0 < targets[k] < self.goal and (place, targets[k]) not in self._learnt:
+                behind, beyond = self._end_ways(targets[k], finder)
+                ways = likely_between(self._mixed[0], [(to_goal, beyond), (behind, from_start)])
+                pairs[k] = Pair(ways, ()) if ways else None
+        found = finder.pairs(here, [spot for spot, pair in zip(spots, pairs, strict=True) if pair is None])
+        rest = iter(found)
+        return [next(rest) if pair is None else pair for pair in pairs]
+
+    def _end_ways(self, place: int, finder: LegFinder) -> tuple[Way | None, Way | None]:
+        """The best ways by the mixed weighting to a station from where its stage begins, and on to where that ends."""
+        key = place, finder
+        if key not in self._at_ends:
+            stage, here = self._stage(place), self.position(place)
+            (before,), (after,) = (
+                finder.known_pairs(self.places[stage], [here]),
+                finder.known_pairs(here, [self.places[stage + 1]]),
+            )
+            self._at_ends[key] = (
+                None if before is None else before.best(self._mixed[0]),
+                None if after is None else after.best(self._mixed[0]),
+            )
+        return self._at_ends[key]
+
+    def _learn_between(self, journey: list[Step]) -> bool:
+        """Learn the ways of which a journey has what they likely take; whether there were any."""
+        likely = [
+            part
+            for step in journey[1:]
+            for part in (step.arc.parts if step.arc is not None else ())
+            if part.way.is_bound
+        ]
+        for part in likely:
+            self._learnt.add((part.here, part.there))
+            self._finders[part.cap].find_onward([self.position(part.here)], self.position(part.there))
+            self._forget(part.here)
+        return bool(likely)
 
     def _over(self, via: int, part: Part) -> list[Arc]:
         """Arcs that begin with a part to a via point, and those that end there where it is a station."""
@@ -542,14 +589,26 @@ class Task:
 
         is_over, known_only: as of StationGraph.best.
         """
-        rules = self._rules(bounded=bounded)
         if bounded and not self._with_bounds and not self._is_thinned:
             self._with_bounds = True
             self._forget_all()
-        steps = self.graph.best(0, self._start_j, self.goal, rules, below, is_over=is_over, known_only=known_only)
+        steps = None
+        if known_only or not self._is_thinned:
+            rules = self._rules(bounded=bounded)
+            steps = self.graph.best(0, self._start_j, self.goal, rules, below, is_over=is_over, known_only=known_only)
+        if self._is_thinned and steps is None:
+            steps = self._likely_best(below, is_over)
         if steps is not None and not bounded:
             self.latest = steps
         return steps
+
+    def _likely_best(self, below: float, is_over: Callable[[], bool] | None) -> list[Step] | None:
+        """As best, with ways between stations learnt where a journey is best by what they likely take."""
+        rules = self._rules(bounded=True)
+        while True:
+            steps = self.graph.best(0, self._start_j, self.goal, rules, below, is_over=is_over)
+            if steps is None or not self._learn_between(steps):
+                return steps
 
     def after_time(self, error: TimeUpError) -> tuple[list[Step], Proof]:
         """The journey that was known when time was up; raises where none was."""

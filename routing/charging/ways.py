@@ -24,6 +24,8 @@ STEPS: Final = 6  # of the bound between two ways that are neighbours
 ROUNDING_FRAC: Final = 1e-9
 SAME_FRAC: Final = 1e-8  # beyond what lines allow for
 ROUNDING_J: Final = 1e-3
+LIKELY_FRAC: Final = 0.997  # of its time, that a way takes which takes less energy than is likely; assumed
+THRIFT_FRAC: Final = 0.1  # of its energy, that it may take less for as much more time as that is worth; assumed
 NO_LINKS: Final = np.empty(0, np.int32)
 
 
@@ -76,6 +78,29 @@ def bound_of(time_s: float, energy_j: float) -> Way:
     return Way(time_s, energy_j, need_j, need_j, need_j, is_bound=True)
 
 
+def likely_between(weights: Weights, ways: Sequence[tuple[Way | None, Way | None]]) -> tuple[Way, ...]:
+    """What ways from one place to another likely take, that cost no more than any by weights; none where unknown.
+
+    ways: the best by weights to, or from, a third place that both are on the way to, or from, the longer and the
+    shorter of them: no way costs less than the difference of theirs.
+    """
+    a_second, a_joule = weights.time / SECOND_PER_HOUR, weights.energy / JOULE_PER_KWH
+    likely = []
+    for longer, shorter in ways:
+        if longer is not None and shorter is not None:
+            time_s, energy_j = longer.time_s - shorter.time_s, longer.energy_j - shorter.energy_j
+            likely.append((a_second * time_s + a_joule * energy_j, time_s, energy_j))
+    if not likely:
+        return ()
+    _, time_s, energy_j = max(likely)
+    saved_j = THRIFT_FRAC * abs(energy_j)
+    longer_s = a_joule * saved_j / a_second if a_second > 0.0 else 0.0
+    return (
+        bound_of(max(LIKELY_FRAC * time_s, 0.0), energy_j),
+        bound_of(max(LIKELY_FRAC * (time_s + longer_s), 0.0), energy_j - saved_j),
+    )
+
+
 @dataclass(frozen=True, slots=True)
 class Line:
     """No way has a_second · time + a_joule · energy below cost: what a search by a weighting proves."""
@@ -117,6 +142,11 @@ class Pair:
     def holds(self, weights: Weights) -> bool:
         """Whether the best way by weights is among those known."""
         return self.whole_s == math.inf or any(line.is_of(weights) for line in self.lines)
+
+    def best(self, weights: Weights) -> Way | None:
+        """The known way that costs least by weights."""
+        a_second, a_joule = weights.time / SECOND_PER_HOUR, weights.energy / JOULE_PER_KWH
+        return min(self.ways, key=lambda way: a_second * way.time_s + a_joule * way.energy_j, default=None)
 
     def is_whole(self, most_s: float) -> bool:
         """Whether all ways that take no longer are known, or some where nothing says how far to compare on."""

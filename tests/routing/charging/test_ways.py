@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from routing.charging.legs import LegCounts, LegFinder, LegStore
-from routing.charging.ways import Way, joined
+from routing.charging.legs import LegCounts, LegFinder, LegStore, Place
+from routing.charging.ways import Line, Way, joined, likely_between
 from routing.links.spans import ChainMaker
 from routing.route.best_path import RouteSearch
 from routing.search.found import Limits
@@ -56,6 +56,25 @@ def test_refining_ends_with_all_ways(seed: int) -> None:
     expected = sorted(trail.takes for trail in trails(world, here, there))
     assert len(found) == len(expected)
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-3)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_ways_that_were_compared_up_to_a_time_are_compared_on_where_more_is_asked_for(seed: int) -> None:
+    world = drawn_world(seed)
+    here, there = world.places[0], world.places[-1]
+    finder = finder_of(world)
+    trails_there = sorted(trail.takes for trail in trails(world, here, there))
+    for most_s in (1.1 * trails_there[0][0], 2.0 * trails_there[-1][0]):
+        while any(
+            finder.refined(here, there, bound, most_s, world.capacity_j * 100.0)
+            for bound in finder.pairs(here, [there])[0].bounds()
+        ):
+            pass
+        (pair,) = finder.pairs(here, [there])
+        found = [takes(way) for way in pair.ways]
+        for trail in (trail for trail in trails_there if trail[0] <= most_s):
+            assert any(np.allclose(way, trail, rtol=1e-9, atol=1e-3) for way in found)
+    assert len(pair.ways) == len(trails_there)
 
 
 @pytest.mark.parametrize("seed", SEEDS)
@@ -121,3 +140,27 @@ def test_one_way_after_the_other_does_to_a_battery_what_both_do() -> None:
             assert possible == (lowest >= -1e-9)
             if possible:
                 assert charge == pytest.approx(min(start - whole.energy_j, capacity - whole.spill_j))
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_what_a_way_likely_takes_costs_no_more_than_the_best_way(seed: int) -> None:
+    world = drawn_world(seed)
+    finder = finder_of(world)
+    start, goal = world.places[0], world.places[-1]
+    unit = Line.of(MIXED, 0.0)
+
+    def best(here: Place, there: Place) -> Way | None:
+        return finder.pairs(here, [there])[0].best(MIXED)
+
+    for here in world.stations:
+        for there in world.stations:
+            way = best(here.position, there.position)
+            onward = best(here.position, goal), best(there.position, goal)
+            so_far = best(start, there.position), best(start, here.position)
+            likely = likely_between(MIXED, [onward, so_far])
+            assert (len(likely) == 2) == any(None not in ways for ways in (onward, so_far))
+            for bound in likely:
+                assert bound.is_bound
+                cost = unit.a_second * bound.time_s + unit.a_joule * bound.energy_j
+                if way is not None and bound.time_s > 0.0:
+                    assert cost <= unit.a_second * way.time_s + unit.a_joule * way.energy_j + 1e-9
