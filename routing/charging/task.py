@@ -427,6 +427,8 @@ class Task:
 
     def _arc_margin_j(self, to: int, way: Way, parts: tuple[Part, ...]) -> float:
         """The least margin of an arc: what is kept at its end may have been needed on the way anyway."""
+        if self._margin_j is None:
+            return 0.0
         if any(part.there < 0 and self.stay_at(-1 - part.there) is not None for part in parts):
             return 0.0  # of which promises tell more
         arrive_j = float(self._least_j[to]) + way.energy_j

@@ -25,7 +25,8 @@ ROUNDING_FRAC: Final = 1e-9
 SAME_FRAC: Final = 1e-8  # beyond what lines allow for
 ROUNDING_J: Final = 1e-3
 LIKELY_FRAC: Final = 0.997  # of its time, that a way takes which takes less energy than is likely; assumed
-THRIFT_FRAC: Final = 0.1  # of its energy, that it may take less for as much more time as that is worth; assumed
+THRIFT_FRACS: Final = (0.1, 0.3, 0.5)  # of its energy, that it may take less for the time that is worth that; assumed
+UNSURE_FRAC: Final = 0.1  # by how much two guesses of its energy differ where more than the first of these is tried
 NO_LINKS: Final = np.empty(0, np.int32)
 
 
@@ -92,12 +93,15 @@ def likely_between(weights: Weights, ways: Sequence[tuple[Way | None, Way | None
             likely.append((a_second * time_s + a_joule * energy_j, time_s, energy_j))
     if not likely:
         return ()
-    _, time_s, energy_j = max(likely)
-    saved_j = THRIFT_FRAC * abs(energy_j)
-    longer_s = a_joule * saved_j / a_second if a_second > 0.0 else 0.0
-    return (
-        bound_of(max(LIKELY_FRAC * time_s, 0.0), energy_j),
-        bound_of(max(LIKELY_FRAC * (time_s + longer_s), 0.0), energy_j - saved_j),
+    cost, time_s, energy_j = max(likely)
+    if a_second <= 0.0:
+        return (bound_of(max(time_s, 0.0), energy_j),)
+    energies = [likely_j for _, _, likely_j in likely]
+    low_j, high_j = min(energies), max(energies)
+    shares = THRIFT_FRACS if high_j - low_j > UNSURE_FRAC * abs(low_j) or len(likely) < 2 else THRIFT_FRACS[:1]
+    taken = {energy_j, low_j, *(low_j - share * abs(low_j) for share in shares)}
+    return tuple(
+        bound_of(max(LIKELY_FRAC * (cost - a_joule * least_j) / a_second, 0.0), least_j) for least_j in sorted(taken)
     )
 
 
