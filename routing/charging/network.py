@@ -175,19 +175,21 @@ class StationGraph:
             self._number = np.concatenate((self._number, np.zeros_like(self._number)))
             self._to = np.concatenate((self._to, np.zeros_like(self._to)))
             self._least_j = np.concatenate((self._least_j, np.zeros_like(self._least_j)))
-        for k, arc in enumerate(arcs, start=first):
-            way = arc.way
-            self._number[k] = (
-                arc.cost,
-                way.time_s,
-                way.energy_j,
-                way.need_j,
-                way.spill_j,
-                arc.margin_j if self._margin_j is None else self._margin_j(arc),
-                1.0 if way.is_bound else 0.0,
-            )
-            self._to[k] = arc.to
-            self._least_j[k] = arc.margin_j
+        if arcs:
+            self._number[first:last] = [
+                (
+                    arc.cost,
+                    arc.way.time_s,
+                    arc.way.energy_j,
+                    arc.way.need_j,
+                    arc.way.spill_j,
+                    arc.margin_j if self._margin_j is None else self._margin_j(arc),
+                    1.0 if arc.way.is_bound else 0.0,
+                )
+                for arc in arcs
+            ]
+            self._to[first:last] = [arc.to for arc in arcs]
+            self._least_j[first:last] = [arc.margin_j for arc in arcs]
         self._arcs += arcs
         self._stops.first[place], self._stops.last[place] = first, last
         self._stops.known[place] = True

@@ -422,7 +422,9 @@ class Task:
         return found
 
     def _arc(self, to: int, way: Way, parts: tuple[Part, ...]) -> Arc:
-        cost = self._worth.a_second * way.time_s + self._worth.a_joule * sum(part.way.energy_j for part in parts)
+        cost = self._worth.a_second * way.time_s
+        if self._worth.a_joule > 0.0:
+            cost += self._worth.a_joule * sum(part.way.energy_j for part in parts)
         return Arc(to, way, cost, self._arc_margin_j(to, way, parts), parts)
 
     def _arc_margin_j(self, to: int, way: Way, parts: tuple[Part, ...]) -> float:

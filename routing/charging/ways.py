@@ -98,8 +98,9 @@ def likely_between(weights: Weights, ways: Sequence[tuple[Way | None, Way | None
         return (bound_of(max(time_s, 0.0), energy_j),)
     energies = [likely_j for _, _, likely_j in likely]
     low_j, high_j = min(energies), max(energies)
-    shares = THRIFT_FRACS if high_j - low_j > UNSURE_FRAC * abs(low_j) or len(likely) < 2 else THRIFT_FRACS[:1]
-    taken = {energy_j, low_j, *(low_j - share * abs(low_j) for share in shares)}
+    unsure = high_j - low_j > UNSURE_FRAC * abs(low_j) or len(likely) < 2
+    taken = {energy_j, low_j} if unsure else {energy_j}
+    taken |= {low_j - share * abs(low_j) for share in (THRIFT_FRACS if unsure else THRIFT_FRACS[:1])}
     return tuple(
         bound_of(max(LIKELY_FRAC * (cost - a_joule * least_j) / a_second, 0.0), least_j) for least_j in sorted(taken)
     )
