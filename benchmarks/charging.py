@@ -1,7 +1,8 @@
 """How long plans with charging stops take: `python -m benchmarks.charging [--graph FOLDER]`.
 
 Stations are made on major roads. First: nothing is known of vehicle and weather but compiled code. Again: the same
-question. Near: start and goal some kilometres away. Times are those of the processor, stages by the clock.
+question. Near: start and goal some kilometres away. New: others as far apart, of which the median and the 90th
+percentile are told. Times are those of the processor, stages by the clock.
 """
 
 from __future__ import annotations
@@ -39,18 +40,22 @@ VEHICLE: Final = "hyundai-kona-64"
 OUTPUTS_W: Final = (50e3, 150e3, 300e3)
 MAJOR: Final = 3  # functional class up to which roads have stations
 NEAR_KM: Final = 5.0
+PAIRS: Final = 12  # of ends, of each kind
 LINKS: Final = 1_000_000
 
 
 @dataclass(frozen=True, slots=True)
 class Case:
-    """A graph with stations, how far the goal is as the crow flies, and the share of the battery that the car has."""
+    """A graph with stations, how far the goal is as the crow flies, the share of the battery that the car has, and how
+    many pairs of other ends are asked for.
+    """
 
     name: str
     graph: RoadGraph
     stations: int
     crow_km: float
     battery: float = 1.0
+    pairs: int = PAIRS
 
 
 def made_stations(graph: RoadGraph, count: int, rng: np.random.Generator) -> list[Station]:
@@ -110,7 +115,7 @@ def measure(case: Case, vehicle: AnyVehicle, seed: int) -> None:
         raise ValueError(f"vehicle {vehicle.id!r} says nothing of charging")
     roads.snap("warm-up", start, 1e5)
 
-    def ask(name: str, whence: Point, whither: Point) -> ChargingAnswer:
+    def ask(name: str, whence: Point, whither: Point) -> float:
         began = time.process_time()
         places = [roads.snap(field, place, 1e5)[1] for field, place in (("start", whence), ("goal", whither))]
         query = RouteQuery(whence, whither, 0.9, car, reserve_soc_frac=0.05)
@@ -120,6 +125,7 @@ def measure(case: Case, vehicle: AnyVehicle, seed: int) -> None:
         first_s = answer.stats.stage_s.get("first_plan", 0.0)
         told += f"  (plan known at {1000.0 * first_s:.1f} ms; {answer.stats.leg_searches} searches, "
         told += f"{answer.stats.legs_cached} pairs known, {answer.stats.labels_made} labels)"
+        told += f"\n{'':31} {_stages(answer)}"
         if answer.plans:
             plan = answer.plans[0]
             km = sum(leg.distance_m for leg in plan.legs) / METRE_PER_KM
@@ -128,15 +134,31 @@ def measure(case: Case, vehicle: AnyVehicle, seed: int) -> None:
         else:
             told += f"\n{'':31} no plan: {answer.no_plan.reason if answer.no_plan else ''}"
         print(told, flush=True)
-        return answer
+        return taken_s
 
     ask("first", start, goal)
     for _ in range(3):
         ask("again", start, goal)
-    for _ in range(3):
-        ask("near", moved(start, graph, rng), moved(goal, graph, rng))
+    _print_spread(
+        case.name, "near", [ask("near", moved(start, graph, rng), moved(goal, graph, rng)) for _ in range(case.pairs)]
+    )
+    _print_spread(case.name, "new", [ask("new", *ends_apart(graph, case.crow_km, rng)) for _ in range(case.pairs)])
     held = {kind: f"{size / 2**20:.1f} MiB" for kind, size in search.budget.held_bytes().items()}
     print(f"{case.name:24} caches hold {held}", flush=True)
+
+
+def _stages(answer: ChargingAnswer) -> str:
+    """How long each stage of a plan took, by the clock."""
+    ends = answer.stats.stage_s
+    since = [0.0, *ends.values()]
+    return ", ".join(
+        f"{name} {1000.0 * (end - begin):.1f}" for (name, end), begin in zip(ends.items(), since, strict=False)
+    )
+
+
+def _print_spread(case: str, name: str, taken_s: list[float]) -> None:
+    median, high = np.quantile(taken_s, [0.5, 0.9])
+    print(f"{case:24} {name:6} p50 {1000.0 * median:.1f} ms, p90 {1000.0 * high:.1f} ms of {len(taken_s)}", flush=True)
 
 
 def main() -> None:
@@ -151,13 +173,13 @@ def main() -> None:
     vehicle = load_vehicle(ROOT / f"data/vehicles/{VEHICLE}.toml")
     small = load_graph(ROOT / "data/graphs/highlands")
     if asked.only != "large":
-        measure(Case("compiling", small, 30, 60.0, 0.2), vehicle, asked.seed)
+        measure(Case("compiling", small, 30, 60.0, 0.2, 1), vehicle, asked.seed)
         measure(Case("highlands, 100 stations", small, 100, 110.0, 0.3), vehicle, asked.seed)
     if asked.only != "highlands":
         folder = asked.graph or kept_region(cache_folder(), LINKS, asked.seed)[1]
         large = load_graph(folder)
         if asked.only == "large":
-            measure(Case("compiling", small, 30, 60.0, 0.2), vehicle, asked.seed)
+            measure(Case("compiling", small, 30, 60.0, 0.2, 1), vehicle, asked.seed)
         name = f"{large.link_count} links, {asked.stations}"
         measure(Case(name, large, asked.stations, asked.km), vehicle, asked.seed)
 
