@@ -29,8 +29,9 @@ LIKELY_FRAC: Final = 0.06  # of the least cost, that a best journey rarely costs
 LIKELY_S: Final = 900.0
 LIKELY_OF_FEW_FRAC: Final = 0.04
 LIKELY_REACH: Final = 0.7  # of what a way takes by the mean of the whole journey, that it takes at least
-LABELS: Final = 256  # after which the searches of bounds end
+LABELS: Final = 64  # after which the searches of bounds end
 FEW_LABELS: Final = 48
+START_LABELS: Final = 256  # of the first, by which a plan may be proven at once
 ROUNDING_FRAC: Final = 1e-9
 ROUNDING_S: Final = 1e-3
 COST_UNIT: Final = 3600.0  # of the objective, that a unit of a search's cost is
@@ -129,7 +130,7 @@ class Corridor:
                         chosen = np.flatnonzero(aside <= COST_UNIT * least + slack)
                     return [spots[k] for k in chosen.tolist()]
 
-                labels = FEW_LABELS if self._thinned else LABELS
+                labels = (FEW_LABELS, FEW_LABELS) if self._thinned else (START_LABELS, LABELS)
                 sharp = COST_UNIT * finder.least_costs(self._mixed, here, near, there, labels)
                 picked = [spots[k] for k in chosen.tolist()]
                 free = np.full(sharp.size, -math.inf)

@@ -244,17 +244,22 @@ class LegFinder:
         return found
 
     def least_costs(
-        self, weights: Weights, first: Place, others: Callable[[float], Sequence[Place]], goal: Place, labels: int
+        self,
+        weights: Weights,
+        first: Place,
+        others: Callable[[float], Sequence[Place]],
+        goal: Place,
+        labels: tuple[int, int],
     ) -> NDArray[np.float64]:
         """No way from a first source and from others, given what is found for the first, to a place costs less.
 
-        float64 (n,).
+        labels: after which the search from the first, and those from others, end. float64 (n,).
         """
         if weights.energy == weights.time == 0.0:
             return np.zeros(1 + len(others(0.0)))
         with search_back(self.space, self._store.search.pool, weights, first, goal) as back:
-            least = back.least_costs([first], labels)
-            return np.concatenate((least, back.least_costs(others(float(least[0])), labels)))
+            least = back.least_costs([first], labels[0])
+            return np.concatenate((least, back.least_costs(others(float(least[0])), labels[1])))
 
     def straight_costs(self, weights: Weights, places: Sequence[Place], there: Place) -> NDArray[np.float64]:
         """No way between places and another one costs less, by the straight line alone, but for what height stores."""
