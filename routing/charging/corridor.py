@@ -85,6 +85,9 @@ class Corridor:
         self.near = np.ones((self._stages, len(sites)), np.bool_)
         self.only_onward = False
         self._below, self._reached = math.inf, np.full(self.near.shape, -math.inf)  # at least, before each station
+        self._halts = False  # whether journeys may halt where nothing is charged
+        self._tails = [0.0] * self._stages  # mixed cost of what is behind each stage
+        self._over = np.full((self._stages, len(finders), len(sites)), -math.inf)  # from its beginning on, at least
         self._few: NDArray[np.bool_] | None = None  # chosen on a large graph, where only those along the way are known
         along = self._look_along() if thinned else None
         self.least_cost = self._look_ahead() if along is None else along
@@ -112,6 +115,7 @@ class Corridor:
                 seconds, gain_j = self._stays[stage]
                 ahead += second * seconds
                 mixed += second * seconds - self._a_joule * gain_j
+            self._tails[stage] = mixed
             rows = self._number[1 + stage * len(spots) : 1 + (stage + 1) * len(spots)]
             rows[:, kernels.AHEAD_A_JOULE] = self._a_joule
             rows[:, kernels.AHEAD], rows[:, kernels.AHEAD_MIX] = math.inf, math.inf
@@ -212,7 +216,10 @@ class Corridor:
             chosen = chosen[np.argsort(-ahead, kind="stable")]  # a search back is led to the first, the farthest one
             spots = [self._sites[k].station.position for k in chosen.tolist()]
             for finder in self._finders if spots else ():
-                finder.find_onward(spots, self._places[stage + 1], weightings)
+                if self._thinned:
+                    finder.find_onward(spots, self._places[stage + 1], weightings)
+                else:
+                    finder.find_through(self._places[stage], spots, self._places[stage + 1], weightings)
         return changed
 
     def longest_s(self, here: int, there: int, cap: int, cost: float) -> float:
@@ -274,6 +281,7 @@ class Corridor:
         rows = self._number[1 : 1 + bounds.ahead.size]
         rows[:, kernels.AHEAD], rows[:, kernels.AHEAD_MIX] = -math.inf, bounds.ahead.ravel()
         self.least_cost, self.near = bounds.least_cost, bounds.through <= cost
+        self._halts = True
         return True
 
     def _chosen(self, cost: float) -> NDArray[np.bool_]:
@@ -296,10 +304,10 @@ class Corridor:
     def targets(self, stage: int, here: int | None) -> NDArray[np.bool_]:
         """Stations that ways from one, or from the place before the stage, may lead to, bool (sites,).
 
-        Where stops cost more than their joules, not those that no journey over both costs so little over.
+        Not those that no journey over both costs so little over, where that is known.
         """
         near: NDArray[np.bool_] = self.near[stage].copy()
-        if here is None or not self._excess.any() or self._below == math.inf:
+        if here is None or self._halts or self._below == math.inf or self._reached[stage, here] == -math.inf:
             return near
         chosen = np.flatnonzero(near)
         spots, place = [self._sites[k].station.position for k in chosen.tolist()], self._sites[here].station.position
@@ -323,14 +331,22 @@ class Corridor:
             here, there = self._places[stage], self._places[stage + 1]
             onward, reached = math.inf, np.full(len(spots), math.inf)
             ahead = self._number[1 + stage * len(spots) : 1 + (stage + 1) * len(spots), kernels.AHEAD_MIX]
-            for finder in self._finders:
+            for finder, over in zip(self._finders, self._over[stage], strict=True):
                 least = self._straight(finder, spots, here, to=False)
-                chosen = np.flatnonzero(so_far + least + ahead <= cost)
+                chosen = np.flatnonzero(so_far + np.maximum(least + ahead, over) <= cost)
+                if not self._thinned:
+                    places = [spots[k] for k in chosen.tolist()]
+                    most = cost - so_far - self._tails[stage]
+                    left_out = finder.find_over(self._mixed, here, places, there, most / COST_UNIT)
+                    if left_out < math.inf:
+                        known = np.array([pair is not None for pair in finder.known_pairs(here, places)], np.bool_)
+                        over[chosen[~known]] = self._tails[stage] + COST_UNIT * left_out
+                        chosen = chosen[known]
                 pairs = finder.pairs(here, [*(spots[k] for k in chosen.tolist()), there], (self._mixed,))
                 costs = COST_UNIT * np.array([pair.least_cost(self._mixed) for pair in pairs])
                 least[chosen] = costs[:-1]
                 reached = np.minimum(reached, so_far + least)
-                through[stage] = np.minimum(through[stage], so_far + least + ahead)
+                through[stage] = np.minimum(through[stage], so_far + np.maximum(least + ahead, over))
                 onward = min(onward, float(costs[-1]))
                 way = pairs[-1].ways[0] if pairs[-1].ways else None
                 if way is not None and costs[-1] > 0.0:

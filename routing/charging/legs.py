@@ -181,6 +181,51 @@ class LegFinder:
                 with self.search_back(weights, missing[0][0], there) as back:
                     self.learn_to(back, weights, here, there)
 
+    def find_through(
+        self, here: Place, spots: Sequence[Place], there: Place, weightings: Sequence[Weights] | None = None
+    ) -> None:
+        """Learn the best ways from a place to each of many and to a last one, and from each of them on to that.
+
+        By searches that share one search back a weighting; where none directs them ways from the place are left out.
+        """
+        targets = [] if same_place(here, there) else [*spots, there]
+        for weights in self._weightings if weightings is None else weightings:
+            before = self._unknown([(here, target) for target in targets], weights)
+            onward = self._unknown([(spot, there) for spot in spots], weights)
+            if before or onward:
+                with self.search_back(weights, here if before else onward[0][0], there) as back:
+                    if before and back.is_directed:
+                        missing = [target for _, target in before]
+                        _, paths = back.on_the_way(here, missing, _never, lambda costs: range(costs.size))
+                        self.learn(weights, {(here, target): paths.get(k) for k, target in enumerate(missing)})
+                    self.learn_to(back, weights, spots, there)
+
+    def find_over(self, weights: Weights, here: Place, spots: Sequence[Place], there: Place, most: float) -> float:
+        """Learn the best ways from a place to another and to those of many over which ways there may cost so little.
+
+        By one search that is led there. Returns what ways over those that were left out cost at least, inf where none
+        were, or where nothing leads the search and none was made.
+        """
+        missing = [target for _, target in self._unknown([(here, target) for target in (*spots, there)], weights)]
+        if not missing or same_place(here, there):
+            return math.inf
+        met, least_left_out = there not in missing, math.inf
+
+        def is_enough(k: int, _: float, via: float) -> bool:
+            nonlocal met, least_left_out
+            met |= missing[k] == there
+            least_left_out = via if met and via > most else math.inf
+            return least_left_out < math.inf
+
+        with self.search_back(weights, here, there) as back:
+            if not back.is_directed:
+                return math.inf
+            costs, paths = back.on_the_way(here, missing, is_enough, lambda costs: range(costs.size))
+        nowhere = least_left_out == math.inf
+        found = {(here, target): paths.get(k) for k, target in enumerate(missing) if nowhere or costs[k] < math.inf}
+        self.learn(weights, found)
+        return least_left_out
+
     @contextmanager
     def search_back(self, weights: Weights, led_to: Place, there: Place) -> Iterator[SearchBack]:
         """Searches to a place that share one search back, which is led to where the first of them begins."""
@@ -356,6 +401,10 @@ class LegFinder:
 
     def _way(self, path: FoundPath) -> Way:
         return profile_of(path, *self._drives.uncharged(path))
+
+
+def _never(_target: int, _cost: float, _via: float) -> bool:
+    return False
 
 
 def usual_weightings(mixed: Weights, *, bounded: bool) -> tuple[Weights, ...]:
