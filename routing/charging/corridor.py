@@ -87,7 +87,6 @@ class Corridor:
         self._below, self._reached = math.inf, np.full(self.near.shape, -math.inf)  # at least, before each station
         self._halts = False  # whether journeys may halt where nothing is charged
         self._tails = [0.0] * self._stages  # mixed cost of what is behind each stage
-        self._over = np.full((self._stages, len(finders), len(sites)), -math.inf)  # from its beginning on, at least
         self._few: NDArray[np.bool_] | None = None  # chosen on a large graph, where only those along the way are known
         along = self._look_along() if thinned else None
         self.least_cost = self._look_ahead() if along is None else along
@@ -331,17 +330,14 @@ class Corridor:
             here, there = self._places[stage], self._places[stage + 1]
             onward, reached = math.inf, np.full(len(spots), math.inf)
             ahead = self._number[1 + stage * len(spots) : 1 + (stage + 1) * len(spots), kernels.AHEAD_MIX]
-            for finder, over in zip(self._finders, self._over[stage], strict=True):
-                least = self._straight(finder, spots, here, to=False)
-                chosen = np.flatnonzero(so_far + np.maximum(least + ahead, over) <= cost)
+            for finder in self._finders:
+                least, over = self._straight(finder, spots, here, to=False), np.full(len(spots), -math.inf)
+                chosen = np.flatnonzero(so_far + least + ahead <= cost)
                 if not self._thinned:
-                    places = [spots[k] for k in chosen.tolist()]
-                    most = cost - so_far - self._tails[stage]
-                    left_out = finder.find_over(self._mixed, here, places, there, most / COST_UNIT)
-                    if left_out < math.inf:
-                        known = np.array([pair is not None for pair in finder.known_pairs(here, places)], np.bool_)
-                        over[chosen[~known]] = self._tails[stage] + COST_UNIT * left_out
-                        chosen = chosen[known]
+                    places, tail = [spots[k] for k in chosen.tolist()], self._tails[stage]
+                    most = (cost - so_far - tail) / COST_UNIT
+                    over[chosen] = tail + COST_UNIT * finder.find_over(self._mixed, here, places, there, most)
+                    chosen = chosen[so_far + over[chosen] <= cost]
                 pairs = finder.pairs(here, [*(spots[k] for k in chosen.tolist()), there], (self._mixed,))
                 costs = COST_UNIT * np.array([pair.least_cost(self._mixed) for pair in pairs])
                 least[chosen] = costs[:-1]

@@ -7,7 +7,7 @@ import threading
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import TYPE_CHECKING, Final, TypeAlias
+from typing import TYPE_CHECKING, Final, TypeAlias, TypeVar
 
 import numpy as np
 
@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     from routing.search.search_back import SearchBack
     from routing.search.space import SearchSpace
 
+Answer = TypeVar("Answer")
 Place: TypeAlias = "tuple[LinkPosition, ...]"  # on each direction of its road
 
 FEW_TARGETS: Final = 12  # up to which searches directed to each of them take less than one to all
@@ -69,6 +70,7 @@ class LegStore:
         self.search = search
         self._pairs: dict[Hashable, dict[Place, dict[Place, Pair]]] = {}
         self._along: dict[Hashable, dict[Hashable, AlongWay]] = {}
+        self._left_out: dict[Hashable, dict[Hashable, dict[Place, float]]] = {}
         self._held: dict[Hashable, int] = {}
         self._lock = threading.Lock()
 
@@ -103,14 +105,22 @@ class LegStore:
     def put_along(self, space: Hashable, question: Hashable, along: AlongWay) -> None:
         """Keep stations along a way, the latest ones of a space."""
         with self._lock:
-            kept = self._along.setdefault(space, {})
-            kept[question] = along
-            if len(kept) > WAYS_KEPT:
-                del kept[next(iter(kept))]
+            _put_latest(self._along.setdefault(space, {}), question, along)
+
+    def left_out(self, space: Hashable, question: Hashable) -> dict[Place, float]:
+        """What ways over places that a search has left out cost at least, a copy."""
+        with self._lock:
+            return dict(self._left_out.get(space, {}).get(question, {}))
+
+    def put_left_out(self, space: Hashable, question: Hashable, left_out: dict[Place, float]) -> None:
+        """Keep what ways over places cost at least, of the latest searches of a space."""
+        with self._lock:
+            _put_latest(self._left_out.setdefault(space, {}), question, left_out)
 
     def _held_bytes(self, space: Hashable) -> int:
         along = sum(2 * way.least_there.nbytes for way in list(self._along.get(space, {}).values()))
-        return self._held.get(space, 0) + along
+        left_out = sum(100 * len(places) for places in list(self._left_out.get(space, {}).values()))
+        return self._held.get(space, 0) + along + left_out
 
     def forget(self) -> None:
         """Give up all pairs."""
@@ -120,6 +130,7 @@ class LegStore:
         with self._lock:
             self._pairs.pop(space, None)
             self._along.pop(space, None)
+            self._left_out.pop(space, None)
             self._held.pop(space, None)
 
 
@@ -200,15 +211,29 @@ class LegFinder:
                         self.learn(weights, {(here, target): paths.get(k) for k, target in enumerate(missing)})
                     self.learn_to(back, weights, spots, there)
 
-    def find_over(self, weights: Weights, here: Place, spots: Sequence[Place], there: Place, most: float) -> float:
+    def find_over(
+        self, weights: Weights, here: Place, spots: Sequence[Place], there: Place, most: float
+    ) -> NDArray[np.float64]:
         """Learn the best ways from a place to another and to those of many over which ways there may cost so little.
 
-        By one search that is led there. Returns what ways over those that were left out cost at least, inf where none
-        were, or where nothing leads the search and none was made.
+        By one search that is led there. Returns what ways over those that were left out cost at least, float64 (n,),
+        −inf for others, and for all where nothing leads a search.
         """
-        missing = [target for _, target in self._unknown([(here, target) for target in (*spots, there)], weights)]
-        if not missing or same_place(here, there):
-            return math.inf
+        question = weights, here, there
+        left_out = self._store.left_out(self._space_key, question)
+        unknown = self._unknown([(here, target) for target in (*spots, there)], weights)
+        missing = [target for _, target in unknown if left_out.get(target, -math.inf) <= most]
+        if missing and not same_place(here, there):
+            left_out |= self._searched_over(weights, here, missing, there, most)
+            self._store.put_left_out(self._space_key, question, left_out)
+        unknown = self._unknown([(here, spot) for spot in spots], weights)
+        over = {target: left_out.get(target, -math.inf) for _, target in unknown}
+        return np.array([over.get(spot, -math.inf) for spot in spots])
+
+    def _searched_over(
+        self, weights: Weights, here: Place, missing: Sequence[Place], there: Place, most: float
+    ) -> dict[Place, float]:
+        """What ways over those that find_over leaves out cost at least; the best ways to the others are learnt."""
         met, least_left_out = there not in missing, math.inf
 
         def is_enough(k: int, _: float, via: float) -> bool:
@@ -219,12 +244,11 @@ class LegFinder:
 
         with self.search_back(weights, here, there) as back:
             if not back.is_directed:
-                return math.inf
+                return {}
             costs, paths = back.on_the_way(here, missing, is_enough, lambda costs: range(costs.size))
-        nowhere = least_left_out == math.inf
-        found = {(here, target): paths.get(k) for k, target in enumerate(missing) if nowhere or costs[k] < math.inf}
-        self.learn(weights, found)
-        return least_left_out
+        found = [k for k, cost in enumerate(costs.tolist()) if cost < math.inf or least_left_out == math.inf]
+        self.learn(weights, {(here, missing[k]): paths.get(k) for k in found})
+        return {target: least_left_out for k, target in enumerate(missing) if k not in set(found)}
 
     @contextmanager
     def search_back(self, weights: Weights, led_to: Place, there: Place) -> Iterator[SearchBack]:
@@ -401,6 +425,13 @@ class LegFinder:
 
     def _way(self, path: FoundPath) -> Way:
         return profile_of(path, *self._drives.uncharged(path))
+
+
+def _put_latest(kept: dict[Hashable, Answer], question: Hashable, answer: Answer) -> None:
+    """Keep an answer, and no more than the latest ones."""
+    kept[question] = answer
+    if len(kept) > WAYS_KEPT:
+        del kept[next(iter(kept))]
 
 
 def _never(_target: int, _cost: float, _via: float) -> bool:
