@@ -35,12 +35,13 @@ def all_ways(
     goals: Sequence[LinkPosition],
     most_s: float,
     most_j: float,
+    most_stretch_j: float,
     most_labels: int = MOST_LABELS,
 ) -> list[FoundPath] | None:
     """Ways from rest to rest, none as good as another in all that Way tells of it; None where that takes too much room.
 
-    Without those that take more than most_s, or of which a stretch takes more than most_j. Without the battery's
-    limits. Raises TimeUpError, AbandonedError.
+    Without those that take more than most_s or most_j, or of which a stretch takes more than most_stretch_j, and
+    without the battery's limits. Raises TimeUpError, AbandonedError.
     """
     ends = kernels_states.Ends(places_array(starts), places_array(goals))
     sg = states_between(space, ends, links_within(space.arrays, ends, most_s), STATES_A_LINK)
@@ -58,7 +59,9 @@ def all_ways(
     status = kernels.PAUSED
     while status == kernels.PAUSED:
         time_budget().check()
-        status = kernels.explore_ways(sg, least_s, least_j, len(starts), space.physics.cabin_w, most_s, most_j, labels)
+        status = kernels.explore_ways(
+            sg, least_s, least_j, len(starts), space.physics.cabin_w, most_s, most_j, most_stretch_j, labels
+        )
     if status == kernels.FULL:
         return None
     paths = []

@@ -67,13 +67,14 @@ def explore_ways(
     power_w: float,
     most_s: float,
     most_j: float,
+    most_stretch_j: float,
     labels: WayLabels,
 ) -> int:
     """Settle labels by their least time to the goal until none is left.
 
     least_s, least_j: (S,) least time and reduced energy to the goal. power_w: what climate takes all the time. Ways
-    that take more than most_s, or of which a stretch takes more than most_j, are left out. Labels of state GOAL are
-    the ways. Returns FULL where labels have no room, PAUSED after some thousand.
+    that take more than most_s or most_j, or of which a stretch takes more than most_stretch_j, are left out. Labels of
+    state GOAL are the ways. Returns FULL where labels have no room, PAUSED after some thousand.
     """
     row = np.empty(CRITERIA)
     ahead = np.empty(CRITERIA)
@@ -114,10 +115,12 @@ def explore_ways(
             row[NEED] = max(before[NEED], row[ENERGY])
             row[SPILL] = max(before[SPILL] + taken, 0.0)
             row[LONGEST] = max(before[LONGEST], row[SPILL])
-            if row[TIME] + least_s[to] > most_s or row[LONGEST] > most_j or is_worse(labels, to, row):
+            onward = least_j[to] + goal_j - sg.number[to, POTENTIAL] + power_w * least_s[to]
+            if row[TIME] + least_s[to] > most_s or row[ENERGY] + onward > most_j or row[LONGEST] > most_stretch_j:
+                continue
+            if is_worse(labels, to, row):
                 continue
             if to != GOAL:
-                onward = least_j[to] + goal_j - sg.number[to, POTENTIAL] + power_w * least_s[to]
                 ahead[TIME], ahead[ENERGY] = row[TIME] + least_s[to], row[ENERGY] + onward
                 ahead[NEED], ahead[SPILL] = max(row[NEED], ahead[ENERGY]), max(row[SPILL] + onward, 0.0)
                 ahead[LONGEST] = max(row[LONGEST], ahead[SPILL])

@@ -356,11 +356,13 @@ class LegFinder:
         self.pairs(here, [there], (FASTEST, ECO))
         return not (before.holds(FASTEST) and before.holds(ECO))
 
-    def refined(self, here: Place, there: Place, bound: Way, most_s: float, most_j: float) -> bool:
+    def refined(
+        self, here: Place, there: Place, bound: Way, most_s: float, most_j: float, most_stretch_j: float
+    ) -> bool:
         """Learn more of ways between two places near a bound; whether there was anything to be learnt.
 
-        By a search between its neighbours, or by comparing all ways that take no longer than most_s, of which no
-        stretch takes more than most_j.
+        By a search between its neighbours, or by comparing all ways that take no more than most_s and most_j, of which
+        no stretch takes more than most_stretch_j.
         """
         (pair,) = self.pairs(here, [there], ())
         weights = pair.chord_at(bound)
@@ -370,15 +372,19 @@ class LegFinder:
                 return False
             ways = undominated([*pair.ways, self._way(path)])
             pair = replace(pair, ways=ways, lines=(*pair.lines, Line.of(weights, path.cost)))
-        elif pair.is_whole(most_s) or pair.given_up or not all_ways_are_comparable(self.space):
+        elif pair.is_whole(most_s, most_j) or pair.given_up or not all_ways_are_comparable(self.space):
             return False
         else:
             self._counts.compared += 1
             self._counts.labels += COMPARISON
-            paths = all_ways(self.space, here, there, most_s, most_j)
+            if pair.whole_s > 0.0:
+                most_s, most_j = max(most_s, pair.whole_s), max(most_j, pair.whole_j)
+            paths = all_ways(self.space, here, there, most_s, most_j, most_stretch_j)
             ways = undominated([*pair.ways, *(self._way(path) for path in paths or ())])
-            whole_s = pair.whole_s if paths is None else most_s
-            pair = replace(pair, ways=ways, whole_s=whole_s, given_up=paths is None)
+            if paths is None:
+                pair = replace(pair, given_up=True)
+            else:
+                pair = replace(pair, ways=ways, whole_s=most_s, whole_j=most_j)
         self._store.put(self._space_key, {(here, there): pair})
         return True
 

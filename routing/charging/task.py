@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from routing.weights import Weights
 
 SAME_FRAC: Final = 1e-9
+ROUNDING_J: Final = 1.0  # by which what a charge suffices for is exceeded
 PROVEN_FRAC: Final = 1e-8  # of the cost, below which a bound meets a plan
 ROUNDS: Final = 500  # of refinement at most
 MORE_LIKELY: Final = 3.0
@@ -744,10 +745,18 @@ class Task:
                     self._finders[part.cap],
                     self._corridor.longest_s(part.here, part.there, part.cap, cost),
                 )
-                if finder.refined(here, there, part.way, most_s, self.capacity_j - self.reserve_j):
+                most_j, stretch_j = self._most_j(part), self.capacity_j - self.reserve_j
+                if finder.refined(here, there, part.way, most_s, most_j, stretch_j):
                     learnt = True
                     self._forget(part.here)
         return learnt
+
+    def _most_j(self, part: Part) -> float:
+        """More than the charge at the start lets a way from there take [J]; inf elsewhere."""
+        if part.here != 0:
+            return math.inf
+        least_j = self.reserve_j if part.there < 0 else self.least_j(part.there)
+        return max(self._start_j - least_j, 0.0) + ROUNDING_J
 
     def shortage(self) -> Shortage:
         """Where journeys end that do not come to the goal, after a search that found none."""

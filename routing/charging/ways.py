@@ -129,14 +129,15 @@ class Line:
 class Pair:
     """Ways between two places that are known, and what is proven of all others.
 
-    ways: none as good as another one in time, energy, need, spill and longest. lines: of searches. whole_s: all ways
-    that take no longer are among them or no better than one of them. given_up: whether comparing all ways
-    took too much room.
+    ways: none as good as another one in time, energy, need, spill and longest. lines: of searches. whole_s, whole_j:
+    all ways that take no longer, and no more energy, are among them or no better than one of them. given_up: whether
+    comparing all ways took too much room.
     """
 
     ways: tuple[Way, ...]
     lines: tuple[Line, ...]
     whole_s: float = 0.0
+    whole_j: float = math.inf
     given_up: bool = False
 
     @property
@@ -146,29 +147,35 @@ class Pair:
 
     def holds(self, weights: Weights) -> bool:
         """Whether the best way by weights is among those known."""
-        return self.whole_s == math.inf or any(line.is_of(weights) for line in self.lines)
+        return self.is_all or any(line.is_of(weights) for line in self.lines)
 
     def best(self, weights: Weights) -> Way | None:
         """The known way that costs least by weights."""
         a_second, a_joule = weights.time / SECOND_PER_HOUR, weights.energy / JOULE_PER_KWH
         return min(self.ways, key=lambda way: a_second * way.time_s + a_joule * way.energy_j, default=None)
 
-    def is_whole(self, most_s: float) -> bool:
-        """Whether all ways that take no longer are known, or some where nothing says how far to compare on."""
-        return self.whole_s >= most_s or (most_s == math.inf and self.whole_s > 0.0)
+    @property
+    def is_all(self) -> bool:
+        """Whether all ways are known."""
+        return self.whole_s == self.whole_j == math.inf
+
+    def is_whole(self, most_s: float, most_j: float) -> bool:
+        """Whether all ways that take no more are known, or some where nothing says how far to compare on."""
+        is_whole = self.whole_s >= most_s or (most_s == math.inf and self.whole_s > 0.0)
+        return is_whole and self.whole_j >= most_j
 
     def least_cost(self, weights: Weights) -> float:
         """No way costs less by weights; inf where there is no way, −inf where nothing is known by these weights."""
         if not self.ways:
             return math.inf
-        if self.whole_s == math.inf:
+        if self.is_all:
             unit = Line.of(weights, 0.0)
             return min(unit.a_second * way.time_s + unit.a_joule * way.energy_j for way in self.ways)
         return max((line.cost for line in self.lines if line.is_of(weights)), default=-math.inf)
 
     def bounds(self) -> tuple[Way, ...]:
         """Bounds such that every way is one of ways or no better than one of ways or bounds, up to rounding."""
-        if not self.ways or self.whole_s == math.inf:
+        if not self.ways or self.is_all:
             return ()
         front = front_of([(way.time_s, way.energy_j) for way in self.ways])
         # a way with the time and energy of a known one, of which less is needed on the way
@@ -182,12 +189,13 @@ class Pair:
         between: list[tuple[float, float]] = []
         for (before_s, before_j), (after_s, _) in pairwise(edges):
             between += self._between(before_s, before_j, after_s)
+        found = [way for way in found if way.time_s > self.whole_s or way.energy_j > self.whole_j]
+        if 0.0 < self.whole_s < math.inf:  # slower ways than those that were compared, of which less may be needed
+            found.append(bound_of(self.whole_s, self._least_j(math.inf)))
+        if self.whole_j < math.inf:  # as well as such that take more
+            found.append(bound_of(self._least_s(math.inf), self.whole_j))
         slow = front_of([(max(time_s, self.whole_s), energy_j) for time_s, energy_j in between])
-        found = [way for way in found if way.time_s > self.whole_s] + (
-            # slower ways than those that were compared, of which less may be needed on the way
-            [bound_of(self.whole_s, self._least_j(math.inf))] if self.whole_s > 0.0 else []
-        )
-        return (*found, *(bound_of(*point) for point in slow))
+        return (*found, *(bound_of(*point) for point in slow if point[0] < math.inf))
 
     def chord_at(self, bound: Way) -> Weights | None:
         """The weighting in which the two known ways beside a bound are equal; None where it is known already."""

@@ -50,7 +50,7 @@ def test_refining_ends_with_all_ways(seed: int) -> None:
     finder = finder_of(world)
     (pair,) = finder.pairs(here, [there])
     while pair.bounds():
-        assert finder.refined(here, there, pair.bounds()[0], math.inf, world.capacity_j * 100.0)
+        assert finder.refined(here, there, pair.bounds()[0], math.inf, math.inf, world.capacity_j * 100.0)
         (pair,) = finder.pairs(here, [there])
     found = sorted(takes(way) for way in pair.ways)
     expected = sorted(trail.takes for trail in trails(world, here, there))
@@ -66,7 +66,7 @@ def test_ways_that_were_compared_up_to_a_time_are_compared_on_where_more_is_aske
     trails_there = sorted(trail.takes for trail in trails(world, here, there))
     for most_s in (1.1 * trails_there[0][0], 2.0 * trails_there[-1][0]):
         while any(
-            finder.refined(here, there, bound, most_s, world.capacity_j * 100.0)
+            finder.refined(here, there, bound, most_s, math.inf, world.capacity_j * 100.0)
             for bound in finder.pairs(here, [there])[0].bounds()
         ):
             pass
@@ -74,6 +74,31 @@ def test_ways_that_were_compared_up_to_a_time_are_compared_on_where_more_is_aske
         found = [takes(way) for way in pair.ways]
         for trail in (trail for trail in trails_there if trail[0] <= most_s):
             assert any(np.allclose(way, trail, rtol=1e-9, atol=1e-3) for way in found)
+    assert len(pair.ways) == len(trails_there)
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_ways_that_were_compared_up_to_an_energy_are_bounded_beyond_it_and_compared_on(seed: int) -> None:
+    world = drawn_world(seed)
+    here, there = world.places[0], world.places[-1]
+    finder = finder_of(world)
+    trails_there = [trail.takes for trail in trails(world, here, there)]
+    energies = sorted(trail[1] for trail in trails_there)
+    for most_j in (0.5 * (energies[0] + energies[-1]), energies[-1] + 1.0):
+        while any(
+            finder.refined(here, there, bound, math.inf, most_j, world.capacity_j * 100.0)
+            for bound in finder.pairs(here, [there])[0].bounds()
+        ):
+            pass
+        (pair,) = finder.pairs(here, [there])
+        ways, bounds = [takes(way) for way in pair.ways], [takes(bound) for bound in pair.bounds()]
+        for trail in trails_there:
+            if trail[1] <= most_j:
+                assert any(np.allclose(way, trail, rtol=1e-9, atol=1e-3) for way in ways)
+            assert any(
+                all(a <= b + NOISE * abs(b) + 1e-3 for a, b in zip(known, trail, strict=True))
+                for known in (*ways, *bounds)
+            )
     assert len(pair.ways) == len(trails_there)
 
 
