@@ -315,11 +315,14 @@ class Corridor:
         near[chosen] = self._reached[stage, here] + self._excess[here] + ways + ahead <= self._below
         return near
 
-    def leads_on(self, stage: int, here: int, there: int) -> bool:
-        """Whether one station is farther from the next via point or goal than another, and likely within a charge."""
-        rows = self._number[1 + stage * len(self._sites) : 1 + (stage + 1) * len(self._sites)]
-        onward = float(rows[here, kernels.AHEAD_MIX] - rows[there, kernels.AHEAD_MIX])
-        return onward > 0.0 and onward * self._joule_a_cost * LIKELY_REACH < self._charges.capacity_j
+    def leads_on(self, stage: int, here: int, there: NDArray[np.int64]) -> NDArray[np.bool_]:
+        """Whether a station is farther from the next via point or goal than others, and likely within a charge."""
+        ahead = self._number[1 + stage * len(self._sites) : 1 + (stage + 1) * len(self._sites), kernels.AHEAD_MIX]
+        onward = ahead[here] - ahead[there]
+        found: NDArray[np.bool_] = (onward > 0.0) & (
+            onward * self._joule_a_cost * LIKELY_REACH < self._charges.capacity_j
+        )
+        return found
 
     def _through(self, cost: float) -> NDArray[np.float64]:
         """The least that a journey over a station costs, float64 (stages, sites); less than that only above a cost."""

@@ -6,7 +6,7 @@ import math
 import threading
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import TYPE_CHECKING, Final, TypeAlias, TypeVar
 
 import numpy as np
@@ -71,6 +71,7 @@ class LegStore:
         self._pairs: dict[Hashable, dict[Place, dict[Place, Pair]]] = {}
         self._along: dict[Hashable, dict[Hashable, AlongWay]] = {}
         self._left_out: dict[Hashable, dict[Hashable, dict[Place, float]]] = {}
+        self._rows: dict[Hashable, dict[Hashable, list[Pair]]] = {}
         self._held: dict[Hashable, int] = {}
         self._lock = threading.Lock()
 
@@ -95,7 +96,18 @@ class LegStore:
                 more += pair.held_bytes - (0 if before is None else before.held_bytes)
                 kept[there] = pair
             self._held[space] = self._held.get(space, 0) + more
+            self._rows.pop(space, None)
         self.search.budget.used(self, space, "legs", partial(self._held_bytes, space), partial(self._drop, space))
+
+    def row(self, space: Hashable, question: Hashable) -> list[Pair] | None:
+        """Pairs from a place as they were guessed since pairs were put last, None where they were not."""
+        with self._lock:
+            return self._rows.get(space, {}).get(question)
+
+    def put_row(self, space: Hashable, question: Hashable, row: list[Pair]) -> None:
+        """Keep pairs from a place, guesses among them, until pairs are put."""
+        with self._lock:
+            self._rows.setdefault(space, {})[question] = row
 
     def along(self, space: Hashable, question: Hashable) -> AlongWay | None:
         """Stations along a way, None where they are not known."""
@@ -120,7 +132,8 @@ class LegStore:
     def _held_bytes(self, space: Hashable) -> int:
         along = sum(2 * way.least_there.nbytes for way in list(self._along.get(space, {}).values()))
         left_out = sum(100 * len(places) for places in list(self._left_out.get(space, {}).values()))
-        return self._held.get(space, 0) + along + left_out
+        rows = sum(sum(pair.held_bytes for pair in row) for row in list(self._rows.get(space, {}).values()))
+        return self._held.get(space, 0) + along + left_out + rows
 
     def forget(self) -> None:
         """Give up all pairs."""
@@ -131,6 +144,7 @@ class LegStore:
             self._pairs.pop(space, None)
             self._along.pop(space, None)
             self._left_out.pop(space, None)
+            self._rows.pop(space, None)
             self._held.pop(space, None)
 
 
@@ -151,7 +165,10 @@ class LegFinder:
         self.space: SearchSpace = store.search.space_of(query, query.vehicle)
         self._store, self._query, self._weightings, self._counts = store, query, tuple(weightings), counts
         self._space_key = store.search.space_key(query, query.vehicle)
-        self._drives = PathDrives(store.search.graph, self.space, query)
+
+    @cached_property
+    def _drives(self) -> PathDrives:
+        return PathDrives(self._store.search.graph, self.space, self._query)
 
     def pairs(self, here: Place, there: Sequence[Place], weightings: Sequence[Weights] | None = None) -> list[Pair]:
         """Ways from one place to each of others, by some weightings at least, by default by all of the finder.
@@ -180,6 +197,17 @@ class LegFinder:
         weights = self._weightings[0]
         pairs = [STAY if same_place(here, place) else self._store.pair(self._space_key, here, place) for place in there]
         return [pair if pair is not None and pair.holds(weights) else None for pair in pairs]
+
+    def guessed(self, question: Hashable, guess: Callable[[], list[Pair]]) -> list[Pair]:
+        """Pairs from a place as they are guessed from what is known, kept until more is known.
+
+        question: what they depend on beside that.
+        """
+        row = self._store.row(self._space_key, question)
+        if row is None:
+            row = guess()
+            self._store.put_row(self._space_key, question, row)
+        return row
 
     def find_onward(self, here: Sequence[Place], there: Place, weightings: Sequence[Weights] | None = None) -> None:
         """Learn the best ways from each of many places to one of which no way is known by some weightings.

@@ -160,18 +160,18 @@ class Task:
         number[:, kernels.CURVE] = -1.0
         number[:, kernels.LEAST_J] = charging.arrive_soc_frac * capacity_j
         number[self.goal, kernels.LEAST_J] = self._goal_least_j()
-        opening_first, opening = [0, 0], []
-        for place in range(1, self.goal):
-            site = self.site_at(place)
-            number[place, kernels.CURVE] = self._kind[id(site.curve)]
-            number[place, kernels.A_SECOND], number[place, kernels.A_JOULE] = site.a_second, site.a_joule
-            number[place, kernels.STOP_COST], number[place, kernels.STOP_S] = site.stop_cost, charging.overhead_s
-            number[place, kernels.CAP] = charging.max_soc_frac * capacity_j
-            hours = None
-            if charging.departure_min is not None:
-                hours = open_times(site.station.opening_hours, charging.departure)
-            opening += [(begin * SECOND_PER_MINUTE, end * SECOND_PER_MINUTE) for begin, end in hours or ()]
-            opening_first.append(len(opening))
+        columns = [kernels.CURVE, kernels.A_SECOND, kernels.A_JOULE, kernels.STOP_COST]
+        rows = [(self._kind[id(site.curve)], site.a_second, site.a_joule, site.stop_cost) for site in self.sites]
+        if rows:
+            number[1 : self.goal, columns] = np.tile(np.array(rows), (self._stages, 1))
+        number[1 : self.goal, kernels.STOP_S] = charging.overhead_s
+        number[1 : self.goal, kernels.CAP] = charging.max_soc_frac * capacity_j
+        opening_first, opening = [0] * (self.goal + 1), []
+        if charging.departure_min is not None:
+            for place in range(1, self.goal):
+                hours = open_times(self.site_at(place).station.opening_hours, charging.departure)
+                opening += [(begin * SECOND_PER_MINUTE, end * SECOND_PER_MINUTE) for begin, end in hours or ()]
+                opening_first[place + 1] = len(opening)
         opening_first.append(len(opening))
         return Stops(
             number,
@@ -319,10 +319,11 @@ class Task:
         first = 1 + stage * len(self.sites)
         last = stage == self._stages - 1
         near = self._near(place)
-        targets = [first + int(k) for k in np.flatnonzero(near[stage]) if first + k != place]
+        others = np.flatnonzero(near[stage])
+        others = others[others != place - first]
         if self._corridor.only_onward and place > 0:
-            here_idx = (place - 1) % len(self.sites)
-            targets = [to for to in targets if self._corridor.leads_on(stage, here_idx, to - first)]
+            others = others[self._corridor.leads_on(stage, (place - 1) % len(self.sites), others)]
+        targets = (first + others).tolist()
         onward = self.goal if last else -1 - stage
         targets.append(onward)
         if place >= 0:
@@ -352,6 +353,17 @@ class Task:
         here = self.position(place)
         if place <= 0 or not self._corridor.only_onward:
             return finder.pairs(here, spots, self._weightings)
+        if self._learnt:  # of which pairs are not guessed any more
+            return self._guessed_from(place, targets, spots, finder)
+        stage = self._stage(place)
+        question = here, tuple(spots), self.places[stage], self.places[stage + 1], self._mixed[0], targets[-1] < 0
+        return finder.guessed(question, lambda: self._guessed_from(place, targets, spots, finder))
+
+    def _guessed_from(
+        self, place: int, targets: Sequence[int], spots: Sequence[Place], finder: LegFinder
+    ) -> list[Pair]:
+        """As _pairs_from, where few stations are looked at."""
+        here = self.position(place)
         pairs = finder.known_pairs(here, spots)
         from_start, to_goal = self._end_ways(place, finder)
         for k, pair in enumerate(pairs):
