@@ -139,11 +139,12 @@ class Pair:
     whole_s: float = 0.0
     whole_j: float = math.inf
     given_up: bool = False
+    _bounds: list[tuple[Way, ...]] = field(default_factory=list, init=False, repr=False)  # once they are asked for
 
     @property
     def held_bytes(self) -> int:
         """Memory of it [B]."""
-        return 200 + sum(way.held_bytes for way in self.ways) + 100 * len(self.lines)
+        return 1000 + sum(way.held_bytes for way in self.ways) + 100 * len(self.lines)
 
     def holds(self, weights: Weights) -> bool:
         """Whether the best way by weights is among those known."""
@@ -175,6 +176,11 @@ class Pair:
 
     def bounds(self) -> tuple[Way, ...]:
         """Bounds such that every way is one of ways or no better than one of ways or bounds, up to rounding."""
+        if not self._bounds:
+            self._bounds.append(self._made_bounds())
+        return self._bounds[0]
+
+    def _made_bounds(self) -> tuple[Way, ...]:
         if not self.ways or self.is_all:
             return ()
         front = front_of([(way.time_s, way.energy_j) for way in self.ways])
