@@ -41,6 +41,7 @@ Place: TypeAlias = "tuple[LinkPosition, ...]"  # on each direction of its road
 
 FEW_TARGETS: Final = 12  # up to which searches directed to each of them take less than one to all
 COMPARISON: Final = 100_000  # labels of a search that take about as long as comparing all ways of a pair
+ROWS_KEPT: Final = 512  # of guesses from a place, of which a question has some tens
 WAYS_KEPT: Final = 32  # whose stations along them are kept for a vehicle and its conditions
 STAY: Final = Pair((Way(0.0, 0.0, 0.0, 0.0, 0.0),), (), math.inf)
 NOWHERE: Final = Pair((), (), math.inf)
@@ -107,7 +108,7 @@ class LegStore:
     def put_row(self, space: Hashable, question: Hashable, row: list[Pair]) -> None:
         """Keep pairs from a place, guesses among them, until pairs are put."""
         with self._lock:
-            self._rows.setdefault(space, {})[question] = row
+            _put_latest(self._rows.setdefault(space, {}), question, row, ROWS_KEPT)
 
     def along(self, space: Hashable, question: Hashable) -> AlongWay | None:
         """Stations along a way, None where they are not known."""
@@ -461,10 +462,10 @@ class LegFinder:
         return profile_of(path, *self._drives.uncharged(path))
 
 
-def _put_latest(kept: dict[Hashable, Answer], question: Hashable, answer: Answer) -> None:
+def _put_latest(kept: dict[Hashable, Answer], question: Hashable, answer: Answer, most: int = WAYS_KEPT) -> None:
     """Keep an answer, and no more than the latest ones."""
     kept[question] = answer
-    if len(kept) > WAYS_KEPT:
+    if len(kept) > most:
         del kept[next(iter(kept))]
 
 
