@@ -11,7 +11,8 @@ import numpy as np
 
 from energy.units import JOULE_PER_KWH, SECOND_PER_HOUR
 from routing.charging import kernels_plan as kernels
-from routing.charging.halts import Course, halt_bounds
+from routing.charging.halts import Course, HaltBounds, PlaceBounds, halt_bounds
+from routing.charging.sites import charging_costs
 from routing.charging.stretches import A_STRETCH, STRETCHES
 from routing.route.via import same_place
 from routing.weights import ECO, FASTEST, Weights
@@ -32,6 +33,8 @@ LIKELY_REACH: Final = 0.7  # of what a way takes by the mean of the whole journe
 LABELS: Final = 64  # after which the searches of bounds end
 FEW_LABELS: Final = 48
 START_LABELS: Final = 256  # of the first, by which a plan may be proven at once
+SAVED_FRAC: Final = 0.5  # of the energy of the greatest speed, that a halt saves at most; assumed
+HARD_MPS2: Final = 2.0  # as which a halt slows down and speeds up at most; assumed
 ROUNDING_FRAC: Final = 1e-9
 ROUNDING_S: Final = 1e-3
 COST_UNIT: Final = 3600.0  # of the objective, that a unit of a search's cost is
@@ -80,10 +83,12 @@ class Corridor:
         self._a_joule, self._excess = dearness.a_joule, dearness.excess
         self._number, self._stays, self._charges, self._thinned = number, stays, charges, thinned
         self._stages = len(places) - 1
+        self.halts_count = self._may_halt()
         self._mixed = mixed_weights(worth, self._a_joule)
         self._joule_a_cost = 0.0  # what ways take, of the mixed cost
         self.near = np.ones((self._stages, len(sites)), np.bool_)
         self.only_onward = False
+        self._halt_bounds: HaltBounds | None = None
         self._below, self._reached = math.inf, np.full(self.near.shape, -math.inf)  # at least, before each station
         self._halts = False  # whether journeys may halt where nothing is charged
         self._tails = [0.0] * self._stages  # mixed cost of what is behind each stage
@@ -97,6 +102,17 @@ class Corridor:
         if self._excess.any():
             return self.least_cost + float(self._excess.min()) + LIKELY_OF_FEW_FRAC * abs(self.least_cost)
         return self.least_cost + self._likely(self.least_cost)
+
+    def _may_halt(self) -> bool:
+        """Whether a halt where nothing is charged may save more than it costs, so that bounds are to hold for halts.
+
+        By half of the energy of the greatest speed at most (assumed), since on both sides of a crest what speed takes
+        is drive and recuperation, with their losses. Slowing down and speeding up take their time.
+        """
+        top_mps = float(self._finders[0].space.arrays.speed_limit_mps.max())
+        saved_j = SAVED_FRAC * self._finders[0].space.half_inertia_kg * top_mps**2
+        saved = saved_j * (self._worth.a_joule + self._a_joule) - self._worth.a_second * top_mps / HARD_MPS2
+        return saved > min((site.stop_cost for site in self._sites), default=math.inf)
 
     def _look_ahead(self) -> float:
         """Set what is still to be paid at least from each place; the least that any journey costs.
@@ -227,7 +243,7 @@ class Corridor:
         here, there: as Task numbers them. What is before and behind it costs its least, by time alone and with energy
         at the least that a joule of charge costs; inf where driving less is worth any time.
         """
-        if self._worth.a_joule > 0.0 or self._worth.a_second == 0.0 or cost == math.inf:
+        if self.halts_count or self._worth.a_second == 0.0 or cost == math.inf:
             return math.inf
         second, goal = self._worth.a_second, 1 + self._stages * len(self._sites)
         spots = [
@@ -274,14 +290,34 @@ class Corridor:
         start_cost, goal_cost = -self._a_joule * self._charges.start_j, self._a_joule * self._charges.goal_j
         stays = [self._worth.a_second * seconds - self._a_joule * gain_j for seconds, gain_j in self._stays]
         spots = [site.station.position for site in self._sites]
-        bounds = halt_bounds(Course(self._places, start_cost, goal_cost, stays), spots, least, straight, cost, is_over)
+        course = Course(self._places, start_cost, goal_cost, stays)
+        bounds = halt_bounds(course, spots, least, straight, cost, is_over)
         if bounds is None:
             return False
         rows = self._number[1 : 1 + bounds.ahead.size]
         rows[:, kernels.AHEAD], rows[:, kernels.AHEAD_MIX] = -math.inf, bounds.ahead.ravel()
         self.least_cost, self.near = bounds.least_cost, bounds.through <= cost
         self._halts = True
+        self._halt_bounds = bounds
         return True
+
+    def place_bounds(self) -> PlaceBounds | None:
+        """Bounds of journeys with halts by place, once they are allowed."""
+        if self._halt_bounds is None:
+            return None
+        beyond = []
+        for site in self._sites:
+            charged_j, cost = charging_costs(site, self._charges.capacity_j, 1.0)
+            beyond.append(min(site.stop_cost, float((cost - self._a_joule * charged_j).min())))
+        stop, halt = np.maximum(beyond, 0.0), np.array([site.stop_cost for site in self._sites])
+        never = np.array([math.inf])
+        return PlaceBounds(
+            np.concatenate((never, self._halt_bounds.reached.ravel(), never)),
+            np.concatenate((never, self._halt_bounds.ahead.ravel(), [self._a_joule * self._charges.goal_j])),
+            np.concatenate((never, np.tile(halt, self._stages), never)),
+            np.concatenate((never, np.tile(stop, self._stages), never)),
+            self._a_joule,
+        )
 
     def _chosen(self, cost: float) -> NDArray[np.bool_]:
         """A few stations along the way, or, where none are told, those over which a journey likely costs least."""

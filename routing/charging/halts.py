@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final, TypeAlias
 
 import numpy as np
 
+from routing.charging.ways import joined
 from routing.time_budget import time_budget
 
 if TYPE_CHECKING:
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from routing.charging.legs import Place
+    from routing.charging.network import Arc
+    from routing.charging.ways import Way
 
 
 ROUNDING_FRAC: Final = 1e-12
@@ -37,13 +40,30 @@ class Course:
     stay_costs: Sequence[float]
 
 
+@dataclass(frozen=True, slots=True, eq=False)
+class PlaceBounds:
+    """At least, by place of the station graph, float64 (n,): before it, after it, for a halt there, and for a stop
+    beyond what its charge counts as; a_joule: what a joule of charge counts as.
+    """
+
+    reached: NDArray[np.float64]
+    ahead: NDArray[np.float64]
+    halt: NDArray[np.float64]
+    stop: NDArray[np.float64]
+    a_joule: float
+
+
 @dataclass(frozen=True, slots=True)
 class HaltBounds:
-    """No journey costs less, float64 (stages, sites): from a station on, and over it as a whole; least_cost: any."""
+    """No journey costs less, float64 (stages, sites): from a station on, and over it as a whole; least_cost: any.
+
+    reached: what is before a station, of the same shape.
+    """
 
     ahead: NDArray[np.float64]
     through: NDArray[np.float64]
     least_cost: float
+    reached: NDArray[np.float64]
 
 
 def halt_bounds(
@@ -97,7 +117,66 @@ def halt_bounds(
         onward += stays[stage]
         ahead[stage] = _relaxed(to_next[:, stage] + onward, between.T)
         onward = min(float(first[stage][-1]) + onward, float((first[stage][:-1] + ahead[stage]).min(initial=math.inf)))
-    return HaltBounds(ahead, reached + ahead, course.start_cost + onward)
+    return HaltBounds(ahead, reached + ahead, course.start_cost + onward, reached)
+
+
+def charged_halts_cost(
+    places: Sequence[int],
+    arcs_of: Callable[[int], Sequence[Arc]],
+    margin_j: Callable[[Arc], float],
+    bounds: PlaceBounds,
+    halt_way: Way,
+    least_j: Callable[[int, Way], float],
+    most_j: float,
+    cost: float,
+) -> float:
+    """No journey costs less, of those below a cost, that halts after a charge where a way past serves worse.
+
+    Of such journeys the charge ahead of the halt may be none that a search tries. places: stations, where such a halt
+    may follow; arcs_of: all that are known or bounds. halt_way: a halt as a profile of the battery. least_j: charge
+    that a way to a place begins with at least, of most_j after a stop [J].
+    """
+    found = math.inf
+    for place in places:
+        stopped = bounds.reached[place] + bounds.stop[place]
+        if stopped + bounds.ahead[place] >= min(found, cost):
+            continue
+        past = arcs_of(place)
+        for arc in past:
+            halted = stopped + arc.cost + bounds.a_joule * arc.way.energy_j + bounds.halt[arc.to]
+            if not halted + bounds.ahead[arc.to] < min(found, cost) or math.isinf(bounds.halt[arc.to]):
+                continue
+            for onward in arcs_of(arc.to):
+                over = halted + onward.cost + bounds.a_joule * onward.way.energy_j + bounds.ahead[onward.to]
+                if over >= min(found, cost):
+                    continue
+                way = joined(joined(arc.way, halt_way), onward.way)
+                kept_j = margin_j(arc) + margin_j(onward)
+                if least_j(onward.to, way) > most_j:
+                    continue
+                if onward.to == place and way.energy_j >= 0.0:
+                    continue  # as well not left
+                paid = arc.cost + bounds.halt[arc.to] + onward.cost
+                if not any(
+                    other.to == onward.to
+                    and other.cost <= paid
+                    and margin_j(other) <= kept_j
+                    and _serves(other.way, way)
+                    for other in past
+                ):
+                    found = float(over)
+    return found
+
+
+def _serves(way: Way, other: Way) -> bool:
+    """Whether a known way takes no more of the battery than another one, whatever the charge."""
+    return (
+        not way.is_bound
+        and way.energy_j <= other.energy_j
+        and way.need_j <= other.need_j
+        and way.spill_j <= other.spill_j
+        and way.longest_j <= other.longest_j
+    )
 
 
 def _relaxed(cost: NDArray[np.float64], between: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -18,6 +18,7 @@ from routing.charging.choice import onward
 from routing.charging.choice.choice import StationChoice
 from routing.charging.choice.onward import Onward, OnwardFinder
 from routing.charging.corridor import FEW_SITES, Charges, Corridor, Dearness, mixed_weights
+from routing.charging.halts import charged_halts_cost
 from routing.charging.kernels_plan import Rules, Stops
 from routing.charging.legs import STAY, LegCounts, LegFinder, LegStore, usual_weightings
 from routing.charging.margins import Margins
@@ -679,12 +680,18 @@ class Task:
         best, proof = self._proven(best)
         if best is None:
             return best, proof
-        cost = best[-1].cost
+        cost, halts_count = best[-1].cost, self._corridor.halts_count
         if proof.short_by is not None and cost - self.stop_cost < proof.short_by and self.least_stops() > 0:
             proof = replace(proof, short_by=max(cost - self.stop_cost, 0.0))
-        if self.beyond_cost >= cost - PROVEN_FRAC * abs(cost):
+        if proof.short_by is not None and halts_count and not self._is_least(best):
+            halted_cost = self._charged_halts_cost(cost - max(proof.short_by, PROVEN_FRAC * abs(cost)))
+            if math.isfinite(halted_cost):
+                proof = Proof(
+                    cost - halted_cost, "not all charges ahead of halts at which nothing is charged were compared"
+                )
+        if self.beyond_cost >= cost - PROVEN_FRAC * abs(cost) and not (halts_count and math.isfinite(self.beyond_cost)):
             return best, proof
-        if self._worth.a_joule > 0.0:
+        if halts_count:
             return best, Proof(None, "halts were not looked at over all of very many stations")
         short_by = cost - self.beyond_cost
         if proof.short_by is not None and short_by > proof.short_by:
@@ -699,7 +706,7 @@ class Task:
         """
         if best is None and self.is_shut_off():
             return None, Proof(None)
-        halts_count = self._worth.a_joule > 0.0  # where time counts much, none saves as much as it takes
+        halts_count = self._corridor.halts_count
         if self._is_thinned:
             why = "on a graph of this size a plan is bounded by what driving and charging cost at least"
             if best is None or halts_count:
@@ -734,6 +741,25 @@ class Task:
         if best is not None:
             short_by = min(short_by, best[-1].cost - self._corridor.least_cost)
         return best, Proof(short_by if math.isfinite(short_by) else None, why)
+
+    def _charged_halts_cost(self, cost: float) -> float:
+        """As charged_halts_cost, of all stations that remain; of none where bounds do not hold for halts."""
+        bounds = self._corridor.place_bounds()
+        if bounds is None:
+            return math.inf
+        arcs: dict[int, list[Arc]] = {}
+
+        def arcs_of(place: int) -> list[Arc]:
+            if place not in arcs:
+                arcs[place] = self._arcs_from(place)
+            return arcs[place]
+
+        places = 1 + np.flatnonzero(self._corridor.near.ravel())
+        least_j = max(self.charging.arrive_soc_frac * self.capacity_j - self.reserve_j, 0.0)
+        halt_way = stay_of(0.0, 0.0, least_j)
+        most_j = self.charging.max_soc_frac * self.capacity_j
+        known = places.tolist(), arcs_of, self.margins.of, bounds, halt_way
+        return charged_halts_cost(*known, self.needs_j, most_j, cost)
 
     def after_labels(self, labels: int) -> Callable[[], bool]:
         """Whether so much more work was done from now on, which is the same on every machine."""
