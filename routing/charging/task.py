@@ -141,7 +141,10 @@ class Task:
         self._onward: OnwardFinder | None = None
         self._shut_off: Onward | None = None  # why no journey comes to the goal, where that is known
         stays = [self.stay_at(via_idx) for via_idx in range(self._stages - 1)]
-        self._stays = [(0.0, 0.0) if stay is None else (stay.seconds, self.stay_gain_j(stay)) for stay in stays]
+        room_j = self.capacity_j - self.reserve_j
+        self._stays = [
+            (0.0, 0.0) if stay is None else (stay.seconds, min(self.stay_gain_j(stay), room_j)) for stay in stays
+        ]
         self._charges = Charges(self._start_j, self._goal_least_j(), self.capacity_j)
         self._corridor = Corridor(
             self._finders,
@@ -445,10 +448,20 @@ class Task:
         """The least margin of an arc: what is kept at its end may have been needed on the way anyway."""
         if self._margin_j is None:
             return 0.0
-        if any(part.there < 0 and self.stay_at(-1 - part.there) is not None for part in parts):
-            return 0.0  # of which promises tell more
-        arrive_j = float(self._least_j[to]) + way.energy_j
-        return max(arrive_j + sum(part.margin_j for part in parts) - self.needs_j(to, way), 0.0)
+        needs_j = float(self._least_j[to]) + way.energy_j + sum(part.margin_j for part in parts)
+        so_far_j = 0.0  # of driving with margins, less what stays have charged
+        for part in parts:
+            so_far_j += part.way.energy_j + part.margin_j
+            stay = self.stay_at(-1 - part.there) if part.there < 0 else None
+            gain_j = 0.0 if stay is None else self.stay_gain_j(stay)
+            if gain_j > 0.0:
+                needs_j = max(needs_j, so_far_j + self._stay_least_j())
+            so_far_j -= gain_j
+        return max(needs_j - self.needs_j(to, way), 0.0)
+
+    def _stay_least_j(self) -> float:
+        """Charge on arrival at a fixed stay that charges [J]."""
+        return max(self.charging.arrive_soc_frac * self.capacity_j, self.reserve_j)
 
     def found(self) -> list[Step] | None:
         """The best journey along known ways, of stations over which a journey may be the best; None where none is.

@@ -20,7 +20,7 @@ from routing.links.spans import ChainMaker
 from routing.route.best_path import RouteSearch
 from tests.routing.charging.promise.drives import kept_drives, promised
 from tests.routing.charging.test_planner import CAR, FOUR, PLANNER, QUERY, ROAD, USUAL, ask, at, plan_of, station
-from tests.routing.charging.worlds import World, drawn_world
+from tests.routing.charging.worlds import AC_EFF, AC_W, World, drawn_world
 
 SD = MappingProxyType(
     {
@@ -167,6 +167,17 @@ def test_a_confidence_counts_what_a_fixed_stay_on_the_way_charges() -> None:
     plan = plan_of(ask(charging, UNSURE, via=(5.5,)))
     assert "stay" in [stop.station.id if stop.station else "stay" for stop in plan.stops]
     assert min(promised(plan)) >= 0.9
+
+
+def test_a_fixed_stay_that_fills_any_battery_bounds_journeys_like_one_that_just_fills_it() -> None:
+    world = hilly(10)
+    counts = []
+    for batteries in (1.0, 50.0):
+        stay = FixedStay(0, batteries * world.capacity_j / (AC_W * AC_EFF), AC_W)
+        half = replace(stay, seconds=36e4, power_w=AC_W * stay.seconds / 36e4)
+        answer = asked(world, stays=(half,), confidence=0.9)
+        counts.append((answer.plans[0].objective, answer.stats.leg_searches))
+    assert counts[0] == counts[1]
 
 
 def test_without_a_plan_of_a_confidence_one_that_is_kept_is_named() -> None:
