@@ -302,6 +302,13 @@ class LegFinder:
         if made:
             self._store.put(self._space_key, made)
 
+    def add(self, here: Place, there: Place, path: FoundPath) -> None:
+        """Keep a way between two places of which nothing is proven."""
+        before = self._store.pair(self._space_key, here, there) or Pair((), ())
+        if not same_place(here, there) and not any(np.array_equal(way.links, path.links) for way in before.ways):
+            pair = replace(before, ways=undominated([*before.ways, self._way(path)]))
+            self._store.put(self._space_key, {(here, there): pair})
+
     def _unknown(self, pairs: Sequence[tuple[Place, Place]], weights: Weights) -> list[tuple[Place, Place]]:
         """Those pairs of places of which no best way by some weights is known."""
         missing = []

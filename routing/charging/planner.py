@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from energy.charging.charging import Charging
+    from routing.charging.choice.onward import OnwardFinder
     from routing.charging.corridor import Dearness
     from routing.charging.legs import Place
     from routing.charging.network import Step
@@ -38,6 +39,7 @@ if TYPE_CHECKING:
     from routing.stations.station import Station
 
 MANY_SITES: Final = 400  # stations of a query, of more of which a few are chosen; assumed
+WIDER_ROUNDS: Final = 2  # of choosing more of them, where few lead to no goal; assumed
 CHOICE_S: Final = 2.0  # of choosing more of them, after which bounds stay as they are; assumed
 FEW_PROOF_LABELS: Final = 300_000  # as PROOF_LABELS, where a few of very many stations are looked at; assumed
 PROOF_LABELS: Final = 2_000_000  # some 2 s, after which an answer with a bound beats a proof; assumed
@@ -184,10 +186,18 @@ class _Asked:
         self._tasks.append(task)
         return task
 
-    def _chosen_task(self, crowd: Crowd, choice: StationChoice, query: RouteQuery, charging: ChargingQuery) -> Task:
-        """A task over the stations that are chosen."""
-        sites = [crowd.sites[k] for k in choice.chosen.nonzero()[0].tolist()]
-        task = self._task_over(sites, query, charging, self._margin_j, choice.dearness)
+    def _chosen_task(
+        self,
+        crowd: Crowd,
+        choice: StationChoice,
+        query: RouteQuery,
+        charging: ChargingQuery,
+        stations: Sequence[int] | None = None,
+    ) -> Task:
+        """A task over the stations that are chosen, or over some others."""
+        numbers = choice.chosen.nonzero()[0].tolist() if stations is None else stations
+        sites = [crowd.sites[k] for k in numbers]
+        task = self._task_over(sites, query, charging, self._margin_j, choice.dearness(numbers))
         task.usable, task.beyond_cost, task.stop_cost = crowd.sites, choice.beyond_cost, choice.stop_cost
         self._choices[task] = crowd, choice
         return self._kept_task(task)
@@ -198,22 +208,48 @@ class _Asked:
         if task not in self._choices:
             return task, best
         crowd, choice = self._choices[task]
-        if best is None and not self._is_shut_off(task):
+        if best is None:
             finder = task.onward(crowd.sites)
-            grows = finder is not None and choice.add(finder.chain() or ())
-            while best is None and (grows or choice.widen()):
-                task, grows = self._chosen_task(crowd, choice, task.query, task.charging), False
-                best = task.found()
-        if best is not None and choice.grow(best, time.perf_counter() + CHOICE_S):
+            if self._is_shut_off(task, finder):
+                return task, None
+            return self._found_wider(task, crowd, choice, finder)
+        if choice.grow(best, time.perf_counter() + CHOICE_S):
             task = self._chosen_task(crowd, choice, task.query, task.charging)
             best = task.found_below(best[-1].cost)
         task.beyond_cost, task.stop_cost = choice.beyond_cost, choice.stop_cost
         return task, best
 
-    def _is_shut_off(self, task: Task) -> bool:
+    def _found_wider(
+        self, task: Task, crowd: Crowd, choice: StationChoice, finder: OnwardFinder | None
+    ) -> tuple[Task, list[Step] | None]:
+        """As _found where the first few do not lead to the goal: over those by which the battery does, or over more.
+
+        Of the stations by which it does, as good as ways to and from the others are known by then.
+        """
+        query, charging = task.query, task.charging
+        chain = [] if finder is None else task.learn_chain(finder, crowd.sites)
+        if chain:
+            task = self._chosen_task(crowd, choice, query, charging, chain)
+            best = task.found()
+            choice.add(chain)
+            if best is not None:
+                more = self._chosen_task(crowd, choice, query, charging)
+                better = more.found_soon(best[-1].cost, FEW_PROOF_LABELS)
+                return (task, best) if better is None else (more, better)
+        for _ in range(WIDER_ROUNDS):
+            if not choice.widen():
+                return task, None
+            task = self._chosen_task(crowd, choice, query, charging)
+            best = task.found()
+            if best is not None:
+                return task, best
+        count = int(choice.chosen.sum())
+        self._warnings.append(f"of {len(crowd.sites)} stations {count} were looked at, over which there is no plan")
+        return task, None
+
+    def _is_shut_off(self, task: Task, finder: OnwardFinder | None) -> bool:
         """Whether the battery alone shows that no journey comes to the goal over any of very many stations."""
         crowd, choice = self._choices[task]
-        finder = task.onward(crowd.sites)
         shut_off = None if finder is None else finder.shut_off()
         if shut_off is not None:
             last = choice.last_of(shut_off.reached)

@@ -22,7 +22,7 @@ from routing.charging.halts import charged_halts_cost
 from routing.charging.kernels_plan import Rules, Stops
 from routing.charging.legs import STAY, LegCounts, LegFinder, LegStore, usual_weightings
 from routing.charging.margins import Margins
-from routing.charging.network import Arc, Part, StationGraph
+from routing.charging.network import Arc, Part, StationGraph, UndecidedError
 from routing.charging.sites import least_cost_a_joule, worth_of
 from routing.charging.ways import Pair, joined, likely_between, stay_of
 from routing.errors import TimeUpError
@@ -536,6 +536,15 @@ class Task:
         self.keep_below(cost)
         return self.best(below=cost + PROVEN_FRAC * abs(cost))
 
+    def found_soon(self, cost: float, labels: int) -> list[Step] | None:
+        """The best journey along known ways that costs no more; None as well where that takes more labels."""
+        is_over = self.after_labels(labels)
+        self.keep_below(cost)
+        try:
+            return self.best(below=cost + PROVEN_FRAC * abs(cost), is_over=is_over)
+        except UndecidedError:
+            return None
+
     def choice(self, crowd: Crowd, few: Few) -> StationChoice:
         """Which of very many stations are looked at for the same query."""
         search, most = self._legs.search, self.charging.max_soc_frac
@@ -553,7 +562,17 @@ class Task:
     def chain(self) -> list[Site]:
         """Stations that lead to the goal one after the other, it seems; none where that is not known."""
         finder = self._own_onward()
-        return [self.sites[k] for k in (None if finder is None else finder.chain()) or ()]
+        return [] if finder is None else [self.sites[k] for k in self.learn_chain(finder, self.sites)]
+
+    def learn_chain(self, finder: OnwardFinder, sites: Sequence[Site]) -> list[int]:
+        """The same of any stations, by what tells whether the goal is come to over them; learns the ways between."""
+        hops = finder.chain() or ()
+        for hop in hops:
+            here = self.places[0] if hop.here == onward.START else sites[hop.here].station.position
+            there = self.places[-1] if hop.there == onward.GOAL else sites[hop.there].station.position
+            if hop.path is not None:
+                self._finders[hop.cap].add(here, there, hop.path)
+        return [hop.here for hop in hops if hop.here != onward.START]
 
     def _own_onward(self) -> OnwardFinder | None:
         if self._onward is None:

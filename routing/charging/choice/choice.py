@@ -101,11 +101,9 @@ class StationChoice:
         self.stop_cost = self._through.least  # no journey that stops costs less
         self.beyond_cost = self._through.least  # no journey over stations that are not chosen costs less
 
-    def add(self, stations: Sequence[int]) -> bool:
-        """Choose some stations as well; whether any was not chosen."""
-        before = int(self.chosen.sum())
+    def add(self, stations: Sequence[int]) -> None:
+        """Choose some stations as well."""
         self.chosen[list(stations)] = True
-        return int(self.chosen.sum()) > before
 
     def widen(self) -> bool:
         """Choose some times as many stations, in the end all; whether any was not chosen."""
@@ -132,10 +130,9 @@ class StationChoice:
         self.beyond_cost = float(bound.min(initial=math.inf))
         return order.size > 0
 
-    @property
-    def dearness(self) -> Dearness:
-        """Of those that are chosen."""
-        return Dearness(self._through.a_joule, self._through.excess[self.chosen])
+    def dearness(self, stations: Sequence[int]) -> Dearness:
+        """Of some stations."""
+        return Dearness(self._through.a_joule, self._through.excess[list(stations)])
 
     def _likely_j(self) -> float:
         """What a stop likely charges: as much as others, along the way that costs least."""

@@ -19,7 +19,15 @@ from routing.places import LinkPosition
 from routing.search import kernels_workspace
 from routing.search.found import Limits
 from routing.search.kernels_arrivals import arrivals
-from routing.search.search import begin, check_settled, goal_places, search_counts, search_rules, settle
+from routing.search.search import (
+    begin,
+    check_settled,
+    found_path,
+    goal_places,
+    search_counts,
+    search_rules,
+    settle,
+)
 from routing.search.space import potential_share
 from routing.search.workspaces import grown
 from routing.weights import ECO
@@ -33,6 +41,7 @@ if TYPE_CHECKING:
     from routing.links.drives import LentDrives
     from routing.lower_bound.kernels_lower_bound import GoalBound
     from routing.route.best_path import RouteSearch
+    from routing.search.found import FoundPath
     from routing.search.kernels_workspace import Workspace
     from routing.search.space import SearchSpace
     from routing.weights import Weights
@@ -162,15 +171,24 @@ def reached_from(
     return most_j - places.least_of(least_j)
 
 
-def most_left_j(
-    search: RouteSearch, space: SearchSpace, held: Held, sources: Spots, charge_j: NDArray[np.float64], goal: Place
-) -> tuple[float, int] | None:
-    """The most charge that is left at a goal from any source [J], and from which; −inf, −1 where no way leads there.
+@dataclass(frozen=True, slots=True)
+class Left:
+    """The most charge that is left at a goal from any source [J], from which, and by which way; −inf, −1 for none."""
 
-    charge_j: float64 (count,) of sources. None where it is not certain. Raises as reached_from does.
+    most_j: float = -math.inf
+    source: int = -1
+    path: FoundPath | None = None
+
+
+def most_left(
+    search: RouteSearch, space: SearchSpace, held: Held, sources: Spots, charge_j: NDArray[np.float64], goal: Place
+) -> Left | None:
+    """What is left at a goal. charge_j: float64 (count,) of sources.
+
+    None where it is not certain. Raises as reached_from does.
     """
     if sources.link.size == 0:
-        return -math.inf, -1
+        return Left()
     most_j = float(charge_j[sources.of].max())
     limits, used_j = held.limits(most_j), most_j - charge_j[sources.of]
     undirected = nullcontext(space.lower_bound.undirected)
@@ -186,11 +204,12 @@ def most_left_j(
             return None
         label = int(ws.counter[kernels_workspace.GOAL])
         if label < 0:
-            return -math.inf, -1
+            return Left()
         left_j = most_j - float(ws.number[label, kernels_workspace.ENERGY])
+        path = found_path(space, ws, label, goal, 0.0)
         while ws.pointer[label, kernels_workspace.PARENT] >= 0:  # sources are the labels that were made first
             label = int(ws.pointer[label, kernels_workspace.PARENT])
-        return left_j, int(sources.of[label])
+        return Left(left_j, int(sources.of[label]), path)
 
 
 def least_costs_from(

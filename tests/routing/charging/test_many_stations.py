@@ -110,3 +110,15 @@ def test_of_stations_at_one_place_those_that_others_stand_in_for_are_left_out_an
     assert not plan.stops[0].gatekeeper
     assert plan.stops[0].fallback is not None
     assert plan.stops[0].fallback.drive_s == 0.0
+
+
+def test_of_few_stations_a_goal_asked_for_nearly_full_is_come_to_where_it_is_of_all() -> None:
+    found = 0
+    for seed in range(40):
+        world = drawn_world(seed)
+        goal_soc_frac = (0.7, 0.85, 0.97)[seed % 3]
+        asked = replace(world, charging=replace(world.charging, max_soc_frac=1.0, goal_soc_frac=goal_soc_frac))
+        whole, few = answered(asked, None), answered(asked, AT_ENDS)
+        assert bool(few.plans) >= bool(whole.plans), seed
+        found += bool(few.plans)
+    assert 5 <= found <= 35, found

@@ -11,7 +11,7 @@ from routing.charging.sites import usable_sites
 from routing.charging.task import Task
 from routing.links.spans import ChainMaker
 from routing.route.best_path import RouteSearch
-from tests.routing.charging.test_planner import QUERY, USUAL, ask, station
+from tests.routing.charging.test_planner import CAR, QUERY, ROAD, USUAL, ask, at, station
 from tests.routing.charging.worlds import drawn_world
 
 if TYPE_CHECKING:
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
 MANY_LINKS = 300_000
 
 
-def task_of(world: World, **changes: object) -> Task:
+def task_of(world: World, legs: LegStore | None = None, **changes: object) -> Task:
     charging = replace(world.charging, **changes)  # type: ignore[arg-type]
     sites = usable_sites(world.vehicle_charging, charging, world.stations)
-    legs = LegStore(RouteSearch(world.graph, ChainMaker(world.graph)))
+    legs = LegStore(RouteSearch(world.graph, ChainMaker(world.graph))) if legs is None else legs
     return Task(legs, world.query, charging, world.vehicle_charging, sites, world.places, None, 2.0, MANY_LINKS)
 
 
@@ -90,3 +90,30 @@ def test_what_helps_helps() -> None:
     assert missing is not None
     assert "charging to 100 % at stations" in [remedy.text for remedy in missing.helps]
     assert ask(replace(asked, max_soc_frac=1.0)).plans
+
+
+def test_stations_beside_each_other_do_not_gain_by_stops_between_them() -> None:
+    """What the last part of a link takes is left out, so that many stops along a road once seemed to fill a battery."""
+    close = tuple(station(f"s{k}", 0.6 + 0.02 * k) for k in range(600))
+    asked = replace(USUAL, max_soc_frac=0.8, goal_soc_frac=0.9)
+    sites = usable_sites(CAR, asked, close)
+    legs = LegStore(RouteSearch(ROAD, ChainMaker(ROAD)))
+    task = Task(legs, QUERY, asked, CAR, sites, [at(0.5), at(13.5)], None, 2, MANY_LINKS)
+    assert task.is_shut_off()
+    shortage = task.shortage()
+    assert shortage.at_goal
+    assert shortage.missing_j > 0.01 * task.capacity_j
+
+
+def test_ways_that_lead_to_a_goal_by_the_battery_are_a_journey() -> None:
+    met = 0
+    for seed in range(60):
+        world = drawn_world(seed)
+        legs = LegStore(RouteSearch(world.graph, ChainMaker(world.graph)))
+        if len(world.places) > 2 or not (few := task_of(world, legs).chain()):
+            continue
+        kept = {site.station.id for site in few}
+        only = replace(world, stations=tuple(stop for stop in world.stations if stop.id in kept))
+        met += 1
+        assert task_of(only, legs).found() is not None, seed
+    assert met >= 10
