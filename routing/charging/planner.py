@@ -21,7 +21,6 @@ from routing.charging.promise.promise import DrawStore
 from routing.charging.sites import hindrance, usable_sites
 from routing.charging.task import PROVEN_FRAC, Proof, Shortage, Task, usual_margin_j
 from routing.errors import QueryError, TimeUpError
-from routing.time_budget import TimeBudget, time_budget, within
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -40,7 +39,7 @@ if TYPE_CHECKING:
 
 MANY_SITES: Final = 400  # stations of a query, of more of which a few are chosen; assumed
 WIDER_ROUNDS: Final = 2  # of choosing more of them, where few lead to no goal; assumed
-CHOICE_S: Final = 2.0  # of choosing more of them, after which bounds stay as they are; assumed
+CHOICE_SEARCHES: Final = 400_000  # some 2 s, of choosing more of them, after which bounds stay as they are; assumed
 FEW_PROOF_LABELS: Final = 300_000  # as PROOF_LABELS, where a few of very many stations are looked at; assumed
 PROOF_LABELS: Final = 2_000_000  # some 2 s, after which an answer with a bound beats a proof; assumed
 MANY_LINKS: Final = 300_000  # on more, one search to many places takes some tenths of a second
@@ -49,7 +48,7 @@ HOURS: Final = "with opening hours a later arrival may be better, which is not l
 NOT_COMPARED: Final = "not all ways were looked at for what they take to be as sure"
 PASSED: Final = "what a way needs after a station that is passed without a charge is kept after a charge there too"
 KEPT_ROUNDS: Final = 4  # of proof and promise at most
-HELP_S: Final = 2.0  # after which nothing more is tried that might help: there is no plan to wait for; assumed
+HELP_LABELS: Final = 4_000_000  # some 2 to 4 s, after which nothing more is tried that might help; assumed
 CAPS_TRIED_MPS: Final = (110.0 / 3.6, 90.0 / 3.6)  # where no plan is found
 LITTLE_KWH: Final = 0.05  # below which two decimals say too little
 RESERVE_STEP: Final = 0.05
@@ -173,14 +172,24 @@ class _Asked:
         self._warnings: list[str] = []
 
     def _task(self, query: RouteQuery, charging: ChargingQuery) -> Task:
-        if len(self._stations) <= self._many_sites or self._search.graph.link_count > self._many_links:
+        crowd = self._crowd(charging)
+        if crowd is None:
             sites = usable_sites(self._vehicle_charging, charging, self._stations)
             return self._kept_task(self._task_over(sites, query, charging, self._margin_j))
-        crowd = self._crowds.crowd(self._vehicle_charging, charging, self._stations)
-        if len(crowd.sites) <= self._many_sites:
-            return self._kept_task(self._task_over(crowd.sites, query, charging, self._margin_j))
         choice = self._task_over((), query, charging, None).choice(crowd, self._few)
         return self._chosen_task(crowd, choice, query, charging)
+
+    def _crowd(self, charging: ChargingQuery) -> Crowd | None:
+        """Stations that a query may use, where they are so many that few are looked at."""
+        if len(self._stations) <= self._many_sites or self._search.graph.link_count > self._many_links:
+            return None
+        crowd = self._crowds.crowd(self._vehicle_charging, charging, self._stations)
+        return crowd if len(crowd.sites) > self._many_sites else None
+
+    @property
+    def _labels(self) -> int:
+        """Work that was done so far, the same on every machine."""
+        return sum(task.labels for task in self._tasks)
 
     def _kept_task(self, task: Task) -> Task:
         self._tasks.append(task)
@@ -209,11 +218,11 @@ class _Asked:
             return task, best
         crowd, choice = self._choices[task]
         if best is None:
-            finder = task.onward(crowd.sites)
+            finder = task.onward(crowd.sites, crowd.spots)
             if self._is_shut_off(task, finder):
                 return task, None
             return self._found_wider(task, crowd, choice, finder)
-        if choice.grow(best, time.perf_counter() + CHOICE_S):
+        if choice.grow(best, CHOICE_SEARCHES):
             task = self._chosen_task(crowd, choice, task.query, task.charging)
             best = task.found_below(best[-1].cost)
         task.beyond_cost, task.stop_cost = choice.beyond_cost, choice.stop_cost
@@ -492,31 +501,31 @@ class _Asked:
         """Which leg fails, by how much, the last station in reach, and what would help, in the order of trying."""
         shortage = self._shortages.get(task) or task.shortage()
         helps: list[Help] = []
-        until = time.perf_counter() + HELP_S
+        until = self._labels + HELP_LABELS
         try:
-            with within(TimeBudget(min(3.0 * HELP_S, time_budget().left_s))):
-                for cap in CAPS_TRIED_MPS:
-                    if time.perf_counter() > until:
-                        self._warnings.append("there was no time to try all that might help")
-                        break
-                    slower = replace(self._charging, speed_caps_mps=(cap,))
-                    if self._has_plan(self._query, slower):
-                        helps.append(Help(HelpKind.SPEED_CAP, cap, f"driving at most {cap * KMH_PER_MPS:.0f} km/h"))
-                        break
-                if self._charging.max_soc_frac < 1.0:
-                    fuller = replace(self._charging, max_soc_frac=1.0)
-                    if self._has_plan(self._query, fuller):
-                        helps.append(Help(HelpKind.MAX_SOC, 1.0, "charging to 100 % at stations"))
-                charge = self._charge_that_suffices()
-                if charge is not None:
-                    text = f"departing with {100.0 * charge:.0f} % instead of {100.0 * self._query.soc_frac:.0f} %"
-                    helps.append(Help(HelpKind.SOC, charge, text))
-                confidence = self._confidence_that_is_kept()
-                if confidence is not None:
-                    text = f"a confidence of {confidence:g} instead of {self._charging.confidence:g}"
-                    helps.append(Help(HelpKind.CONFIDENCE, confidence, text))
-        except TimeUpError:
-            self._warnings.append("there was no time to try all that might help")
+            for cap in CAPS_TRIED_MPS:
+                if self._labels > until:
+                    break
+                slower = replace(self._charging, speed_caps_mps=(cap,))
+                if self._has_plan(self._query, slower):
+                    helps.append(Help(HelpKind.SPEED_CAP, cap, f"driving at most {cap * KMH_PER_MPS:.0f} km/h"))
+                    break
+            if self._charging.max_soc_frac < 1.0 and self._labels <= until:
+                fuller = replace(self._charging, max_soc_frac=1.0)
+                if self._has_plan(self._query, fuller):
+                    helps.append(Help(HelpKind.MAX_SOC, 1.0, "charging to 100 % at stations"))
+            charge = self._charge_that_suffices(until)
+            if charge is not None:
+                text = f"departing with {100.0 * charge:.0f} % instead of {100.0 * self._query.soc_frac:.0f} %"
+                helps.append(Help(HelpKind.SOC, charge, text))
+            confidence = self._confidence_that_is_kept()
+            if confidence is not None:
+                text = f"a confidence of {confidence:g} instead of {self._charging.confidence:g}"
+                helps.append(Help(HelpKind.CONFIDENCE, confidence, text))
+            if self._labels > until:
+                self._warnings.append("not all that might help was tried")
+        except TimeUpError as error:
+            self._warnings.append(f"{error.limit_s:g} s were not enough to try all that might help")
         station, last = shortage.station, shortage.last
         missing_j = max(shortage.missing_j, 0.0)
         kwh = missing_j / JOULE_PER_KWH
@@ -541,18 +550,34 @@ class _Asked:
 
     def _has_plan(self, query: RouteQuery, charging: ChargingQuery) -> bool:
         """Whether there is a plan, of the confidence asked for, along ways that are known by few searches."""
+        if self._search.graph.link_count <= self._many_links:
+            reached = self._is_reached(query, charging)
+            if reached is not None:
+                return reached
         task = self._task(query, charging)
         if task in self._choices:
             task, steps = self._found(task)
             return self._keeper(task).kept(steps) is not None
-        if task.is_shut_off():
+        return self._keeper(task).kept(task.found()) is not None
+
+    def _is_reached(self, query: RouteQuery, charging: ChargingQuery) -> bool | None:
+        """Whether there is a plan by the battery alone, or over the stations by which it leads to the goal; None for
+        unknown.
+        """
+        crowd = self._crowd(charging)
+        sites = usable_sites(self._vehicle_charging, charging, self._stations) if crowd is None else crowd.sites
+        none = self._kept_task(self._task_over((), query, charging, None))
+        finder = none.onward(sites, None if crowd is None else crowd.spots)
+        if finder is None:
+            return None
+        if finder.goal_is_beyond_all() or finder.shut_off() is not None:
             return False
-        few = task.chain()
-        if few:
-            small = self._task_over(few, query, charging, self._margin_j)
+        chain = [sites[k] for k in none.learn_chain(finder, sites)]
+        if chain:
+            small = self._kept_task(self._task_over(chain, query, charging, self._margin_j))
             if self._keeper(small).kept(small.found()) is not None:
                 return True
-        return self._keeper(task).kept(task.found()) is not None
+        return None
 
     def _confidence_that_is_kept(self) -> float | None:
         """Of the best plan by the mean, charged as far as it may be, rounded down; None where it is below a half."""
@@ -565,16 +590,15 @@ class _Asked:
         kept = 0.0 if steps is None else math.floor(1000.0 * self._keeper(task).most_kept_frac(steps)) / 1000.0
         return kept if kept >= 0.5 else None
 
-    def _charge_that_suffices(self) -> float | None:
+    def _charge_that_suffices(self, until: int) -> float | None:
         """Least charge at departure, in whole percent, with which there is a plan; None where no charge helps.
 
-        After HELP_S it is the least of those that are known to suffice.
+        After so many labels it is the least of those that are known to suffice.
         """
         low, high = int(100.0 * self._query.soc_frac), 100
         if low >= high or not self._has_plan(replace(self._query, soc_frac=1.0), self._charging):
             return None
-        until = time.perf_counter() + HELP_S
-        while high - low > 1 and time.perf_counter() < until:
+        while high - low > 1 and self._labels <= until:
             middle = (low + high) // 2
             if self._has_plan(replace(self._query, soc_frac=middle / 100.0), self._charging):
                 high = middle

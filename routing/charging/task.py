@@ -37,6 +37,7 @@ if TYPE_CHECKING:
     from energy.charging.charging import Charging
     from routing.charging.choice.choice import Few
     from routing.charging.choice.crowd import Crowd
+    from routing.charging.choice.sources import Spots
     from routing.charging.legs import Place
     from routing.charging.network import Step
     from routing.charging.plan import ChargingQuery, FixedStay
@@ -579,7 +580,7 @@ class Task:
             self._onward = self.onward(self.sites)
         return self._onward
 
-    def onward(self, sites: Sequence[Site]) -> OnwardFinder | None:
+    def onward(self, sites: Sequence[Site], spots: Spots | None = None) -> OnwardFinder | None:
         """What tells whether the goal is come to over stations; None where a stay charges or the graph is large."""
         if self._is_thinned or any(gain_j > 0.0 for _, gain_j in self._stays):
             return None
@@ -596,6 +597,8 @@ class Task:
                 reserve_j=self.reserve_j,
                 capacity_j=self.capacity_j,
             ),
+            self.counts,
+            spots,
         )
 
     def _with_other_ways(self, best: list[Step] | None) -> list[Step] | None:
@@ -795,9 +798,13 @@ class Task:
 
     def after_labels(self, labels: int) -> Callable[[], bool]:
         """Whether so much more work was done from now on, which is the same on every machine."""
-        counts, work = self.counts, self.graph.work
-        until = counts.labels + work.made + labels
-        return lambda: counts.labels + work.made > until
+        until = self.labels + labels
+        return lambda: self.labels > until
+
+    @property
+    def labels(self) -> int:
+        """Work that was done, the same on every machine."""
+        return self.counts.labels + self.graph.work.made
 
     def _is_least(self, best: list[Step] | None) -> bool:
         """Whether a journey costs no more than any does at least."""

@@ -8,7 +8,6 @@ charges. The sums are bounded by one search from the place before the station an
 from __future__ import annotations
 
 import math
-import time
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Final
@@ -41,7 +40,7 @@ if TYPE_CHECKING:
 LABELS: Final = 256  # after which the searches of bounds end
 FEW_LABELS: Final = 24
 WIDER: Final = 4  # times as many stations, where no journey was found over few
-AT_ONCE: Final = 512  # stations that are bounded before time is looked at
+AT_ONCE: Final = 512  # stations that are bounded before it is looked at whether enough were
 STRETCHES: Final = 12  # of the way between two places
 
 
@@ -97,6 +96,7 @@ class StationChoice:
         self._a_joule = least_cost_a_joule(crowd.kinds, charges.capacity_j / JOULE_PER_WH, max_soc_frac)
         likely_j = self._likely_j()
         self._through = self._paid(min(self._a_joule, self._marginal(likely_j)) if likely_j > 0.0 else 0.0)
+        self._searches = 0  # short ones that are left
         self.chosen = self._first()
         self.stop_cost = self._through.least  # no journey that stops costs less
         self.beyond_cost = self._through.least  # no journey over stations that are not chosen costs less
@@ -114,13 +114,13 @@ class StationChoice:
             self.chosen |= self._crowd.kept
         return int(self.chosen.sum()) > before
 
-    def grow(self, best: list[Step], until: float) -> bool:
+    def grow(self, best: list[Step], searches: int) -> bool:
         """Choose more stations over which a journey may cost less than one that is known; whether there were any.
 
-        until: of time.perf_counter, after which bounds stay as they are.
+        searches: short ones, after which bounds stay as they are.
         """
-        cost = best[-1].cost
-        bound = self._bounds(self._through, cost, until)
+        cost, self._searches = best[-1].cost, searches
+        bound = self._bounds(self._through, cost)
         self.stop_cost = float(bound.min(initial=math.inf))
         bound[self.chosen] = math.inf
         better = np.flatnonzero(bound < cost)
@@ -209,8 +209,8 @@ class StationChoice:
         least = fixed + float(onward.sum())
         return Through(a_joule, weights, excess, least, to, beside, straight, to + ahead + beside, ahead)
 
-    def _bounds(self, paid: Through, cost: float, until: float) -> NDArray[np.float64]:
-        """No journey over a station costs less, float64 (n,); as close as time allows where that may be below cost.
+    def _bounds(self, paid: Through, cost: float) -> NDArray[np.float64]:
+        """No journey over a station costs less, float64 (n,); as close as searches tell where that may be below cost.
 
         Those that are likely are looked at first, all of them by very short searches before any by longer ones.
         """
@@ -220,16 +220,16 @@ class StationChoice:
                 through = paid.to[stage] + ahead[stage] + paid.beside[stage]
                 wanted = np.flatnonzero((through < cost) & self._crowd.kept)
                 wanted = wanted[np.argsort(paid.likely[stage][wanted], kind="stable")]
-                least = self._short_searches(paid.weights, labels, (here, there), wanted, until)
+                least = self._short_searches(paid.weights, labels, (here, there), wanted)
                 ahead[stage, wanted] = np.maximum(ahead[stage, wanted], least)
         bound: NDArray[np.float64] = (paid.to + ahead + paid.beside).min(axis=0)
         bound[~self._crowd.kept] = math.inf
         return bound
 
     def _short_searches(
-        self, weights: Weights, labels: int, ends: tuple[Place, Place], wanted: NDArray[np.int64], until: float
+        self, weights: Weights, labels: int, ends: tuple[Place, Place], wanted: NDArray[np.int64]
     ) -> NDArray[np.float64]:
-        """No way from stations to the second end costs less, float64 (n,); −inf for those for which time is up."""
+        """No way from stations to the second end costs less, float64 (n,); −inf for those that are searched no more."""
         here, there = ends
         spots = [self._crowd.sites[k].station.position for k in wanted.tolist()]
         least = np.full(wanted.size, math.inf)
@@ -237,8 +237,9 @@ class StationChoice:
             found = np.full(wanted.size, -math.inf)
             with finder.search_back(weights, here, there) as back:
                 for begin in range(0, wanted.size, AT_ONCE):
-                    if time.perf_counter() > until:
+                    if self._searches <= 0:
                         break
+                    self._searches -= min(AT_ONCE, wanted.size - begin)
                     found[begin : begin + AT_ONCE] = back.least_costs(spots[begin : begin + AT_ONCE], labels)
             least = np.minimum(least, COST_UNIT * found)
         least[[same_place(spot, there) for spot in spots]] = 0.0

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from routing.charging.choice.sources import Place
+    from routing.charging.legs import LegCounts
     from routing.route.best_path import RouteSearch
     from routing.search.found import FoundPath
     from routing.search.space import SearchSpace
@@ -75,6 +76,8 @@ class Hop:
 class OnwardFinder:
     """Searches of one vehicle under each of its caps; ends: where a journey begins and ends, stations: between.
 
+    spots: of stations, where they are known. A search counts as a label a link and source.
+
     Complexity: a search of the graph for each time that a charge brings more stations in reach.
     """
 
@@ -85,10 +88,14 @@ class OnwardFinder:
         ends: tuple[Place, Place],
         stations: Sequence[Place],
         charges: Charges,
+        counts: LegCounts,
+        spots: Spots | None = None,
     ) -> None:
         self._search, self._spaces, self._charges = search, spaces, charges
         (self._start, self._goal), self._stations = ends, stations
-        self._places = Spots.at([*stations, self._start])  # the start is the last of them
+        self._counts = counts
+        spots = Spots.at(stations) if spots is None else spots
+        self._places = spots.joined(Spots.at([self._start]))  # the start is the last of them
         self._held = Held(charges.reserve_j, charges.capacity_j)
         # where the battery takes less when nearly full, ways of plans leave that out
         self._is_certain = all(space.conserving and space.physics.fade_width_j == 0.0 for space in spaces)
@@ -155,6 +162,7 @@ class OnwardFinder:
                 nearest, most_j = k, float(leaves_j[k])
         spots = self._places.where(sources)
         for number, space in enumerate(self._spaces):
+            self._counts.labels += self._search.graph.link_count + spots.link.size
             left = most_left(self._search, space, self._held, spots, leaves_j, place)
             if left is not None and left.most_j > most_j:
                 nearest, most_j, cap, path = left.source, left.most_j, number, left.path
@@ -209,6 +217,7 @@ class OnwardFinder:
         comes_j = np.full(self._places.count, -math.inf)
         for space in self._spaces:
             spots = self._places.where(sources)
+            self._counts.labels += self._search.graph.link_count + spots.link.size
             found = reached_from(self._search, space, self._held, spots, leaves_j, self._places)
             if found is None:
                 return None
@@ -226,6 +235,7 @@ class OnwardFinder:
                 nearest, most_j = k, float(leaves_j[k])
         for held in (self._held, Held(-math.inf, self._charges.capacity_j)):
             for space in self._spaces:
+                self._counts.labels += self._search.graph.link_count + sources.link.size
                 left = most_left(self._search, space, held, sources, leaves_j, goal)
                 if left is None:
                     return None
