@@ -18,7 +18,7 @@ from routing.charging.legs import LegStore
 from routing.charging.plan import ChargingAnswer, Help, HelpKind, NoPlan, Objective, PlanStats
 from routing.charging.promise.keeper import PromiseKeeper
 from routing.charging.promise.promise import DrawStore
-from routing.charging.sites import hindrance, usable_sites
+from routing.charging.sites import hindrance, usable_sites, worth_of
 from routing.charging.task import PROVEN_FRAC, Proof, Shortage, Task, usual_margin_j
 from routing.errors import QueryError, TimeUpError
 
@@ -438,10 +438,10 @@ class _Asked:
         wanted: list[tuple[str, Callable[[], tuple[Task, list[Step]] | None]]] = [
             (
                 "fewest stops",
-                lambda: self._fewest(sum(stop.station is not None for stop in plans[0].stops), best[-1].cost),
+                lambda: self._fewest(task, sum(stop.station is not None for stop in plans[0].stops), best[-1].cost),
             ),
-            ("fastest", self._fastest),
-            ("most reserve", lambda: self._most_reserve(best[-1].cost)),
+            ("fastest", lambda: self._fastest(task)),
+            ("most reserve", lambda: self._most_reserve(task, best[-1].cost)),
         ]
         for name, find in wanted:
             if len(plans) > charging.alternatives:
@@ -458,9 +458,21 @@ class _Asked:
             if all(_stops_of(plan) != _stops_of(known) for known in plans):
                 plans.append(plan)
 
-    def _fewest(self, stops: int, cost: float) -> tuple[Task, list[Step]] | None:
+    def _other_task(self, task: Task, charging: ChargingQuery) -> Task:
+        """The same query otherwise, over the same few of very many stations."""
+        if task not in self._choices:
+            return self._task(self._query, charging)
+        sites = usable_sites(self._vehicle_charging, charging, [site.station for site in task.sites])
+        costs_alike = worth_of(charging) == worth_of(self._charging) and len(sites) == len(task.sites)
+        dearness = task.dearness if costs_alike and not self._charging.network_factors else None
+        other = self._task_over(sites, self._query, charging, self._margin_j, dearness)
+        other.take_likely_ways()
+        other.usable = task.usable
+        return self._kept_task(other)
+
+    def _fewest(self, task: Task, stops: int, cost: float) -> tuple[Task, list[Step]] | None:
         """The best journey of the fewest stops, below a number of them, that does not cost far more."""
-        task = self._task(self._query, replace(self._charging, most_stops=stops))
+        task = self._other_task(task, replace(self._charging, most_stops=stops))
         task.keep_below(FEWEST_COST * cost)
         for most in range(task.least_stops(), stops):
             task.charging = replace(self._charging, most_stops=most)
@@ -469,14 +481,14 @@ class _Asked:
                 return task, steps
         return None
 
-    def _fastest(self) -> tuple[Task, list[Step]] | None:
+    def _fastest(self, task: Task) -> tuple[Task, list[Step]] | None:
         if self._charging.objective is Objective.TIME and not self._charging.network_factors:
             return None
-        task = self._task(self._query, replace(self._charging, objective=Objective.TIME, network_factors={}))
+        task = self._other_task(task, replace(self._charging, objective=Objective.TIME, network_factors={}))
         task, steps = self._found(task)
         return None if steps is None else (task, steps)
 
-    def _most_reserve(self, cost: float) -> tuple[Task, list[Step]] | None:
+    def _most_reserve(self, task: Task, cost: float) -> tuple[Task, list[Step]] | None:
         """The best journey that arrives with the most charge everywhere and does not cost much more.
 
         More reserve never costs less, so that the most is found by halving what is left to be tried.
@@ -488,13 +500,13 @@ class _Asked:
             middle = (low + high) // 2
             least = self._charging.arrive_soc_frac + middle * RESERVE_STEP
             goal = max(self._charging.goal_soc_frac, least)
-            task = self._task(self._query, replace(self._charging, arrive_soc_frac=least, goal_soc_frac=goal))
-            task.keep_below(RESERVE_COST * cost)
-            steps = task.best(below=RESERVE_COST * cost)
+            other = self._other_task(task, replace(self._charging, arrive_soc_frac=least, goal_soc_frac=goal))
+            other.keep_below(RESERVE_COST * cost)
+            steps = other.best(below=RESERVE_COST * cost)
             if steps is None:
                 high = middle
             else:
-                low, found = middle, (task, steps)
+                low, found = middle, (other, steps)
         return found
 
     def _no_plan(self, task: Task) -> NoPlan:

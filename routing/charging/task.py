@@ -123,6 +123,7 @@ class Task:
         if dearness is None:
             a_joule = least_cost_a_joule(sites, query.vehicle.usable_capacity_wh, charging.max_soc_frac)
             dearness = Dearness(a_joule, np.zeros(len(sites)))
+        self.dearness = dearness
         self._is_thinned = legs.search.graph.link_count > many_links
         weightings = usual_weightings(mixed_weights(self._worth, dearness.a_joule), bounded=not self._is_thinned)
         self.queries = capped(query, charging.speed_caps_mps)
@@ -536,6 +537,10 @@ class Task:
         """The best journey along known ways, of those that cost no more."""
         self.keep_below(cost)
         return self.best(below=cost + PROVEN_FRAC * abs(cost))
+
+    def take_likely_ways(self) -> None:
+        """Search ways by the mixed weighting alone; others that are known are looked at as well."""
+        self._weightings = self._mixed
 
     def found_soon(self, cost: float, labels: int) -> list[Step] | None:
         """The best journey along known ways that costs no more; None as well where that takes more labels."""

@@ -122,3 +122,21 @@ def test_of_few_stations_a_goal_asked_for_nearly_full_is_come_to_where_it_is_of_
         assert bool(few.plans) >= bool(whole.plans), seed
         found += bool(few.plans)
     assert 5 <= found <= 35, found
+
+
+def test_further_plans_over_few_stations_are_what_their_names_say() -> None:
+    met = set()
+    for seed in range(2):
+        asked = replace(USUAL, objective=Objective.COST, alternatives=3)
+        best, *others = planned(many_on_a_road(40, seed), asked, A_FEW).plans
+        for other in others:
+            met.add(other.name)
+            assert other.objective >= best.objective * (1.0 - EQUAL_FRAC) or other.name == "fastest"
+            if other.name == "fewest stops":
+                assert len(other.stops) < len(best.stops)
+            elif other.name == "fastest":
+                took_s, best_s = (plan.driving_s + plan.charging_s + plan.overhead_s for plan in (other, best))
+                assert took_s <= best_s * (1.0 + EQUAL_FRAC)
+            else:
+                assert min(stop.arrive_soc_frac for stop in other.stops) >= USUAL.arrive_soc_frac + 0.05 - 1e-9
+    assert "most reserve" in met
