@@ -130,6 +130,7 @@ class Task:
         self._finders = [LegFinder(legs, capped_query, weightings, self.counts) for capped_query in self.queries]
         self._mixed = (weightings[0],)
         self._weightings: tuple[Weights, ...] | None = None  # of ways that are learnt, None: all
+        self._usual: tuple[Weights, ...] | None = None  # of those of all stations over which a journey may be the best
         self._learnt: set[tuple[int, int]] = set()  # of which what is likely is not asked any more
         self._at_ends: dict[tuple[int, LegFinder], tuple[Way | None, Way | None]] = {}
         self._vias: dict[int, list[Arc]] = {}
@@ -508,7 +509,7 @@ class Task:
         if not self._is_thinned and self.latest is None:  # more stations are likely than are no worse than a plan
             self._weightings = self._mixed
             best = self._near_best()
-            self._weightings = None
+            self._weightings = self._usual
             if best is not None:
                 self.keep_below(best[-1].cost)
             self._forget_all()
@@ -540,7 +541,7 @@ class Task:
 
     def take_likely_ways(self) -> None:
         """Search ways by the mixed weighting alone; others that are known are looked at as well."""
-        self._weightings = self._mixed
+        self._weightings = self._usual = self._mixed
 
     def found_soon(self, cost: float, labels: int) -> list[Step] | None:
         """The best journey along known ways that costs no more; None as well where that takes more labels."""
