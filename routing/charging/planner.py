@@ -589,7 +589,7 @@ class _Asked:
             small = self._kept_task(self._task_over(chain, query, charging, self._margin_j))
             if self._keeper(small).kept(small.found()) is not None:
                 return True
-        return None
+        return None if crowd is None else False  # others of very many stations take too long to look at
 
     def _confidence_that_is_kept(self) -> float | None:
         """Of the best plan by the mean, charged as far as it may be, rounded down; None where it is below a half."""
