@@ -53,7 +53,7 @@ def test_a_plan_over_few_stations_is_the_best_of_all_or_says_by_how_much_it_may_
             assert found.objective - found.short_by <= best.objective * (1.0 + EQUAL_FRAC), seed
             proven += found.short_by == 0.0
             bounded += found.short_by > 0.0
-    assert proven >= 15
+    assert proven >= 10
     assert bounded >= 2
     assert none >= 5
 
