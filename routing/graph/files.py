@@ -18,7 +18,6 @@ import numpy as np
 from energy.stops import Cross, FunctionalClass
 from routing.errors import GraphFormatError
 from routing.graph.conditional_limits import ConditionalLimits, conditional_limits_from
-from routing.graph.exchange import exchanged
 from routing.graph.ferries import Ferries, ferries_from
 from routing.graph.link_copies import LinkCopies, link_copies_from
 from routing.graph.road_graph import (
@@ -31,7 +30,8 @@ from routing.graph.road_graph import (
     left_out_ferries,
     meta_fields,
 )
-from routing.graph.sealed import META_FILE, SEAL, WRITTEN, GraphFiles, array_bytes, seal_of
+from routing.graph.sealed import META_FILE, SEAL, WRITTEN, GraphFiles, array_bytes, exchanged, seal_of
+from routing.graph.signs import RoadSigns, signs_from
 from routing.graph.structure import check_structure
 
 if TYPE_CHECKING:
@@ -69,6 +69,8 @@ CONDITIONAL_FILE: Final = "conditional_limits.json"
 CUT_NODE: Final = "cut_node"  # an array that not every graph has
 FERRIES_FILE: Final = "ferries.json"
 COPIES_FILE: Final = "link_copies.json"
+SIGNS_FILE: Final = "signs.json"
+SIGN_IDX: Final = "sign_idx"  # an array that not every graph has
 
 # what numpy's reader lets out when a header is damaged: it is a Python literal, evaluated
 _UNREADABLE: Final = (
@@ -126,6 +128,9 @@ def _files(graph: RoadGraph) -> dict[str, bytes]:
         files[FERRIES_FILE] = json.dumps(graph.ferries.columns()).encode()
     if graph.copies is not None:
         files[COPIES_FILE] = json.dumps(graph.copies.columns()).encode()
+    if graph.signs is not None:
+        files[SIGNS_FILE] = json.dumps(graph.signs.columns(), ensure_ascii=False).encode()
+        files[f"{SIGN_IDX}.npy"] = array_bytes(graph.signs.sign_idx)
     return files
 
 
@@ -225,6 +230,7 @@ def _read(files: GraphFiles) -> RoadGraph:
         cut_node=_cut_node(files, arrays["node_lat_deg"].size),
         ferries=_ferries(files, arrays),
         copies=copies,
+        signs=_signs(files, arrays["tail"].size, arrays["node_lat_deg"].size),
         **arrays,
     )
 
@@ -270,6 +276,18 @@ def _ferries(files: GraphFiles, arrays: Mapping[str, NDArray[Any]]) -> Ferries |
         raise GraphFormatError(files.path, FERRIES_FILE, f"damaged ({error})", allowed) from error
 
 
+def _signs(files: GraphFiles, link_count: int, node_count: int) -> RoadSigns | None:
+    """What drivers read along links, None where the graph has no record of it."""
+    if not files.has(SIGNS_FILE):
+        return None
+    content, sign_idx = files.read(SIGNS_FILE), _array(files, SIGN_IDX)
+    try:
+        return signs_from(json.loads(content), sign_idx, link_count, node_count)
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError, RecursionError) as error:
+        allowed = "signs of links of the graph, as `joulepath import` writes them"
+        raise GraphFormatError(files.path, SIGNS_FILE, f"damaged ({error})", allowed) from error
+
+
 def _conditional(files: GraphFiles, link_count: int) -> ConditionalLimits | None:
     """Limits under a condition, None where the graph has none."""
     if not files.has(CONDITIONAL_FILE):
@@ -284,7 +302,7 @@ def _conditional(files: GraphFiles, link_count: int) -> ConditionalLimits | None
 
 def _array(files: GraphFiles, name: str) -> NDArray[Any]:
     """A one-dimensional array of the declared type."""
-    file, dtype = f"{name}.npy", np.dtype(np.int32 if name == CUT_NODE else ARRAY_DTYPES[name])
+    file, dtype = f"{name}.npy", np.dtype(ARRAY_DTYPES.get(name, np.int32))
     content = files.read(file)
     try:
         array: NDArray[Any] = np.lib.format.read_array(BytesIO(content), allow_pickle=False)

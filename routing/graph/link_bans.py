@@ -187,6 +187,7 @@ def _extended(
         successor=successor,
         conditional=conditional,
         ferries=ferries,
+        signs=None if graph.signs is None else graph.signs.with_links(of),
         copies=LinkCopies(of),
     )
 

@@ -32,6 +32,7 @@ from routing.graph.road_graph import (
     left_out_ferries,
     meta_fields,
 )
+from routing.graph.signs import RoadSigns, signs_from
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -46,6 +47,8 @@ _NAMESPACE_WITHIN: Final = 4096  # bytes from the beginning, in which the root n
 _GZIP_MARK: Final = b"\x1f\x8b"
 _MOST_UNPACKED_BYTES: Final = 512 << 20  # what lies behind is missing, so that the file is refused
 _COPIES_KEY: Final = "joulepath_link_copies"
+_SIGNS_KEY: Final = "joulepath_signs"
+_SIGN_IDX: Final = "sign_idx"
 _VERSION_KEY: Final = "joulepath_format_version"
 _HIGHWAY: Final = {c: c.name.lower() for c in FunctionalClass}
 
@@ -74,6 +77,9 @@ def to_networkx(graph: RoadGraph) -> NetworkxGraph:
         result.graph[_CUT_KEY] = json.dumps(graph.cut_node.tolist())
     if graph.copies is not None:
         result.graph[_COPIES_KEY] = json.dumps(graph.copies.columns())
+    if graph.signs is not None:
+        columns = graph.signs.columns() | {_SIGN_IDX: graph.signs.sign_idx.tolist()}
+        result.graph[_SIGNS_KEY] = json.dumps(columns, ensure_ascii=False)
     carried_s: dict[int, float] = {}
     if graph.ferries is not None:
         result.graph[_FERRIES_KEY] = json.dumps(graph.ferries.columns())
@@ -229,12 +235,22 @@ def _rebuilt(graph: NetworkxGraph) -> RoadGraph:
         conditional=conditional_limits_from(json.loads(conditional), len(edges)) if conditional else None,
         cut_node=cut_node,
     )
-    return replace(rebuilt, ferries=_ferries(graph, rebuilt), copies=_copies(graph, rebuilt))
+    return replace(
+        rebuilt, ferries=_ferries(graph, rebuilt), copies=_copies(graph, rebuilt), signs=_signs(graph, rebuilt)
+    )
 
 
 def _copies(graph: NetworkxGraph, rebuilt: RoadGraph) -> LinkCopies | None:
     columns = graph.graph.get(_COPIES_KEY)
     return link_copies_from(json.loads(columns), rebuilt.tail, rebuilt.head) if columns else None
+
+
+def _signs(graph: NetworkxGraph, rebuilt: RoadGraph) -> RoadSigns | None:
+    text = graph.graph.get(_SIGNS_KEY)
+    if not text:
+        return None
+    columns = json.loads(text)
+    return signs_from(columns, np.array(columns[_SIGN_IDX], np.int32), rebuilt.link_count, rebuilt.node_count)
 
 
 def _ferries(graph: NetworkxGraph, rebuilt: RoadGraph) -> Ferries | None:

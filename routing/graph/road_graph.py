@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from routing.graph.conditional_limits import ConditionalLimits
     from routing.graph.ferries import Ferries
     from routing.graph.link_copies import LinkCopies
+    from routing.graph.signs import RoadSigns
 
     SomeLinks = NDArray[np.integer] | slice  # indices of links, or a run of them
 
@@ -148,7 +149,8 @@ class RoadGraph:
     cut_node: int32 (k,) ascending, nodes at which the map's extract cuts a road; None where the import knew of none and
     of no rim without any. ferries: links over which a ferry carries the vehicle, None where there are none; their
     speed_limit_mps is the ferry's speed. copies: of links, which come last
-    and lead elsewhere than these for those who may not go on as others; None where there are none.
+    and lead elsewhere than these for those who may not go on as others; None where there are none. signs: what drivers
+    read along links, None where the import kept none.
     """
 
     meta: GraphMeta
@@ -177,6 +179,7 @@ class RoadGraph:
     cut_node: NDArray[np.int32] | None = None
     ferries: Ferries | None = None
     copies: LinkCopies | None = None
+    signs: RoadSigns | None = None
 
     def __post_init__(self) -> None:
         for name in ARRAY_NAMES:
@@ -270,9 +273,8 @@ class RoadGraph:
         return self.successor[self.successor_first[link_idx] : self.successor_first[link_idx + 1]]
 
 
-ARRAY_NAMES: Final = tuple(
-    f.name for f in fields(RoadGraph) if f.name not in ("meta", "names", "conditional", "cut_node", "ferries", "copies")
-)
+_NO_ARRAYS: Final = ("meta", "names", "conditional", "cut_node", "ferries", "copies", "signs")
+ARRAY_NAMES: Final = tuple(f.name for f in fields(RoadGraph) if f.name not in _NO_ARRAYS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -280,7 +282,8 @@ class LooseLinks:
     """Links in any order, as an importer makes them; shapes and units as in RoadGraph.
 
     forbidden_turns: int64 (k, 2), positions in these arrays: the first link may not be followed by the second.
-    conditional: limits under a condition, of positions in these arrays, or None. ferries: of positions, or None.
+    conditional: limits under a condition, of positions in these arrays, or None. ferries: of positions, or None. signs:
+    of positions, exits at positions of nodes, or None.
     """
 
     tail: NDArray[np.int32]
@@ -299,6 +302,7 @@ class LooseLinks:
     forbidden_turns: NDArray[np.int64]
     conditional: ConditionalLimits | None = None
     ferries: Ferries | None = None
+    signs: RoadSigns | None = None
 
     def is_ferry(self) -> NDArray[np.bool_]:
         """Whether a ferry carries the vehicle over a link, bool (M,)."""
@@ -390,6 +394,7 @@ def assemble_graph(meta: GraphMeta, names: tuple[str, ...], nodes: LooseNodes, l
         successor=rank[successor[gather]].astype(np.int32),
         conditional=None if links.conditional is None else links.conditional.of_links(kept, rank),
         ferries=None if links.ferries is None else links.ferries.of_links(kept, rank),
+        signs=None if links.signs is None else links.signs.of_links(used, node_rank),
     )
 
 

@@ -1,9 +1,11 @@
-"""Files of a stored graph, read whole and held against the hashes that meta.json has of them."""
+"""Files of a stored graph: read whole, held against the hashes that meta.json has of them, exchanged as a folder."""
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
 import json
+import os
 from io import BytesIO
 from typing import TYPE_CHECKING, Any, Final
 
@@ -18,6 +20,8 @@ if TYPE_CHECKING:
 META_FILE: Final = "meta.json"
 SEAL: Final = "sha256"  # of each other file, in meta.json, which is written last
 WRITTEN: Final = "a graph written by `joulepath import`"
+_HERE: Final = -100  # AT_FDCWD
+_EXCHANGE: Final = 2  # RENAME_EXCHANGE of renameat2, Linux 3.15 with glibc 2.28 or musl 1.2.4
 
 
 class GraphFiles:
@@ -93,3 +97,11 @@ def array_bytes(array: np.ndarray[Any, Any]) -> bytes:
 def seal_of(files: Mapping[str, bytes]) -> dict[str, str]:
     """Hashes of files by name, as meta.json has them."""
     return {file: hashlib.sha256(content).hexdigest() for file, content in sorted(files.items())}
+
+
+def exchanged(first: Path, second: Path) -> bool:
+    """Whether both have taken each other's place, so that there was something in each at any time."""
+    rename = getattr(ctypes.CDLL(None), "renameat2", None) if os.name == "posix" else None
+    if rename is None:
+        return False
+    return bool(rename(_HERE, os.fsencode(first), _HERE, os.fsencode(second), _EXCHANGE) == 0)

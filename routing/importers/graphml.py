@@ -15,6 +15,7 @@ from routing.graph.earth import E7
 from routing.importers.graphml_lines import lines_of, lonlat_deg, projection_of, refuse_swapped_axes
 from routing.importers.heights.cells import HIGHEST_M, LOWEST_M
 from routing.importers.roads import Roads, Ways, short_distance_m
+from routing.importers.signs import DIRECTIONS, drives_left, exit_ref_of, sign_of
 from routing.importers.speeds import HIGHEST_KMH, KMH, LOWEST_KMH, limit_mps_from_value, may_be_unlimited
 from routing.importers.tags import (
     Control,
@@ -34,6 +35,8 @@ if TYPE_CHECKING:
     import networkx as nx
     from numpy.typing import NDArray
     from rasterio.crs import CRS
+
+    from routing.graph.signs import RoadSign
 
 _PLAIN_STRETCH: Final = (0.5, 20.0)  # of an edge's stated length over that of its line; outside, the line is right
 _ABSENT: Final = frozenset(("", "nan", "NaN", "None", "<NA>", "NaT", "NULL", "null", "<null>", "N/A", "#N/A"))
@@ -129,6 +132,7 @@ def roads_from_networkx(graph: nx.MultiDiGraph[Any] | nx.MultiGraph[Any], source
                 is_structure({k: x}) for k in ("bridge", "tunnel") for x in _values(data.get(k)) if x != "False"
             ),
             name_idx=names.setdefault(label, len(names)),
+            tags=tags | {"highway": next((v for v in _values(data.get("highway")) if road_class(v)), tags["highway"])},
             length_m=length_m,
             forward_mps=limit,
         )
@@ -152,27 +156,35 @@ def roads_from_networkx(graph: nx.MultiDiGraph[Any] | nx.MultiGraph[Any], source
     lon_array, lat_array = np.array(lon_e7, np.int32), np.array(lat_e7, np.int32)
     first_array, point_array = np.array(first, np.int64), np.array(point, np.int32)
     stated_m = np.array([road.length_m for road in rows], np.float64)
+    signs: dict[RoadSign, int] = {}
+    ahead, back = (
+        [signs.setdefault(sign_of(r.tags, direction, oneway=not r.backward), len(signs)) for r in rows]
+        for direction in DIRECTIONS
+    )
+    ways = Ways(
+        way_first=first_array,
+        point=point_array,
+        id=np.array([road.way_id for road in rows], np.int64),
+        functional_class=np.array([road.kind.functional_class for road in rows], np.int8),
+        ramp=np.array([road.kind.ramp for road in rows], np.bool_),
+        living_street=np.array([road.kind.living_street for road in rows], np.bool_),
+        roundabout=np.array([road.roundabout for road in rows], np.bool_),
+        structure=np.array([road.structure for road in rows], np.bool_),
+        forward=np.ones(len(rows), np.bool_),
+        backward=np.array([road.backward for road in rows], np.bool_),
+        forward_mps=np.array([road.forward_mps for road in rows], np.float64),
+        backward_mps=np.array([road.backward_mps for road in rows], np.float64),
+        urban=np.full(len(rows), -1, np.int8),
+        name_idx=np.array([road.name_idx for road in rows], np.int32),
+        stretch=_stretch(lon_array, lat_array, point_array, first_array, stated_m, dropped, axes=crs is None),
+        sign_forward=np.array(ahead, np.int32),
+        sign_backward=np.array(back, np.int32),
+    )
     return Roads(
         point_id=np.array(ids, np.int64),
         lon_e7=lon_array,
         lat_e7=lat_array,
-        ways=Ways(
-            way_first=first_array,
-            point=point_array,
-            id=np.array([road.way_id for road in rows], np.int64),
-            functional_class=np.array([road.kind.functional_class for road in rows], np.int8),
-            ramp=np.array([road.kind.ramp for road in rows], np.bool_),
-            living_street=np.array([road.kind.living_street for road in rows], np.bool_),
-            roundabout=np.array([road.roundabout for road in rows], np.bool_),
-            structure=np.array([road.structure for road in rows], np.bool_),
-            forward=np.ones(len(rows), np.bool_),
-            backward=np.array([road.backward for road in rows], np.bool_),
-            forward_mps=np.array([road.forward_mps for road in rows], np.float64),
-            backward_mps=np.array([road.backward_mps for road in rows], np.float64),
-            urban=np.full(len(rows), -1, np.int8),
-            name_idx=np.array([road.name_idx for road in rows], np.int32),
-            stretch=_stretch(lon_array, lat_array, point_array, first_array, stated_m, dropped, axes=crs is None),
-        ),
+        ways=ways,
         names=tuple(names),
         controls=controls,
         restrictions=(),
@@ -183,6 +195,9 @@ def roads_from_networkx(graph: nx.MultiDiGraph[Any] | nx.MultiGraph[Any], source
         attribution="© OpenStreetMap contributors",
         dropped={reason: count for reason, count in dropped.items() if count},
         height_m=_heights(height, added, source),
+        signs=tuple(signs),
+        exits={k: ref for k, (_, data) in enumerate(nodes) if (ref := exit_ref_of(_tags(data)))},
+        drives_left=drives_left({}, None, ways, lon_array, lat_array),
     )
 
 
@@ -198,6 +213,7 @@ class _Road:
     roundabout: bool
     structure: bool
     name_idx: int
+    tags: dict[str, str]
     length_m: float
     forward_mps: float
     backward: bool = False

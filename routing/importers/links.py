@@ -10,6 +10,7 @@ from routing.graph.conditional_limits import DAY_MIN, EVERY_DAY, ConditionalLimi
 from routing.graph.earth import E7
 from routing.graph.ferries import Ferries
 from routing.graph.road_graph import LooseLinks, LooseNodes
+from routing.graph.signs import RoadSigns
 from routing.importers.crossings import cross_at_heads
 from routing.importers.curves import bend_speeds_mps
 from routing.importers.ferries import levelled
@@ -95,6 +96,7 @@ def loose_graph(
         ),
         conditional=_conditional(roads, way, reversed_),
         ferries=ferries,
+        signs=_signs(roads, way, reversed_, node_point),
     )
     nodes = LooseNodes(
         lat_deg=chains.lat_e7[node_point] / E7,
@@ -103,6 +105,25 @@ def loose_graph(
         id=node_id,
     )
     return nodes, links
+
+
+def _signs(
+    roads: Roads, way: NDArray[np.int64], reversed_: NDArray[np.bool_], node_point: NDArray[np.int64]
+) -> RoadSigns | None:
+    """What is read along links, None where the map tells nothing of it; node_point: int64 (N,) points of nodes."""
+    ahead, back = roads.ways.sign_forward, roads.ways.sign_backward
+    if ahead is None or back is None:
+        return None
+    exits = np.array(sorted(roads.exits), np.int64)
+    node = np.minimum(np.searchsorted(node_point, exits), node_point.size - 1)
+    found = node_point[node] == exits
+    return RoadSigns(
+        np.where(reversed_, back[way], ahead[way]).astype(np.int32),
+        roads.signs,
+        node[found].astype(np.int32),
+        tuple(roads.exits[point] for point in exits[found].tolist()),
+        roads.drives_left,
+    )
 
 
 def _conditional(roads: Roads, way: NDArray[np.int64], reversed_: NDArray[np.bool_]) -> ConditionalLimits | None:

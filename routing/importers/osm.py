@@ -15,9 +15,11 @@ from routing.errors import ImportFailedError
 from routing.graph.cut_roads import Extent
 from routing.graph.earth import E7
 from routing.graph.road_graph import PARTS_NAMED, LeftOutFerry
+from routing.graph.signs import NO_SIGN
 from routing.importers.ferries import ferry_speed, is_ferry, line_length_m, takes_cars
 from routing.importers.osm_files import check_strings, deleted_objects, header_boxes, open_osm, region_boundary
 from routing.importers.roads import Restriction, Roads, WayBan, Ways
+from routing.importers.signs import DIRECTIONS, drives_left, exit_ref_of, sign_of
 from routing.importers.speeds import country_code, limits_from_tags, most_named
 from routing.importers.tags import (
     Barrier,
@@ -42,6 +44,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
     from pathlib import Path
 
+    from routing.graph.signs import RoadSign
     from routing.importers.conditional import ConditionalLimit
 
     Conditional = tuple[tuple[ConditionalLimit, ...], tuple[ConditionalLimit, ...]]
@@ -134,8 +137,11 @@ class _Reader:
         self.way_first: list[int] = [0]
         self.way_point: list[int] = []
         self.way_id: list[int] = []
-        self.way_row: list[tuple[int, bool, bool, bool, bool, bool, bool, float, float, int, int]] = []
+        self.way_row: list[tuple[int, bool, bool, bool, bool, bool, bool, float, float, int, int, int, int]] = []
         self.name_idx: dict[str, int] = {"": 0}
+        self.sign_idx: dict[RoadSign, int] = {NO_SIGN: 0}
+        self.exits_by_id: dict[int, str] = {}
+        self.driving_sides: Counter[str] = Counter()
         self.restrictions: list[Restriction] = []
         self.way_bans: list[WayBan] = []
         self.built_up: list[Polygon] = []
@@ -194,6 +200,8 @@ class _Reader:
         found = control(tags)
         if found is not None:
             self.controls_by_id[node.id] = found
+        if number := exit_ref_of(tags):
+            self.exits_by_id[node.id] = number
         barrier = barrier_of(tags)
         if barrier is not Barrier.OPEN:
             self.blocked[node.id] = Dropped.BARRIER if barrier is Barrier.SHUT else Dropped.BARRIER_UNKNOWN
@@ -243,6 +251,7 @@ class _Reader:
             limits.backward_mps or np.nan,
             -1 if limits.urban is None else int(limits.urban),
             self.name_idx.setdefault(label, len(self.name_idx)),
+            *self._signs(tags, oneway=forward != backward),
         )
         self.drawn[way.id] = (self._refs(way), row, limits.conditional)
 
@@ -265,8 +274,29 @@ class _Reader:
             return
         self.ferries[way.id] = tags.get("duration")
         name_idx = self.name_idx.setdefault(label, len(self.name_idx))
-        row = (int(FunctionalClass.SERVICE), False, False, False, True, *drivable(tags), np.nan, np.nan, 0, name_idx)
+        ahead, back = drivable(tags)
+        signs = self._signs(tags, oneway=ahead != back)
+        row = (
+            int(FunctionalClass.SERVICE),
+            False,
+            False,
+            False,
+            True,
+            ahead,
+            back,
+            np.nan,
+            np.nan,
+            0,
+            name_idx,
+            *signs,
+        )
         self.drawn[way.id] = (self._refs(way), row, ((), ()))
+
+    def _signs(self, tags: Mapping[str, str], *, oneway: bool) -> tuple[int, int]:
+        """What is read on a way along and against its points."""
+        ahead, back = (sign_of(tags, direction, oneway=oneway) for direction in DIRECTIONS)
+        idx = self.sign_idx
+        return idx.setdefault(ahead, len(idx)), idx.setdefault(back, len(idx))
 
     def ask_for_ferries(self) -> None:
         """Have the places of ferries that are left out looked for where the file is read again anyhow."""
@@ -378,6 +408,8 @@ class _Reader:
         code = tags.get("ISO3166-1") or tags.get("ISO3166-1:alpha2")
         if tags.get("boundary") == "administrative" and tags.get("admin_level") == "2" and code:
             self.country_areas.add(country_code(code) or code.upper())
+            if "driving_side" in tags:
+                self.driving_sides[tags["driving_side"].strip().lower()] += 1
         kind = tags.get("type", "").strip().lower()
         if kind == "route" and is_ferry(tags) and "duration" in tags:
             self.ferry_lines.append((tuple(m.ref for m in relation.members if m.type == "w"), tags["duration"]))
@@ -418,37 +450,45 @@ class _Reader:
         controls: Mapping[int, Control] = {
             self.point_idx[point]: found for point, found in self.controls_by_id.items() if point in self.point_idx
         }
+        lon_e7, lat_e7 = np.array(self.lon_e7, np.int32), np.array(self.lat_e7, np.int32)
+        ways = Ways(
+            way_first=np.array(self.way_first, np.int64),
+            point=np.array(self.way_point, np.int32),
+            id=np.array(self.way_id, np.int64),
+            functional_class=np.array(columns[0], np.int8),
+            ramp=np.array(columns[1], np.bool_),
+            living_street=np.array(columns[2], np.bool_),
+            roundabout=np.array(columns[3], np.bool_),
+            structure=np.array(columns[4], np.bool_),
+            forward=np.array(columns[5], np.bool_),
+            backward=np.array(columns[6], np.bool_),
+            forward_mps=np.array(columns[7], np.float64),
+            backward_mps=np.array(columns[8], np.float64),
+            urban=np.array(columns[9], np.int8),
+            name_idx=np.array(columns[10], np.int32),
+            ferry_mps=ferry_mps,
+            sign_forward=np.array(columns[11], np.int32),
+            sign_backward=np.array(columns[12], np.int32),
+        )
+        country = self.country()
         return Roads(
             point_id=np.array(self.point_id, np.int64),
-            lon_e7=np.array(self.lon_e7, np.int32),
-            lat_e7=np.array(self.lat_e7, np.int32),
-            ways=Ways(
-                way_first=np.array(self.way_first, np.int64),
-                point=np.array(self.way_point, np.int32),
-                id=np.array(self.way_id, np.int64),
-                functional_class=np.array(columns[0], np.int8),
-                ramp=np.array(columns[1], np.bool_),
-                living_street=np.array(columns[2], np.bool_),
-                roundabout=np.array(columns[3], np.bool_),
-                structure=np.array(columns[4], np.bool_),
-                forward=np.array(columns[5], np.bool_),
-                backward=np.array(columns[6], np.bool_),
-                forward_mps=np.array(columns[7], np.float64),
-                backward_mps=np.array(columns[8], np.float64),
-                urban=np.array(columns[9], np.int8),
-                name_idx=np.array(columns[10], np.int32),
-                ferry_mps=ferry_mps,
-            ),
+            lon_e7=lon_e7,
+            lat_e7=lat_e7,
+            ways=ways,
             names=tuple(self.name_idx),
             controls=controls,
             restrictions=tuple(self.restrictions),
             way_bans=tuple(self.way_bans),
             built_up=tuple(self.built_up),
-            country=self.country(),
+            country=country,
             source=source,
             licence="ODbL-1.0",
             attribution="© OpenStreetMap contributors",
             dropped=dict(self.dropped),
             conditional=self.conditional,
             ferries_left_out=left_out,
+            signs=tuple(self.sign_idx),
+            exits={self.point_idx[k]: ref for k, ref in self.exits_by_id.items() if k in self.point_idx},
+            drives_left=drives_left(self.driving_sides, country, ways, lon_e7, lat_e7),
         )

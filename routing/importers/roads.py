@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
     from routing.graph.cut_roads import Extent
     from routing.graph.road_graph import LeftOutFerry
+    from routing.graph.signs import RoadSign
     from routing.importers.conditional import ConditionalLimit
     from routing.importers.tags import Control
 
@@ -57,6 +58,7 @@ class Ways:
     urban: int8, 1 and 0 as tagged, -1 where nothing is.
     stretch: float64, driven length over that of the drawn line; None unless the map states lengths of its own.
     ferry_mps: float64, speed of ferries, NaN of roads; None where all are roads.
+    sign_forward, sign_backward: int32, into the signs of Roads; None where the map has none.
     """
 
     way_first: NDArray[np.int64]
@@ -75,6 +77,8 @@ class Ways:
     name_idx: NDArray[np.int32]
     stretch: NDArray[np.float64] | None = None
     ferry_mps: NDArray[np.float64] | None = None
+    sign_forward: NDArray[np.int32] | None = None
+    sign_backward: NDArray[np.int32] | None = None
 
     @property
     def ferry(self) -> NDArray[np.bool_] | None:
@@ -90,7 +94,8 @@ class Roads:
     heights (NaN between known ones), else None. controls: by position of the point. built_up: landuse areas.
     country: the code whose speed rules hold, or None. dropped: what was left out, by reason.
     conditional: limits under a condition along and against a way, by the way's row. extent: where the file says that it
-    ends, None where files of its kind don't. ferries_left_out: the longest ones.
+    ends, None where files of its kind don't. ferries_left_out: the longest ones. signs: what is read along ways. exits:
+    numbers of exits by position of the point. drives_left: whether traffic keeps to the left.
     """
 
     point_id: NDArray[np.int64]
@@ -113,6 +118,9 @@ class Roads:
     way_bans: tuple[WayBan, ...] = ()
     extent: Extent | None = None
     ferries_left_out: tuple[LeftOutFerry, ...] = ()
+    signs: tuple[RoadSign, ...] = ()
+    exits: Mapping[int, str] = field(default_factory=dict)
+    drives_left: bool = False
 
 
 def eastward_e7(lon_a_e7: NDArray[np.int32], lon_b_e7: NDArray[np.int32]) -> NDArray[np.int64]:
