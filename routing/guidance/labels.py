@@ -1,0 +1,87 @@
+"""What roads are called, and when two are one road to a driver."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from functools import lru_cache
+from typing import TYPE_CHECKING, Final, NamedTuple
+
+from routing.graph.signs import NO_SIGN
+
+if TYPE_CHECKING:
+    from routing.graph.road_graph import RoadGraph
+    from routing.graph.signs import RoadSign
+
+
+_WORD: Final = re.compile(r"\w+")
+_SMALL_WORDS: Final = frozenset(
+    (
+        *("a", "o", "e", "y", "d", "de", "da", "do", "das", "dos", "del", "della", "delle", "di", "du", "des", "dal"),
+        *("el", "il", "la", "le", "les", "lo", "los", "las", "of", "the", "van", "von", "der", "die", "den", "dem"),
+    )
+)
+
+
+class Label(NamedTuple):
+    """A road's name and number, empty where it has none; folded, refs: the same to compare by."""
+
+    name: str
+    ref: str
+    folded: str
+    refs: frozenset[str]
+
+    @property
+    def known(self) -> bool:
+        """Whether the road has either."""
+        return bool(self.name or self.ref)
+
+
+class Labels:
+    """Labels and signs of the links of a graph, each made once."""
+
+    def __init__(self, graph: RoadGraph) -> None:
+        self._names = graph.names
+        self._name_idx = graph.name_idx
+        self._signs = graph.signs
+        self._known: dict[tuple[int, int], Label] = {}
+
+    def sign(self, link: int) -> RoadSign:
+        """What is read on a link."""
+        signs = self._signs
+        return NO_SIGN if signs is None else signs.signs[signs.sign_idx[link]]
+
+    def label(self, link: int) -> Label:
+        """A link's name and number."""
+        signs = self._signs
+        key = (int(self._name_idx[link]), -1 if signs is None else int(signs.sign_idx[link]))
+        known = self._known.get(key)
+        if known is None:
+            known = self._known[key] = label_of(self._names[key[0]] if self._names else "", self.sign(link).ref)
+        return known
+
+
+@lru_cache(maxsize=1 << 16)
+def label_of(name: str, ref: str) -> Label:
+    """A label; a name that is the number is none, as the import writes it for roads without a name."""
+    name = "" if name == ref else name.strip()
+    numbers = frozenset(part for text in ref.split(";") if (part := text.replace(" ", "").casefold()))
+    return Label(name, ", ".join(part for text in ref.split(";") if (part := text.strip())), _folded(name), numbers)
+
+
+def _folded(name: str) -> str:
+    """A name without accents, capitals and small words, which maps write now and then: what two of one road share."""
+    plain = "".join(c for c in unicodedata.normalize("NFD", name.casefold()) if not unicodedata.combining(c))
+    words = _WORD.findall(plain)
+    return " ".join([word for word in words if word not in _SMALL_WORDS] or words)
+
+
+def same_road(one: Label, other: Label) -> bool:
+    """Whether two labels are of one road.
+
+    They have the same name; or one is without a name, or its name is part of the other's, and a number is the same.
+    """
+    if one.folded and other.folded and one.folded != other.folded:
+        within = f" {one.folded} " in f" {other.folded} " or f" {other.folded} " in f" {one.folded} "
+        return within and not one.refs.isdisjoint(other.refs)
+    return bool(one.folded and other.folded) or not one.refs.isdisjoint(other.refs)

@@ -1,0 +1,111 @@
+"""What is told along drives over small maps, and what each step says of its way."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import pytest
+
+from routing.guidance.step import Modifier, StepType
+from routing.guidance.steps import steps_of
+from tests.routing.guidance.driven import drawn, driven, street, told
+
+# a crossing of two streets, and a T at the end of one:      3     7
+#                                                            |     |
+#                                                        1---2-----6
+#                                                            |     |
+#                                                            4     8
+PLACES = {1: (0, 0), 2: (100, 0), 3: (100, 100), 4: (100, -100), 6: (300, 0), 7: (300, 100), 8: (300, -100)}
+WAYS = {
+    10: ([1, 2, 6], street("Long Street")),
+    11: ([3, 2, 4], street("Cross Street")),
+    12: ([7, 6, 8], street("Last Street")),
+}
+
+
+def test_crossing_is_told_only_where_it_is_turned_at(draw_map: Any) -> None:
+    graph = drawn(draw_map, PLACES, WAYS)
+    assert told(graph, 1, 2, 6, 7) == ["end of road left Last Street"]
+    assert told(graph, 1, 2, 3) == ["turn left Cross Street"]
+    assert told(graph, 1, 2, 4) == ["turn right Cross Street"]
+    assert told(graph, 3, 2, 4) == []
+    assert told(graph, 7, 6, 2) == ["turn right Long Street"]
+
+
+def test_steps_follow_each_other_without_gaps_and_add_up_to_the_route(draw_map: Any) -> None:
+    graph = drawn(draw_map, PLACES, WAYS)
+    route = driven(graph, 1, 2, 6, 7)
+    steps = steps_of(graph, route)
+    assert [step.type for step in steps] == [StepType.DEPART, StepType.END_OF_ROAD, StepType.ARRIVE]
+    assert sum(step.distance_m for step in steps) == pytest.approx(route.distance_m)
+    assert sum(step.duration_s for step in steps) == pytest.approx(route.duration_s)
+    assert sum(step.energy_j for step in steps) == pytest.approx(route.energy_j)
+    assert (steps[0].soc_start_frac, steps[-1].soc_end_frac) == (route.soc_start_frac, route.soc_end_frac)
+    for before, after in pairwise(steps):
+        assert after.first_link == before.last_link + 1
+        assert after.geometry_first == before.geometry_last
+        assert after.soc_start_frac == before.soc_end_frac
+    for step in steps:
+        lon, lat = route.geometry[step.geometry_first]
+        assert step.at == (lat, lon)
+    assert steps[-1].last_link == len(route.links) - 1 < steps[-1].first_link
+
+
+def test_turn_has_bearings_and_the_roads_that_meet_clockwise_from_north(draw_map: Any) -> None:
+    graph = drawn(draw_map, PLACES, WAYS)
+    turn = steps_of(graph, driven(graph, 1, 2, 4))[1]
+    assert turn.bearing_before_deg == pytest.approx(90.0, abs=0.5)
+    assert turn.bearing_after_deg == pytest.approx(180.0, abs=0.5)
+    (junction,) = turn.intersections
+    assert junction.bearings == (0, 90, 180, 270)
+    assert junction.entry == (True, True, True, False)  # turning back is not permitted there
+    assert (junction.in_idx, junction.out_idx) == (3, 2)
+
+
+def test_junctions_passed_without_a_step_are_intersections_of_the_step_before(draw_map: Any) -> None:
+    graph = drawn(draw_map, PLACES, WAYS)
+    depart, turn, arrive = steps_of(graph, driven(graph, 1, 2, 6, 7))
+    assert [len(step.intersections) for step in (depart, turn, arrive)] == [2, 1, 1]
+    assert depart.intersections[1].bearings == (0, 90, 180, 270)
+    assert (arrive.intersections[0].in_idx, arrive.intersections[0].out_idx) == (0, None)
+
+
+def test_each_leg_departs_and_arrives_and_says_its_charge(draw_map: Any) -> None:
+    graph = drawn(draw_map, PLACES, WAYS)
+    route = driven(graph, 1, 2, 6, 7, via=(1,))
+    steps = steps_of(graph, route)
+    kinds = [step.type.value for step in steps]
+    assert kinds == ["depart", "arrive", "depart", "arrive"]  # the via point is at the junction: it is departed from
+    assert steps[1].soc_end_frac == route.legs[0].soc_end_frac == steps[2].soc_start_frac
+    assert steps[2].first_link == route.legs[1].first_link
+
+
+def test_turning_back_at_a_dead_end_is_a_u_turn(draw_map: Any) -> None:
+    graph = drawn(draw_map, PLACES, WAYS)
+    step = steps_of(graph, driven(graph, 3, 2, 4, 2, 3))[1]
+    assert (step.type, step.modifier) == (StepType.CONTINUE, Modifier.UTURN)
+
+
+def test_name_that_changes_where_the_way_is_obvious_is_a_new_name(draw_map: Any) -> None:
+    places = {1: (0, 0), 2: (100, 0), 3: (200, 0), 4: (600, 0), 5: (900, 0)}
+    ways = {
+        10: ([1, 2], street("Rua do Campo")),
+        11: ([2, 3], street("Rua de Campo")),  # small words are written now and then
+        12: ([3, 4], street("Ponte Nova")),
+        13: ([4, 5], street("Ponte Nova", ref="N 1")),
+    }
+    graph = drawn(draw_map, places, ways)
+    assert told(graph, 1, 5) == ["new name straight Ponte Nova"]
+
+
+def test_road_that_has_its_name_back_after_a_bridge_is_not_told(draw_map: Any) -> None:
+    places = {1: (0, 0), 2: (200, 0), 3: (280, 0), 4: (600, 0)}
+    ways = {10: ([1, 2], street("Rua")), 11: ([2, 3], street("Ponte", bridge="yes")), 12: ([3, 4], street("Rua"))}
+    assert told(drawn(draw_map, places, ways), 1, 4) == []
+
+
+def test_graph_without_signs_is_told_by_names_and_angles(draw_map: Any) -> None:
+    graph = replace(drawn(draw_map, PLACES, WAYS), signs=None)
+    assert told(graph, 1, 2, 6, 7) == ["end of road left Last Street"]
