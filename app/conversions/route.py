@@ -10,6 +10,7 @@ import numpy as np
 from app.conversions.charging.plans import no_plan_answer, plan_answer, planning_stats
 from app.conversions.conditions import conditions_from
 from app.conversions.graph import terrain_note
+from app.conversions.guidance.steps import step_answers
 from app.conversions.place import DECIMALS, lat_lon, place_feature, point_from_place, snapped
 from app.schemas.as_json import as_json
 from app.schemas.route import (
@@ -21,6 +22,7 @@ from app.schemas.route import (
 )
 from energy.force.parts import PART_NAMES
 from energy.units import JOULE_PER_KWH, JOULE_PER_M_PER_KWH_PER_100KM, JOULE_PER_WH, KMH_PER_MPS
+from routing.guidance.steps import steps_of
 from routing.queries import ParetoSettings, RouteQuery
 from routing.weights import NAMED_WEIGHTS, Weights
 
@@ -95,7 +97,7 @@ def route_features_json(
             {
                 "type": "Feature",
                 "geometry": _line(route, np.asarray),
-                "properties": _properties(route, charging, with_links=understood.links),
+                "properties": _properties(route, charging, understood, graph),
             }
             for route, charging in zip(answer.routes, stops, strict=True)
         ),
@@ -153,7 +155,7 @@ def _response(
 ) -> dict[str, object]:
     """The fields of a RouteResponse in their order; coordinates: as which form of an array they are given."""
     routes = [
-        {**_properties(route, charging, with_links=understood.links), "geometry": _line(route, coordinates)}
+        {**_properties(route, charging, understood, graph), "geometry": _line(route, coordinates)}
         for route, charging in zip(answer.routes, _stops_of(answer, understood, graph, planned), strict=True)
     ]
     return _answered(answer, understood, graph, planned) | {"routes": routes}
@@ -254,7 +256,9 @@ def rows_of(
     return rows
 
 
-def _properties(route: Route, charging: Mapping[str, object] | None, *, with_links: bool) -> dict[str, object]:
+def _properties(
+    route: Route, charging: Mapping[str, object] | None, understood: RouteRequest, graph: RoadGraph
+) -> dict[str, object]:
     """The fields of RouteProperties in their order; charging: those of a ChargingPlanAnswer."""
     remedy = route.remedy
     return {
@@ -285,7 +289,8 @@ def _properties(route: Route, charging: Mapping[str, object] | None, *, with_lin
         "hot_links": [_hot_links(stretch) for stretch in route.hot_links],
         "charging": charging,
         "legs": [_leg(leg) for leg in route.legs],
-        "links": _links(route.links) if with_links else None,
+        "links": _links(route.links) if understood.links else None,
+        "steps": step_answers(steps_of(graph, route)) if understood.steps else None,
     }
 
 

@@ -17,6 +17,7 @@ from app.schemas.charging import (
 )
 from app.schemas.drive import SearchRequest
 from app.schemas.graph import TerrainNote
+from app.schemas.guidance.steps import StepAnswer
 from app.schemas.place import LatLon, LineString, Place, PlaceFeature, Snapped
 from energy.chain.chain import StopRule
 from energy.force.parts import Part
@@ -78,6 +79,7 @@ class RouteRequest(SearchRequest):
         "effects",
         "uncertainty",
         "links",
+        "steps",
     )
 
     start: Place
@@ -103,6 +105,7 @@ class RouteRequest(SearchRequest):
     )
     uncertainty: Flag = Field(default=False, description="true adds quantiles of energy and arrival charge")
     links: Flag = Field(default=True, description="false leaves the list of links out of the answer")
+    steps: Flag = Field(default=False, description="true adds what a driver is told along each route")
 
     @model_validator(mode="after")
     def _one_weighting(self) -> RouteRequest:
@@ -280,6 +283,9 @@ class RouteProperties(Answered):
         description="from place to place; one where there are neither via points nor charging stops"
     )
     links: list[RouteLinkAnswer] | None = Field(description="in driving order; null if not asked for")
+    steps: list[StepAnswer] | None = Field(
+        description="what a driver is told, from a departure to an arrival for each leg; null unless asked for"
+    )
 
 
 class RouteFound(RouteProperties):

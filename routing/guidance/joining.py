@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 SLIP_M: Final = 120.0
 ISLAND_M: Final = 35.0
 BOULEVARD_M: Final = 60.0  # between two carriageways
+ASIDE_M: Final = 15.0  # over to a road beside
 NAME_M: Final = 30.0
 SHORT_NAME_M: Final = 120.0  # of a bridge, after which the road has its name back
 BACK_DEG: Final = 150.0
@@ -102,7 +103,12 @@ def _pair(course: Course, one: Manoeuvre, other: Manoeuvre) -> list[Manoeuvre] |
     if between_m > ISLAND_M or not _is_inner(course, one, other):
         return None
     if abs(angle) <= STRAIGHT_DEG:
-        return [] if same and came.known else None
+        if same and came.known:
+            return []
+        if between_m > ASIDE_M or one_way_round:
+            return None
+        side = Modifier.SLIGHT_RIGHT if turns[0] > 0.0 else Modifier.SLIGHT_LEFT
+        return [replace(one, type=StepType.TURN, modifier=side, after_deg=other.after_deg, named=other.named)]
     if one_way_round and abs(turns[0] + turns[1]) > ONE_TURN_DEG:
         return None
     kind = StepType.CONTINUE if same and came.known else StepType.TURN

@@ -19,8 +19,10 @@ FORK_DEG: Final = 45.0  # how far both branches of a fork may lead to the side
 FORK_SPREAD_DEG: Final = 60.0  # between them
 END_DEG: Final = 40.0  # the least turn to either side where a road ends
 MERGE_DEG: Final = 60.0
+DEAD_AHEAD_DEG: Final = 10.0  # a road that keeps its name and goes on so straight is not asked about
 SERVICE: Final = 7  # rank of service roads
-MUCH_SMALLER: Final = 3  # in ranks
+SMALLER: Final = 2  # in ranks
+MUCH_SMALLER: Final = 3
 ANGLE_SLACK_DEG: Final = 60.0  # up to which a road stays the obvious one where others are much smaller
 
 Found = tuple[StepType, Modifier]
@@ -81,6 +83,9 @@ def _loses(arm: Arm, taken: Arm, crossing: Crossing) -> bool:
         return True
     if arm.same and not taken.same and other <= BEND_DEG and smaller <= 0:
         return False  # the road itself goes on there
+    clear = (taken.same and not arm.same and smaller >= 0) or (smaller >= SMALLER and taken.same >= arm.same)
+    if clear and size <= DEAD_AHEAD_DEG and other - size >= DEAD_AHEAD_DEG:
+        return True
     if size > BEND_DEG:
         return False
     if other - size >= APART_DEG and other >= TIMES_STRAIGHTER * size:
@@ -153,7 +158,7 @@ def _fork_side(taken: Arm, rivals: list[Arm]) -> Modifier:
 def _road_ends(crossing: Crossing) -> bool:
     """Whether a road ends at another that runs across: nothing ahead, one way to either side."""
     turn = crossing.taken.turn_deg
-    sides = [arm.turn_deg for arm in crossing.others]
-    if not END_DEG <= abs(turn) <= 180.0 - END_DEG or len(sides) != 1:
+    sides = [arm.turn_deg for arm in crossing.others if not arm.same]  # to which the road itself does not bend
+    if not END_DEG <= abs(turn) <= 180.0 - END_DEG or len(sides) != 1 or len(crossing.others) != 1:
         return False
     return turn * sides[0] < 0.0 and END_DEG <= abs(sides[0]) <= 180.0 - END_DEG

@@ -1,0 +1,1 @@
+"""What a driver is told along a route, as it is answered."""
