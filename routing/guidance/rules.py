@@ -18,8 +18,9 @@ BEND_DEG: Final = 45.0  # a road that bends more is not obvious where another co
 FORK_DEG: Final = 45.0  # how far both branches of a fork may lead to the side
 FORK_SPREAD_DEG: Final = 60.0  # between them
 END_DEG: Final = 40.0  # the least turn to either side where a road ends
+BACK_DEG: Final = 150.0
 MERGE_DEG: Final = 60.0
-DEAD_AHEAD_DEG: Final = 10.0  # a road that keeps its name and goes on so straight is not asked about
+DEAD_AHEAD_DEG: Final = 10.0  # by which a road that keeps its name has to be straighter than others, at least
 SERVICE: Final = 7  # rank of service roads
 SMALLER: Final = 2  # in ranks
 MUCH_SMALLER: Final = 3
@@ -43,8 +44,9 @@ def manoeuvre_at(crossing: Crossing) -> Found | None:
         return StepType.FORK, _fork_side(taken, rivals)
     if came.bits & MOTORWAY and taken.bits & LINK:
         return StepType.OFF_RAMP, _side(crossing)
-    if taken.same and taken.label.known:
-        return StepType.CONTINUE, modifier_of(taken.turn_deg)
+    if taken.same:
+        back = abs(taken.turn_deg) >= BACK_DEG  # onto the other carriageway
+        return StepType.CONTINUE, Modifier.UTURN if back else modifier_of(taken.turn_deg)
     if _road_ends(crossing):
         return StepType.END_OF_ROAD, modifier_of(taken.turn_deg)
     return StepType.TURN, modifier_of(taken.turn_deg)
@@ -84,7 +86,7 @@ def _loses(arm: Arm, taken: Arm, crossing: Crossing) -> bool:
     if arm.same and not taken.same and other <= BEND_DEG and smaller <= 0:
         return False  # the road itself goes on there
     clear = (taken.same and not arm.same and smaller >= 0) or (smaller >= SMALLER and taken.same >= arm.same)
-    if clear and size <= DEAD_AHEAD_DEG and other - size >= DEAD_AHEAD_DEG:
+    if clear and size <= STRAIGHT_DEG and other - size >= max(DEAD_AHEAD_DEG, size):
         return True
     if size > BEND_DEG:
         return False

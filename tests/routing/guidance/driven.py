@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -53,10 +54,15 @@ def links_over(graph: RoadGraph, *node_ids: int) -> list[int]:
     return list(graph.originals(found[0]))
 
 
-def driven(graph: RoadGraph, *node_ids: int, via: Sequence[int] = ()) -> Route:
-    """The route over nodes; via: places among its links, by their number, at whose ends a leg ends."""
+def driven(graph: RoadGraph, *node_ids: int, via: Sequence[int] = (), short_m: float = 0.0) -> Route:
+    """The route over nodes; via: places among its links, by their number, at whose ends a leg ends.
+
+    short_m: by how much it begins after the first node and ends before the last one.
+    """
     links = links_over(graph, *node_ids)
-    spans = tuple(LinkSpan(k, 0.0, float(graph.length_m[k]), i in via) for i, k in enumerate(links))
+    spans = [LinkSpan(k, 0.0, float(graph.length_m[k]), i in via) for i, k in enumerate(links)]
+    spans[0] = replace(spans[0], from_m=short_m)
+    spans[-1] = replace(spans[-1], to_m=spans[-1].to_m - short_m)
     query = RouteQuery(
         start=Point(0.0, 0.0),
         goal=Point(0.0, 0.0),
@@ -64,7 +70,7 @@ def driven(graph: RoadGraph, *node_ids: int, via: Sequence[int] = ()) -> Route:
         vehicle=load_vehicle(ROOT / "data/vehicles/hyundai-kona-64.toml"),
     )
     firsts = (0, *(k + 1 for k in via), len(links))
-    return route_of(ChainMaker(graph), "drive", None, query, spans, firsts)
+    return route_of(ChainMaker(graph), "drive", None, query, tuple(spans), firsts)
 
 
 def told(graph: RoadGraph, *node_ids: int) -> list[str]:

@@ -109,3 +109,36 @@ def test_road_that_has_its_name_back_after_a_bridge_is_not_told(draw_map: Any) -
 def test_graph_without_signs_is_told_by_names_and_angles(draw_map: Any) -> None:
     graph = replace(drawn(draw_map, PLACES, WAYS), signs=None)
     assert told(graph, 1, 2, 6, 7) == ["end of road left Last Street"]
+
+
+@pytest.mark.parametrize(("short_m", "turns"), [(0.0, ["turn"]), (95.0, ["turn"]), (99.9, [])])
+def test_route_that_begins_and_ends_within_links_turns_alike(draw_map: Any, short_m: float, turns: list[str]) -> None:
+    graph = drawn(draw_map, PLACES, WAYS)
+    route = driven(graph, 1, 2, 4, short_m=short_m)
+    steps = steps_of(graph, route)
+    assert sum(step.distance_m for step in steps) == pytest.approx(route.distance_m)
+    assert steps[-1].name == "Cross Street"
+    assert [step.type.value for step in steps[1:-1]] == turns  # within a metre of both ends nothing is turned
+    assert all(len(step.intersections) >= 1 for step in steps)
+
+
+def test_copies_of_links_that_bans_make_are_told_as_the_links(draw_map: Any) -> None:
+    ban = (
+        [("w", 10, "from"), ("w", 13, "via"), ("w", 12, "to")],
+        {"type": "restriction", "restriction": "no_left_turn"},
+    )
+    places = {**PLACES, 5: (200, 0), 9: (200, 150), 11: (200, -150)}
+    ways = {
+        10: ([1, 2], street("Long Street")),
+        13: ([2, 5, 6], street("Long Street")),
+        11: ([3, 2, 4], street("Cross Street")),
+        12: ([7, 6], street("Last Street")),
+        15: ([6, 8], street("Last Street")),
+        14: ([9, 5, 11], street("Middle Street")),
+    }
+    graph = drawn(draw_map, places, ways, relations=[ban])
+    assert graph.copies is not None
+    assert graph.signs is not None
+    assert graph.signs.sign_idx.size == graph.link_count
+    assert told(graph, 1, 2, 5, 6, 8) == ["end of road right Last Street"]
+    assert told(graph, 3, 2, 5, 6, 7) == ["turn left Long Street", "end of road left Last Street"]
