@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 
 
 _WORD: Final = re.compile(r"\w+")
+_NUMBER: Final = re.compile(r"[a-z]{1,2}\d{1,4}[a-z]?")
 _SMALL_WORDS: Final = frozenset(
     (
         *("a", "o", "e", "y", "d", "de", "da", "do", "das", "dos", "del", "della", "delle", "di", "du", "des", "dal"),
@@ -65,8 +66,16 @@ class Labels:
 def label_of(name: str, ref: str) -> Label:
     """A label; a name that is the number is none, as the import writes it for roads without a name."""
     name = "" if name == ref else name.strip()
-    numbers = frozenset(part for text in ref.split(";") if (part := text.replace(" ", "").casefold()))
-    return Label(name, ", ".join(part for text in ref.split(";") if (part := text.strip())), _folded(name), numbers)
+    folded = _folded(name)
+    numbers = {_number(text) for text in ref.split(";")} - {""}
+    shown = ", ".join(part for text in ref.split(";") if (part := text.strip()))
+    if _NUMBER.fullmatch(_number(name)):  # a number that is written as the name, with the number or without it
+        return Label(name if not numbers else "", shown, "", frozenset({*numbers, _number(name)}))
+    return Label(name, shown, folded, frozenset(numbers))
+
+
+def _number(text: str) -> str:
+    return "".join(c for c in text.casefold() if c.isalnum())
 
 
 def _folded(name: str) -> str:

@@ -23,9 +23,10 @@ _ARROWS: Final = {
 }
 MOST_LANES: Final = 16
 SAME_DEG: Final = 1.0
+FAR_DEG: Final = 60.0  # an arrow that points further off is not of this turn (assumed)
 
 
-def lanes_for(turn_lanes: str, turn_deg: float, *, drives_left: bool = False) -> tuple[Lane, ...]:
+def lanes_for(turn_lanes: str, turn_deg: float) -> tuple[Lane, ...]:
     """Lanes from left to right, of a tag `turn:lanes`, valid where an arrow is the nearest of all to the turn.
 
     Empty where nothing is tagged, and where no lane has an arrow.
@@ -36,8 +37,12 @@ def lanes_for(turn_lanes: str, turn_deg: float, *, drives_left: bool = False) ->
     known = [[arrow for arrow in row if arrow in _ARROWS] for row in rows]
     if len(rows) > MOST_LANES or not any(arrow not in ("", "none") for row in known for arrow in row):
         return ()
-    off = [[_off(arrow, turn_deg, drives_left=drives_left) for arrow in row] for row in known]
+    off = [[_off(arrow, turn_deg) for arrow in row] for row in known]
     least = min(value for row in off for value in row)
+    if least > FAR_DEG:  # no arrow points there: lanes without one may lead there
+        plain = [any(arrow in ("", "none") for arrow in row) for row in known]
+        off = [[0.0 if is_plain else 180.0] for is_plain in plain] if any(plain) else off
+        least = min(value for row in off for value in row)
     return tuple(
         Lane(
             tuple(dict.fromkeys(_ARROWS[arrow][0] for arrow in row)) or ("none",),
@@ -47,7 +52,7 @@ def lanes_for(turn_lanes: str, turn_deg: float, *, drives_left: bool = False) ->
     )
 
 
-def _off(arrow: str, turn_deg: float, *, drives_left: bool) -> float:
-    """How far an arrow points from a turn [deg]; one that turns back does so to the side of the other traffic."""
-    points = -_ARROWS[arrow][1] if arrow == "reverse" and drives_left else _ARROWS[arrow][1]
+def _off(arrow: str, turn_deg: float) -> float:
+    """How far an arrow points from a turn [deg]; one that points back does so to either side."""
+    points = _ARROWS[arrow][1]
     return abs(points - turn_deg) if abs(points) < 180.0 else 180.0 - abs(turn_deg)

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from routing.guidance.bearings import modifier_of
-from routing.guidance.instructions import instruction_of
+from routing.guidance.instructions import instruction_of, ordinal
 from routing.guidance.labels import label_of, same_road
 from routing.guidance.lanes import lanes_for
 from routing.guidance.step import Modifier, StepType
@@ -174,6 +174,7 @@ def test_lanes_are_valid_where_their_arrow_is_the_nearest_to_the_turn(draw_map: 
     assert [lane.valid for lane in lanes_for("left|through|through;right", 3.0)] == [False, True, True]
     assert lanes_for("left|through|through;right", 88.0)[2].indications == ("straight", "right")
     assert [lane.valid for lane in lanes_for("reverse|left|", -170.0)] == [True, False, False]
+    assert [lane.valid for lane in lanes_for("none|through;right", -90.0)] == [True, False]
     assert lanes_for("||", 0.0) == lanes_for("", 0.0) == ()
     places = {1: (0, 0), 2: (0, 200), 3: (0, 400), 4: (-200, 200)}
     ways = {
@@ -200,6 +201,18 @@ def test_labels_are_of_one_road_by_name_or_number() -> None:
     assert same_road(label_of("Rua do Doutor Alfredo de Magalhães", ""), label_of("Rua Doutor Alfredo Magalhaes", ""))
     assert same_road(label_of("Autoestrada Porto - Amarante", "A 4"), label_of("Porto - Amarante", "A4;IP 4"))
     assert same_road(label_of("Main Street", "B 9"), label_of("", "B 9"))
+    assert same_road(label_of("CG-2", ""), label_of("CG-2 - Avinguda", "CG 2"))
     assert not same_road(label_of("Main Street", "B 9"), label_of("High Street", "B 9"))
     assert not same_road(label_of("Rua A", ""), label_of("Rua B", ""))
     assert not same_road(label_of("", ""), label_of("", ""))
+
+
+def test_rows_without_lanes_of_their_own_are_not_counted_as_any() -> None:
+    assert lanes_for("nonsense|nonsense", 0.0) == ()
+
+
+@pytest.mark.parametrize(
+    ("number", "text"), [(1, "1st"), (2, "2nd"), (3, "3rd"), (4, "4th"), (11, "11th"), (22, "22nd")]
+)
+def test_exits_are_counted_in_words(number: int, text: str) -> None:
+    assert ordinal(number) == text
