@@ -19,7 +19,7 @@ from routing.graph.signs import NO_SIGN
 from routing.importers.ferries import ferry_speed, is_ferry, line_length_m, takes_cars
 from routing.importers.osm_files import check_strings, deleted_objects, header_boxes, open_osm, region_boundary
 from routing.importers.roads import Restriction, Roads, WayBan, Ways
-from routing.importers.signs import DIRECTIONS, drives_left, exit_ref_of, sign_of
+from routing.importers.signs import DIRECTIONS, drives_left, exit_ref_of, read_tags, sign_of
 from routing.importers.speeds import country_code, limits_from_tags, most_named
 from routing.importers.tags import (
     Barrier,
@@ -140,6 +140,7 @@ class _Reader:
         self.way_row: list[tuple[int, bool, bool, bool, bool, bool, bool, float, float, int, int, int, int]] = []
         self.name_idx: dict[str, int] = {"": 0}
         self.sign_idx: dict[RoadSign, int] = {NO_SIGN: 0}
+        self.sign_pairs: dict[tuple[bool, tuple[tuple[str, str], ...]], tuple[int, int]] = {}
         self.exits_by_id: dict[int, str] = {}
         self.driving_sides: Counter[str] = Counter()
         self.restrictions: list[Restriction] = []
@@ -294,9 +295,14 @@ class _Reader:
 
     def _signs(self, tags: Mapping[str, str], *, oneway: bool) -> tuple[int, int]:
         """What is read on a way along and against its points."""
-        ahead, back = (sign_of(tags, direction, oneway=oneway) for direction in DIRECTIONS)
-        idx = self.sign_idx
-        return idx.setdefault(ahead, len(idx)), idx.setdefault(back, len(idx))
+        key = (oneway, read_tags(tags))
+        known = self.sign_pairs.get(key)
+        if known is None:
+            idx = self.sign_idx
+            ahead, back = (sign_of(tags, direction, oneway=oneway) for direction in DIRECTIONS)
+            known = idx.setdefault(ahead, len(idx)), idx.setdefault(back, len(idx))
+            self.sign_pairs[key] = known
+        return known
 
     def ask_for_ferries(self) -> None:
         """Have the places of ferries that are left out looked for where the file is read again anyhow."""

@@ -31,6 +31,20 @@ _LANGUAGE: Final = re.compile(r"name:([a-z]{2,3}(?:[-_][A-Za-z]{2,4})?)")
 _NO_LANGUAGES: Final = frozenset(("old", "alt"))
 
 
+_PLAIN_KEYS: Final = ("ref", "destination", "destination:ref", "junction:ref", "lanes", "turn:lanes")
+_KEYS: Final = frozenset(
+    ("highway", "junction", "int_name", *_PLAIN_KEYS, *(f"{key}:{way}" for key in _PLAIN_KEYS for way in DIRECTIONS))
+)
+
+
+def read_tags(tags: Mapping[str, str]) -> tuple[tuple[str, str], ...]:
+    """The tags that sign_of reads: most ways have few of them, and so the signs of others."""
+    read = [(key, value) for key, value in tags.items() if key in _KEYS or key.startswith("name:")]
+    if "name" in tags and any(key.startswith("name:") for key, _ in read):
+        read.append(("name", tags["name"]))
+    return tuple(read)
+
+
 def sign_of(tags: Mapping[str, str], direction: Direction, *, oneway: bool) -> RoadSign:
     """What is read on a way in one direction; a tag with the direction wins over that without.
 

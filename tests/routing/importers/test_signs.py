@@ -39,7 +39,7 @@ def drawn(draw_map: Any, relations: Any = (), **more: Any) -> RoadGraph:
         10: ([1, 5], MAIN),
         11: ([5, 2, 3, 4, 1], {"highway": "residential", "name": "Rua Dois"}),
         12: ([3, 6], {"highway": "residential"}),
-        **more,
+        **{int(k): way for k, way in more.items()},
     }
     return import_region(
         draw_map(PLACES, ways, {5: {"highway": "motorway_junction", "ref": "12B"}}, relations), [], "signs"
@@ -143,6 +143,18 @@ def test_traffic_keeps_left_where_the_boundary_or_an_address_says_so(draw_map: A
         graph = drawn(draw_map, [([("w", 10, "outer")], {**boundary, **tags})])
         assert graph.signs is not None
         assert graph.signs.drives_left == left
+
+
+def test_name_in_another_language_is_kept_where_it_differs(draw_map: Any) -> None:
+    ways = {
+        20: ([2, 5], {"highway": "service", "name": "Rua", "name:pt": "Rua", "int_name": "Road"}),
+        21: ([3, 5], {"highway": "service", "name": "Via", "name:pt": "Rua", "int_name": "Road"}),
+    }
+    graph = drawn(draw_map, **{str(k): way for k, way in ways.items()})
+    assert graph.signs is not None
+    names = {int(way): graph.signs.signs[k].names for way, k in zip(graph.way_id, graph.signs.sign_idx, strict=True)}
+    assert names[20] == (("int", "Road"),)
+    assert names[21] == (("int", "Road"), ("pt", "Rua"))
 
 
 def test_plain_lanes_of_a_two_way_road_say_nothing_of_one_direction() -> None:
