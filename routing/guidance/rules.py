@@ -19,6 +19,8 @@ FORK_DEG: Final = 45.0  # how far both branches of a fork may lead to the side
 FORK_SPREAD_DEG: Final = 60.0  # between them
 END_DEG: Final = 40.0  # the least turn to either side where a road ends
 BACK_DEG: Final = 150.0
+WIDE_BEND_DEG: Final = 75.0  # a road that keeps its name may bend so far where the only other road leads back
+HAIRPIN_DEG: Final = 110.0
 MERGE_DEG: Final = 60.0
 DEAD_AHEAD_DEG: Final = 10.0  # by which a road that keeps its name has to be straighter than others, at least
 SERVICE: Final = 7  # rank of service roads
@@ -87,6 +89,8 @@ def _loses(arm: Arm, taken: Arm, crossing: Crossing) -> bool:
         return False  # the road itself goes on there
     clear = (taken.same and not arm.same and smaller >= 0) or (smaller >= SMALLER and taken.same >= arm.same)
     if clear and size <= STRAIGHT_DEG and other - size >= max(DEAD_AHEAD_DEG, size):
+        return True
+    if taken.same and not arm.same and smaller >= 0 and size <= WIDE_BEND_DEG and other >= HAIRPIN_DEG:
         return True
     if size > BEND_DEG:
         return False

@@ -42,6 +42,14 @@ def test_road_that_bends_where_another_goes_straight_on_is_told(draw_map: Any) -
     assert told(graph, 1, 2, 4) == ["new name straight Side"]
 
 
+def test_road_that_bends_where_the_only_other_one_leads_back_is_not_told(draw_map: Any) -> None:
+    places = {1: (0, 0), 2: (0, 200), 3: (180, 300), 4: (-180, 80)}
+    ways = {10: ([1, 2, 3], street("Main")), 11: ([2, 4], street("Side"))}
+    graph = drawn(draw_map, places, ways)
+    assert told(graph, 1, 2, 3) == []
+    assert told(graph, 1, 2, 4) == ["turn sharp left Side"]
+
+
 def test_road_that_ends_and_one_that_bends_there_differ(draw_map: Any) -> None:
     places = {1: (0, 0), 2: (0, 200), 3: (200, 200), 4: (-200, 200)}
     ends = {10: ([1, 2], street("A")), 11: ([3, 2, 4], street("B"))}
