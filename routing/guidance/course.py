@@ -34,8 +34,8 @@ class Course:
     its sign says. junctions: of those in `rows`, by position: where three roads meet or more, or something changes.
     """
 
-    def __init__(self, graph: RoadGraph, route: Route) -> None:
-        self.graph, self.route, self.labels = graph, route, Labels(graph)
+    def __init__(self, graph: RoadGraph, route: Route, language: str = "") -> None:
+        self.graph, self.route, self.labels = graph, route, Labels(graph, language)
         links = route.links
         self.link = np.array(graph.originals(links.link_idx), np.int64)
         self.links = self.link.tolist()

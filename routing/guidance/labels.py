@@ -39,9 +39,13 @@ class Label(NamedTuple):
 
 
 class Labels:
-    """Labels and signs of the links of a graph, each made once."""
+    """Labels and signs of the links of a graph, each made once.
 
-    def __init__(self, graph: RoadGraph) -> None:
+    language: in which names are told where they are tagged in it, as `de`; empty for those on the signs.
+    """
+
+    def __init__(self, graph: RoadGraph, language: str = "") -> None:
+        self._language = language
         self._names = graph.names
         self._name_idx = graph.name_idx
         self._signs = graph.signs
@@ -58,7 +62,11 @@ class Labels:
         key = (int(self._name_idx[link]), -1 if signs is None else int(signs.sign_idx[link]))
         known = self._known.get(key)
         if known is None:
-            known = self._known[key] = label_of(self._names[key[0]] if self._names else "", self.sign(link).ref)
+            sign = self.sign(link)
+            name = self._names[key[0]] if self._names else ""
+            if self._language:
+                name = next((text for language, text in sign.names if language == self._language), name)
+            known = self._known[key] = label_of(name, sign.ref)
         return known
 
 

@@ -26,21 +26,22 @@ __all__ = ["Intersection", "Lane", "Modifier", "Step", "StepType", "TravelMode",
 NEAR_M: Final = 1.0  # from a place where the route begins or ends nothing is turned
 
 
-def steps_of(graph: RoadGraph, route: Route) -> tuple[Step, ...]:
+def steps_of(graph: RoadGraph, route: Route, *, language: str = "") -> tuple[Step, ...]:
     """The steps of a route on its graph, in O(links), from a departure to an arrival for each of its legs.
 
     The link positions of all steps follow each other without gaps, and so do their distances. A leg on which nothing is
     driven has a departure and an arrival without links. On a graph without signs there are no ramps and roundabouts.
+    language: in which roads are named where the map has their names in it, as `de`; empty for those on the signs.
     """
-    return _Writer(graph, route).steps()
+    return _Writer(graph, route, language).steps()
 
 
 class _Writer:
     """Makes steps of manoeuvres."""
 
-    def __init__(self, graph: RoadGraph, route: Route) -> None:
+    def __init__(self, graph: RoadGraph, route: Route, language: str) -> None:
         self.graph, self.route = graph, route
-        self.course = Course(graph, route)
+        self.course = Course(graph, route, language)
         results = route.links.results
         self.time_s = _sums(results.duration_s)
         self.energy_j = _sums(results.energy_j)

@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from routing.guidance.instructions import instruction_of
 from routing.guidance.step import Modifier, StepType
 from routing.guidance.steps import steps_of
 from tests.routing.guidance.driven import drawn, driven, street, told
@@ -142,3 +143,30 @@ def test_copies_of_links_that_bans_make_are_told_as_the_links(draw_map: Any) -> 
     assert graph.signs.sign_idx.size == graph.link_count
     assert told(graph, 1, 2, 5, 6, 8) == ["end of road right Last Street"]
     assert told(graph, 3, 2, 5, 6, 7) == ["turn left Long Street", "end of road left Last Street"]
+
+
+def test_roads_are_named_in_a_language_where_they_are_tagged_in_it(draw_map: Any) -> None:
+    ways = {**WAYS, 11: ([3, 2, 4], street("Cross Street", name__de="Querstraße"))}
+    graph = drawn(draw_map, PLACES, ways)
+    route = driven(graph, 1, 2, 4)
+    assert [step.name for step in steps_of(graph, route)] == ["Long Street", "Cross Street", "Cross Street"]
+    assert [step.name for step in steps_of(graph, route, language="de")] == ["Long Street", "Querstraße", "Querstraße"]
+
+
+def test_leg_with_a_planned_speed_departs_with_it(draw_map: Any) -> None:
+    graph = drawn(draw_map, PLACES, WAYS)
+    route = driven(graph, 1, 2, 4)
+    capped = replace(route, legs=(replace(route.legs[0], speed_cap_mps=25.0),))
+    depart, turn, _ = steps_of(graph, capped)
+    assert (depart.speed_cap_mps, turn.speed_cap_mps) == (25.0, None)
+    assert instruction_of(depart) == "Head east on Long Street. Plan: drive at no more than 90 km/h"
+
+
+def test_charge_jumps_where_a_leg_begins_after_charging(draw_map: Any) -> None:
+    graph = drawn(draw_map, PLACES, WAYS)
+    route = driven(graph, 1, 2, 6, 7, via=(0,))
+    first, second = route.legs
+    charged = replace(route, legs=(first, replace(second, soc_start_frac=0.9)))
+    steps = steps_of(graph, charged)
+    assert [step.type.value for step in steps[:3]] == ["depart", "arrive", "depart"]
+    assert steps[1].soc_end_frac == first.soc_end_frac < steps[2].soc_start_frac == 0.9
