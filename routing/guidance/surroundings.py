@@ -44,12 +44,13 @@ _known: dict[int, Surroundings] = {}
 
 def surroundings_of(graph: RoadGraph) -> Surroundings:
     """Those of a graph; kept as long as its arrays are, in O(M log M) at first: 4 bytes a link, 16 a node."""
-    key = id(graph.tail)
-    known = _known.get(key)
+    array = (
+        graph.tail if graph.signs is None else graph.signs.sign_idx
+    )  # neither is shared with a graph that differs here
+    known = _known.get(id(array))
     if known is None:
-        known = _found(graph)
-        _known[key] = known
-        weakref.finalize(graph.tail, _known.pop, key, None)
+        known = _known[id(array)] = _found(graph)
+        weakref.finalize(array, _known.pop, id(array), None)
     return known
 
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import gc
 from typing import Any
 
 import pytest
 
+from routing.guidance import surroundings
 from routing.guidance.bearings import modifier_of
 from routing.guidance.instructions import instruction_of, ordinal
 from routing.guidance.labels import label_of, same_road
@@ -224,3 +226,14 @@ def test_rows_without_lanes_of_their_own_are_not_counted_as_any() -> None:
 )
 def test_exits_are_counted_in_words(number: int, text: str) -> None:
     assert ordinal(number) == text
+
+
+def test_what_is_known_of_a_graph_goes_with_its_arrays(draw_map: Any) -> None:
+    places = {1: (0, 0), 2: (0, 200), 3: (0, 400)}
+    graph = drawn(draw_map, places, {10: ([1, 2, 3], street("A"))})
+    before = len(surroundings._known)
+    assert surroundings.surroundings_of(graph) is surroundings.surroundings_of(graph)
+    assert len(surroundings._known) == before + 1
+    del graph
+    gc.collect()
+    assert len(surroundings._known) <= before
