@@ -24,7 +24,8 @@ SHORT_NAME_M: Final = 120.0  # of a bridge, after which the road has its name ba
 BACK_DEG: Final = 150.0
 ONE_TURN_DEG: Final = 135.0
 
-TURNS: Final = frozenset((StepType.TURN, StepType.CONTINUE, StepType.END_OF_ROAD, StepType.FORK))
+# Not forks: the left branch of one that bends right afterwards is no turn to the right.
+TURNS: Final = frozenset((StepType.TURN, StepType.CONTINUE, StepType.END_OF_ROAD))
 _KEPT: Final = frozenset((StepType.NOTIFICATION, StepType.MERGE))
 
 
@@ -57,7 +58,7 @@ def _slip(course: Course, found: list[Manoeuvre], begin: int, end: int) -> list[
         return found
     within = [m for m in found if begin - 1 <= m.at <= end]
     turns = [m for m in within if m.type is not StepType.NEW_NAME]
-    if not turns or any(m.type is StepType.NOTIFICATION for m in turns):
+    if not turns or any(m.type in (StepType.NOTIFICATION, StepType.FORK) for m in turns):
         return found
     before, after = course.before_deg(begin - 1), course.after_deg(end)
     angle = turned_deg(before, after)

@@ -161,6 +161,19 @@ def test_staggered_crossing_over_a_named_road_stays_two_turns(draw_map: Any) -> 
     assert told(graph, 1, 2, 3, 4) == ["end of road right B", "turn left C"]
 
 
+def test_fork_and_a_turn_behind_it_stay_two(draw_map: Any) -> None:
+    places = {1: (0, 0), 2: (0, 200), 3: (2, 225), 4: (200, 260), 5: (120, 380), 6: (-200, 240)}
+    ways = {
+        10: ([1, 2], street("A")),
+        11: ([2, 3], street("")),
+        12: ([3, 4], street("B")),
+        13: ([2, 5], street("C")),
+        14: ([3, 6], street("D")),
+    }
+    found = told(drawn(draw_map, places, ways), 1, 2, 3, 4)
+    assert found == ["fork slight left", "end of road right B"]
+
+
 def test_ferry_is_notified_and_so_is_leaving_it(draw_map: Any) -> None:
     places = {1: (0, 0), 2: (200, 0), 3: (1200, 0), 4: (1500, 0)}
     ways = {
