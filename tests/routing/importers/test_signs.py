@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import networkx as nx
 import numpy as np
 import pytest
 
@@ -163,3 +164,23 @@ def test_plain_lanes_of_a_two_way_road_say_nothing_of_one_direction() -> None:
     both = sign_of(tags, "forward", oneway=False)
     assert (both.turn_lanes, both.lanes, both.junction) == ("", 1, "roundabout")
     assert sign_of({"lanes": "many"}, "forward", oneway=True).lanes == 0
+
+
+def test_graphml_brings_numbers_rings_and_lanes(tmp_path: Path) -> None:
+    osmnx: nx.MultiDiGraph[Any] = nx.MultiDiGraph(crs="epsg:4326")
+    for node, (x, y) in {1: (1.5, 42.0), 2: (1.51, 42.0), 3: (1.505, 42.01)}.items():
+        osmnx.add_node(node, x=x, y=y)
+    osmnx.nodes[2].update(highway="motorway_junction", ref="7")
+    for u, v, tags in (
+        (1, 2, {"highway": "trunk_link", "ref": "['A 1', 'IC 2']", "lanes": "2"}),
+        (2, 3, {"highway": "primary", "junction": "roundabout"}),
+        (3, 1, {"highway": "primary", "name": "Rua"}),
+    ):
+        osmnx.add_edge(u, v, osmid=10 * u + v, oneway=True, length=900.0, **tags)
+    nx.write_graphml(osmnx, tmp_path / "osmnx.graphml")
+    graph = import_region(tmp_path / "osmnx.graphml", [], "osmnx")
+    assert graph.signs is not None
+    by_way = {int(way): graph.signs.signs[k] for way, k in zip(graph.way_id, graph.signs.sign_idx, strict=True)}
+    assert by_way[12] == RoadSign(highway="trunk_link", ref="A 1", lanes=2)
+    assert by_way[23].junction == "roundabout"
+    assert graph.signs.exit_ref == ("7",)
