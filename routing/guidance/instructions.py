@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from routing.guidance.step import Modifier, StepType, TravelMode
+from routing.route.route import LegEnd
 
 if TYPE_CHECKING:
     from routing.guidance.step import Step
@@ -69,7 +70,9 @@ def _depart(step: Step) -> str:
 
 
 def _arrive(step: Step) -> str:
-    return "You have arrived"
+    return {LegEnd.VIA: "You have reached a place on your way", LegEnd.STOP: "Stop here to charge"}.get(
+        step.ends_at or LegEnd.GOAL, "You have arrived"
+    )
 
 
 def _turn(step: Step) -> str:

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import StrEnum
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from routing.route.route import LegEnd
 
 
 class StepType(StrEnum):
@@ -83,7 +87,8 @@ class Step:
     its beginning and end, also below 0; energy_j of recuperation is negative.
     name, ref, destinations: of the road that is taken, empty where it has none. exits: number of the exit as text.
     exit: which exit of the roundabout, None where the route ends in it, and elsewhere. lanes: before the place.
-    rotary_name: of the roundabout itself. speed_cap_mps: highest speed by plan on the leg that begins here.
+    rotary_name: of the roundabout itself. speed_cap_mps: highest speed by plan on the leg that begins here. ends_at:
+    what is arrived at, None of other steps.
     """
 
     type: StepType
@@ -111,3 +116,4 @@ class Step:
     mode: TravelMode = TravelMode.DRIVING
     drives_left: bool = False
     speed_cap_mps: float | None = None
+    ends_at: LegEnd | None = None

@@ -91,6 +91,7 @@ class _Writer:
                 lanes=(),
                 intersections=(Intersection(self._place(at), (0,), (True,), *ends),),
                 drives_left=self.drives_left,
+                ends_at=leg.ends_at if kind is StepType.ARRIVE else None,
             )
             for kind, ends in ((StepType.DEPART, (None, 0)), (StepType.ARRIVE, (0, None)))
         ]
@@ -200,6 +201,7 @@ class _Writer:
             mode=TravelMode.FERRY if first <= last and course.ferry[first] else TravelMode.DRIVING,
             drives_left=self.drives_left,
             speed_cap_mps=speed_cap_mps,
+            ends_at=leg.ends_at if kind is StepType.ARRIVE else None,
         )
 
     def _soc(self, leg: RouteLeg, position: int) -> float:

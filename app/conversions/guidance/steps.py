@@ -44,6 +44,7 @@ def _step(step: Step) -> dict[str, object]:
         "energy_kwh": step.energy_j / JOULE_PER_KWH,
         "soc_start": step.soc_start_frac,
         "soc_end": step.soc_end_frac,
+        "ends_at": step.ends_at,
         "speed_cap_kmh": None if step.speed_cap_mps is None else round(step.speed_cap_mps * KMH_PER_MPS, SPEED_DIGITS),
         "first_link": step.first_link,
         "last_link": step.last_link,

@@ -7,6 +7,7 @@ from pydantic import Field
 from app.schemas.base import Answered
 from app.schemas.place import LatLon
 from routing.guidance.step import Modifier, StepType, TravelMode
+from routing.route.route import LegEnd
 
 
 class LaneAnswer(Answered):
@@ -50,6 +51,7 @@ class StepAnswer(Answered):
     energy_kwh: float = Field(description="to the next step [kWh]")
     soc_start: float = Field(description="state of charge at the place; after charging where it is left")
     soc_end: float = Field(description="state of charge at the next step; below 0 is missing energy")
+    ends_at: LegEnd | None = Field(description="what is arrived at; null of other steps")
     speed_cap_kmh: float | None = Field(description="highest speed by plan on the leg that begins here; null: none")
     first_link: int = Field(description="position of its first link in links")
     last_link: int = Field(description="position of its last link in links; less than first_link where it has none")

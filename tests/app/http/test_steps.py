@@ -50,6 +50,8 @@ def test_via_point_ends_a_leg_of_steps(client: TestClient) -> None:
     (route,) = client.post("/route", json={**ROUTE, "via": via}).json()["routes"]
     kinds = [step["type"] for step in route["steps"] if step["type"] in ("depart", "arrive")]
     assert kinds == ["depart", "arrive"] * 2
+    arrivals = [(step["ends_at"], step["instruction"]) for step in route["steps"] if step["type"] == "arrive"]
+    assert arrivals == [("via", "You have reached a place on your way"), ("goal", "You have arrived")]
     second = [step for step in route["steps"] if step["type"] == "depart"][1]
     assert second["soc_start"] == route["legs"][0]["soc_end"]
     assert second["first_link"] == route["legs"][1]["first_link"]
