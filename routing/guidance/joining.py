@@ -72,8 +72,8 @@ def _slip(course: Course, found: list[Manoeuvre], begin: int, end: int) -> list[
     else:
         modifier = Modifier.UTURN if same and abs(angle) >= BACK_DEG else modifier_of(angle)
     kind = lead.type if lead.type is StepType.END_OF_ROAD else StepType.CONTINUE if same else StepType.TURN
-    one = replace(lead, at=place, type=kind, modifier=modifier, after_deg=after, named=end + 1)
-    return sorted([*rest, one], key=lambda m: m.at)
+    turn = replace(lead, at=place, type=kind, modifier=modifier, after_deg=after, named=end + 1)
+    return sorted([*rest, turn], key=lambda m: m.at)
 
 
 def _pairs(course: Course, found: list[Manoeuvre]) -> list[Manoeuvre]:
@@ -89,37 +89,37 @@ def _pairs(course: Course, found: list[Manoeuvre]) -> list[Manoeuvre]:
     return result
 
 
-def _pair(course: Course, one: Manoeuvre, other: Manoeuvre) -> list[Manoeuvre] | None:
+def _pair(course: Course, former: Manoeuvre, latter: Manoeuvre) -> list[Manoeuvre] | None:
     """What two turns are together, None where they stay two."""
-    between_m = course.at_m[other.at + 1] - course.at_m[one.at + 1]
-    if between_m > BOULEVARD_M or Modifier.UTURN in (one.modifier, other.modifier):
+    between_m = course.at_m[latter.at + 1] - course.at_m[former.at + 1]
+    if between_m > BOULEVARD_M or Modifier.UTURN in (former.modifier, latter.modifier):
         return None
-    came, taken = course.label(one.at), course.label(other.named)
+    came, taken = course.label(former.at), course.label(latter.named)
     same = same_road(came, taken) or (not came.known and not taken.known)
-    turns = turned_deg(one.before_deg, one.after_deg), turned_deg(other.before_deg, other.after_deg)
-    angle, one_way_round = turned_deg(one.before_deg, other.after_deg), turns[0] * turns[1] > 0.0
-    if one_way_round and same and abs(angle) >= BACK_DEG:
-        back = replace(one, type=StepType.CONTINUE if came.known else StepType.TURN, modifier=Modifier.UTURN)
-        return [replace(back, after_deg=other.after_deg, named=other.named)]
-    if between_m > ISLAND_M or not _is_inner(course, one, other):
+    turns = turned_deg(former.before_deg, former.after_deg), turned_deg(latter.before_deg, latter.after_deg)
+    angle, same_side = turned_deg(former.before_deg, latter.after_deg), turns[0] * turns[1] > 0.0
+    if same_side and same and abs(angle) >= BACK_DEG:
+        back = replace(former, type=StepType.CONTINUE if came.known else StepType.TURN, modifier=Modifier.UTURN)
+        return [replace(back, after_deg=latter.after_deg, named=latter.named)]
+    if between_m > ISLAND_M or not _is_inner(course, former, latter):
         return None
     if abs(angle) <= STRAIGHT_DEG:
         if same and came.known:
             return []
-        if between_m > ASIDE_M or one_way_round:
+        if between_m > ASIDE_M or same_side:
             return None
         side = Modifier.SLIGHT_RIGHT if turns[0] > 0.0 else Modifier.SLIGHT_LEFT
-        return [replace(one, type=StepType.TURN, modifier=side, after_deg=other.after_deg, named=other.named)]
-    if one_way_round and abs(turns[0] + turns[1]) > ONE_TURN_DEG:
+        return [replace(former, type=StepType.TURN, modifier=side, after_deg=latter.after_deg, named=latter.named)]
+    if same_side and abs(turns[0] + turns[1]) > ONE_TURN_DEG:
         return None
     kind = StepType.CONTINUE if same and came.known else StepType.TURN
-    return [replace(one, type=kind, modifier=modifier_of(angle), after_deg=other.after_deg, named=other.named)]
+    return [replace(former, type=kind, modifier=modifier_of(angle), after_deg=latter.after_deg, named=latter.named)]
 
 
-def _is_inner(course: Course, one: Manoeuvre, other: Manoeuvre) -> bool:
+def _is_inner(course: Course, former: Manoeuvre, latter: Manoeuvre) -> bool:
     """Whether the links between two manoeuvres belong to the junction: no road of a name of its own."""
-    came, taken = course.label(one.at), course.label(other.named)
-    for k in range(one.at + 1, other.at + 1):
+    came, taken = course.label(former.at), course.label(latter.named)
+    for k in range(former.at + 1, latter.at + 1):
         label = course.label(k)
         if label.known and not same_road(label, came) and not same_road(label, taken):
             return False

@@ -93,12 +93,12 @@ def _folded(name: str) -> str:
     return " ".join([word for word in words if word not in _SMALL_WORDS] or words)
 
 
-def same_road(one: Label, other: Label) -> bool:
+def same_road(label: Label, other: Label) -> bool:
     """Whether two labels are of one road.
 
     They have the same name; or one is without a name, or its name is part of the other's, and a number is the same.
     """
-    if one.folded and other.folded and one.folded != other.folded:
-        within = f" {one.folded} " in f" {other.folded} " or f" {other.folded} " in f" {one.folded} "
-        return within and not one.refs.isdisjoint(other.refs)
-    return bool(one.folded and other.folded) or not one.refs.isdisjoint(other.refs)
+    if label.folded and other.folded and label.folded != other.folded:
+        within = f" {label.folded} " in f" {other.folded} " or f" {other.folded} " in f" {label.folded} "
+        return within and not label.refs.isdisjoint(other.refs)
+    return bool(label.folded and other.folded) or not label.refs.isdisjoint(other.refs)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 def manoeuvres_of(course: Course, first: int, last: int) -> list[Manoeuvre]:
     """Those between two links of a route, by their positions, at the ends of all but the last."""
     found: list[Manoeuvre] = []
-    told = course.label_from(first, last)
+    current = course.label_from(first, last)
     entry: int | None = None
     passed: list[int] = []
     for at in course.met(first, last):
@@ -33,17 +33,17 @@ def manoeuvres_of(course: Course, first: int, last: int) -> list[Manoeuvre]:
         if here:
             found += _roundabout(course, entry, passed, at)
             entry = None
-            told = course.label_from(at + 1, last)
+            current = course.label_from(at + 1, last)
             continue
         manoeuvre = _plain(course, at)
         following = course.label(at + 1)
-        if manoeuvre is None and following.known and not same_road(told, following):
+        if manoeuvre is None and following.known and not same_road(current, following):
             manoeuvre = _made(course, at, StepType.NEW_NAME, None)
         if manoeuvre is not None:
             found.append(manoeuvre)
-            told = course.label_from(at + 1, last)
-        elif not told.known:
-            told = following
+            current = course.label_from(at + 1, last)
+        elif not current.known:
+            current = following
     if entry is not None:
         found += _roundabout(course, entry, passed, None)
     return found

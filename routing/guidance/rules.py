@@ -155,10 +155,10 @@ def _is_fork(taken: Arm, arm: Arm, crossing: Crossing) -> bool:
 
 
 def _fork_side(taken: Arm, rivals: list[Arm]) -> Modifier:
-    left = sum(arm.turn_deg < taken.turn_deg for arm in rivals)
-    if 0 < left < len(rivals):
+    to_the_left = sum(arm.turn_deg < taken.turn_deg for arm in rivals)
+    if 0 < to_the_left < len(rivals):
         return Modifier.STRAIGHT
-    return Modifier.SLIGHT_RIGHT if left else Modifier.SLIGHT_LEFT
+    return Modifier.SLIGHT_RIGHT if to_the_left else Modifier.SLIGHT_LEFT
 
 
 def _road_ends(crossing: Crossing) -> bool:

@@ -109,21 +109,21 @@ def drives_left(
     """
     if tagged.get("left", 0) != tagged.get("right", 0):
         return tagged.get("left", 0) > tagged.get("right", 0)
-    left, right = _rings(ways, lon_e7, lat_e7)
-    if max(left, right) >= FEWEST_RINGS and max(left, right) >= 2 * min(left, right):
-        return left > right
-    return country.split("-")[0] in DRIVES_LEFT if country else left > right
+    clockwise, counter = _rings(ways, lon_e7, lat_e7)
+    if max(clockwise, counter) >= FEWEST_RINGS and max(clockwise, counter) >= 2 * min(clockwise, counter):
+        return clockwise > counter
+    return country.split("-")[0] in DRIVES_LEFT if country else clockwise > counter
 
 
 def _rings(ways: Ways, lon_e7: NDArray[np.int32], lat_e7: NDArray[np.int32]) -> tuple[int, int]:
     """Ways of rings that turn to the right, as they do where traffic keeps to the left, and those that turn left."""
-    left = right = 0
+    clockwise = counter = 0
     for way in np.flatnonzero(ways.roundabout & (ways.forward != ways.backward)).tolist():
         point = ways.point[ways.way_first[way] : ways.way_first[way + 1]]
         lon, lat = lon_e7[point] / 1e7, lat_e7[point] / 1e7
         east, north = np.diff(lon) * np.cos(np.radians(lat[0])), np.diff(lat)
         turned = float((east[:-1] * north[1:] - north[:-1] * east[1:]).sum())
         if turned != 0.0:
-            clockwise = (turned < 0.0) == bool(ways.forward[way])
-            left, right = left + clockwise, right + (not clockwise)
-    return left, right
+            is_clockwise = (turned < 0.0) == bool(ways.forward[way])
+            clockwise, counter = clockwise + is_clockwise, counter + (not is_clockwise)
+    return clockwise, counter

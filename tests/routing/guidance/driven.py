@@ -73,7 +73,7 @@ def driven(graph: RoadGraph, *node_ids: int, via: Sequence[int] = (), short_m: f
     return route_of(ChainMaker(graph), "drive", None, query, tuple(spans), firsts)
 
 
-def told(graph: RoadGraph, *node_ids: int) -> list[str]:
+def said(graph: RoadGraph, *node_ids: int) -> list[str]:
     """What is told between departure and arrival: type, modifier and road of each step."""
     return [text_of(step) for step in steps_of(graph, driven(graph, *node_ids))[1:-1]]
 

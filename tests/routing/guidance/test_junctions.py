@@ -15,51 +15,51 @@ from routing.guidance.lanes import lanes_for
 from routing.guidance.step import Modifier, StepType
 from routing.guidance.steps import steps_of
 from routing.importers.region import import_region
-from tests.routing.guidance.driven import drawn, driven, street, told
+from tests.routing.guidance.driven import drawn, driven, said, street
 
 ONEWAY = {"oneway": "yes"}
 
 
-def test_fork_of_like_roads_is_told_with_its_side(draw_map: Any) -> None:
+def test_fork_of_like_roads_is_foundwith_its_side(draw_map: Any) -> None:
     places = {1: (0, 0), 2: (0, 200), 3: (-80, 400), 4: (80, 400)}
     ways = {10: ([1, 2], street("A")), 11: ([2, 3], street("B")), 12: ([2, 4], street("C"))}
     graph = drawn(draw_map, places, ways)
-    assert told(graph, 1, 2, 3) == ["fork slight left B"]
-    assert told(graph, 1, 2, 4) == ["fork slight right C"]
+    assert said(graph, 1, 2, 3) == ["fork slight left B"]
+    assert said(graph, 1, 2, 4) == ["fork slight right C"]
 
 
 def test_road_that_keeps_its_name_straight_on_is_no_fork(draw_map: Any) -> None:
     places = {1: (0, 0), 2: (0, 200), 3: (0, 400), 4: (80, 400)}
     ways = {10: ([1, 2, 3], street("A")), 12: ([2, 4], street("C"))}
     graph = drawn(draw_map, places, ways)
-    assert told(graph, 1, 2, 3) == []
-    assert told(graph, 1, 2, 4) == ["turn slight right C"]
+    assert said(graph, 1, 2, 3) == []
+    assert said(graph, 1, 2, 4) == ["turn slight right C"]
 
 
 def test_road_that_bends_where_another_goes_straight_on_is_told(draw_map: Any) -> None:
     places = {1: (0, 0), 2: (0, 200), 3: (200, 200), 4: (0, 400)}
     ways = {10: ([1, 2, 3], street("Main")), 11: ([2, 4], street("Side"))}
     graph = drawn(draw_map, places, ways)
-    assert told(graph, 1, 2, 3) == ["continue right Main"]
-    assert told(graph, 1, 2, 4) == ["new name straight Side"]
+    assert said(graph, 1, 2, 3) == ["continue right Main"]
+    assert said(graph, 1, 2, 4) == ["new name straight Side"]
 
 
 def test_road_that_bends_where_the_only_other_one_leads_back_is_not_told(draw_map: Any) -> None:
     places = {1: (0, 0), 2: (0, 200), 3: (180, 300), 4: (-180, 80)}
     ways = {10: ([1, 2, 3], street("Main")), 11: ([2, 4], street("Side"))}
     graph = drawn(draw_map, places, ways)
-    assert told(graph, 1, 2, 3) == []
-    assert told(graph, 1, 2, 4) == ["turn sharp left Side"]
+    assert said(graph, 1, 2, 3) == []
+    assert said(graph, 1, 2, 4) == ["turn sharp left Side"]
 
 
 def test_road_that_ends_and_one_that_bends_there_differ(draw_map: Any) -> None:
     places = {1: (0, 0), 2: (0, 200), 3: (200, 200), 4: (-200, 200)}
     ends = {10: ([1, 2], street("A")), 11: ([3, 2, 4], street("B"))}
-    assert told(drawn(draw_map, places, ends), 1, 2, 3) == ["end of road right B"]
+    assert said(drawn(draw_map, places, ends), 1, 2, 3) == ["end of road right B"]
     bends = {10: ([1, 2, 3], street("A")), 11: ([2, 4], street("B"))}
     graph = drawn(draw_map, places, bends)
-    assert told(graph, 1, 2, 3) == ["continue right A"]
-    assert told(graph, 1, 2, 4) == ["turn left B"]  # it is not the end of A
+    assert said(graph, 1, 2, 3) == ["continue right A"]
+    assert said(graph, 1, 2, 4) == ["turn left B"]  # it is not the end of A
 
 
 #      motorway 1 ───────── 2 ═════ 3 ───────── 4       ramp 2-5 leaves, ramp 6-3 joins
@@ -78,7 +78,7 @@ RAMPS = {
 def test_ramps_are_left_by_number_and_joined_by_side(draw_map: Any) -> None:
     tags = {2: {"highway": "motorway_junction", "ref": "12"}}
     graph = drawn(draw_map, MOTORWAY, RAMPS, point_tags=tags)
-    assert told(graph, 1, 2, 3, 4) == []
+    assert said(graph, 1, 2, 3, 4) == []
     off = steps_of(graph, driven(graph, 1, 2, 5))[1]
     assert (off.type, off.modifier, off.exits) == (StepType.OFF_RAMP, Modifier.SLIGHT_RIGHT, "12")
     assert off.destinations == "A 20: Porto, Gaia"
@@ -95,7 +95,7 @@ def test_number_on_the_ramp_wins_over_that_of_the_junction(draw_map: Any) -> Non
     assert steps_of(graph, driven(graph, 1, 2, 5))[1].exits == "12A"
 
 
-def test_slip_road_is_a_turn_told_where_it_leaves(draw_map: Any) -> None:
+def test_slip_road_is_a_turn_foundwhere_it_leaves(draw_map: Any) -> None:
     places = {1: (0, 0), 2: (0, 100), 3: (0, 150), 4: (50, 150), 5: (300, 150), 6: (0, 300), 7: (-300, 150)}
     main = {"highway": "secondary"}
     ways = {
@@ -106,7 +106,7 @@ def test_slip_road_is_a_turn_told_where_it_leaves(draw_map: Any) -> None:
     graph = drawn(draw_map, places, ways)
     turn = steps_of(graph, driven(graph, 1, 2, 4, 5))[1:-1]
     assert [(step.type, step.modifier, step.name) for step in turn] == [("turn", "right", "East Road")]
-    assert told(graph, 1, 2, 3, 6) == []
+    assert said(graph, 1, 2, 3, 6) == []
 
 
 # a road of two carriageways, 20 m apart, crossed by a street:   3 ←─── 4 ←─── 5
@@ -134,12 +134,12 @@ CROSSED = {
 
 def test_two_carriageways_are_one_road_to_a_driver(draw_map: Any) -> None:
     graph = drawn(draw_map, CARRIAGEWAYS, CROSSED)
-    assert told(graph, 6, 7, 8) == []
-    assert told(graph, 10, 7, 4, 9) == []
-    assert told(graph, 6, 7, 4, 9) == ["turn left Rua"]
-    assert told(graph, 10, 7, 4, 3) == ["turn left Avenida"]
-    assert told(graph, 6, 7, 10) == ["turn right Rua"]
-    assert told(graph, 6, 7, 4, 3) == ["continue uturn Avenida"]
+    assert said(graph, 6, 7, 8) == []
+    assert said(graph, 10, 7, 4, 9) == []
+    assert said(graph, 6, 7, 4, 9) == ["turn left Rua"]
+    assert said(graph, 10, 7, 4, 3) == ["turn left Avenida"]
+    assert said(graph, 6, 7, 10) == ["turn right Rua"]
+    assert said(graph, 6, 7, 4, 3) == ["continue uturn Avenida"]
 
 
 def test_island_on_a_road_is_nothing(draw_map: Any) -> None:
@@ -151,14 +151,14 @@ def test_island_on_a_road_is_nothing(draw_map: Any) -> None:
         13: ([5, 6], street("A")),
     }
     graph = drawn(draw_map, places, ways)
-    assert told(graph, 1, 2, 5, 6) == told(graph, 6, 5, 2, 1) == []
+    assert said(graph, 1, 2, 5, 6) == said(graph, 6, 5, 2, 1) == []
 
 
 def test_staggered_crossing_over_a_named_road_stays_two_turns(draw_map: Any) -> None:
     places = {1: (0, 0), 2: (0, 100), 3: (25, 100), 4: (25, 200), 5: (-200, 100), 6: (300, 100)}
     ways = {10: ([1, 2], street("A")), 11: ([5, 2, 3, 6], street("B")), 12: ([3, 4], street("C"))}
     graph = drawn(draw_map, places, ways)
-    assert told(graph, 1, 2, 3, 4) == ["end of road right B", "turn left C"]
+    assert said(graph, 1, 2, 3, 4) == ["end of road right B", "turn left C"]
 
 
 def test_fork_and_a_turn_behind_it_stay_two(draw_map: Any) -> None:
@@ -170,7 +170,7 @@ def test_fork_and_a_turn_behind_it_stay_two(draw_map: Any) -> None:
         13: ([2, 5], street("C")),
         14: ([3, 6], street("D")),
     }
-    found = told(drawn(draw_map, places, ways), 1, 2, 3, 4)
+    found = said(drawn(draw_map, places, ways), 1, 2, 3, 4)
     assert found == ["fork slight left", "end of road right B"]
 
 

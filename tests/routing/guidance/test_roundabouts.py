@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from routing.guidance.steps import steps_of
-from tests.routing.guidance.driven import drawn, driven, street, told
+from tests.routing.guidance.driven import drawn, driven, said, street
 
 EAST, NORTH, WEST, SOUTH = 0, 90, 180, 270  # by angle from the middle, counter-clockwise from east
 SIDES = {EAST: "East Road", NORTH: "North Road", WEST: "West Road", SOUTH: "South Road"}
@@ -48,18 +48,18 @@ def ring(
 
 
 def through(graph: Any, come: int, leave: int) -> list[str]:
-    return told(graph, 1000 + come, 2000 + leave, 1000 + leave)
+    return said(graph, 1000 + come, 2000 + leave, 1000 + leave)
 
 
 @pytest.mark.parametrize("parts", [1, 3])
 def test_exits_are_counted_from_the_entry_on(draw_map: Any, parts: int) -> None:
     graph = ring(draw_map, parts=parts)  # driven counter-clockwise; from the south: east, north, west, south
     for number, side in enumerate((EAST, NORTH, WEST), 1):
-        told_ = through(graph, SOUTH, side)
-        assert told_[0].startswith(f"roundabout {number} ")
-        assert told_[0].endswith(SIDES[side])
-        assert told_[1].startswith(f"exit roundabout {number} ")
-        assert len(told_) == 2
+        found = through(graph, SOUTH, side)
+        assert found[0].startswith(f"roundabout {number} ")
+        assert found[0].endswith(SIDES[side])
+        assert found[1].startswith(f"exit roundabout {number} ")
+        assert len(found) == 2
 
 
 def test_exits_are_counted_the_other_way_where_traffic_keeps_left(draw_map: Any) -> None:
@@ -77,7 +77,7 @@ def test_ways_out_that_may_not_be_driven_do_not_count(draw_map: Any) -> None:
 
 def test_way_back_by_the_road_that_one_came_by_is_the_last_exit(draw_map: Any) -> None:
     graph = ring(draw_map)
-    found = told(graph, 1000 + SOUTH, 2000 + WEST, 2000 + SOUTH, 1000 + SOUTH)
+    found = said(graph, 1000 + SOUTH, 2000 + WEST, 2000 + SOUTH, 1000 + SOUTH)
     assert found[0].startswith("roundabout 4 ")
 
 
@@ -89,7 +89,7 @@ def test_roundabout_with_a_name_of_its_own_is_a_rotary(draw_map: Any) -> None:
     assert through(ring(draw_map, name="North Road"), SOUTH, NORTH)[0].startswith("roundabout 2")
 
 
-def test_small_roundabout_is_told_as_a_turn_where_that_is_clear(draw_map: Any) -> None:
+def test_small_roundabout_is_foundas_a_turn_where_that_is_clear(draw_map: Any) -> None:
     graph = ring(draw_map, radius_m=10.0)
     assert through(graph, SOUTH, EAST) == ["roundabout turn 1 right East Road"]
     assert through(graph, SOUTH, NORTH) == ["roundabout turn 2 straight North Road"]
@@ -106,5 +106,5 @@ def test_route_that_ends_in_a_roundabout_has_no_exit(draw_map: Any) -> None:
 
 def test_route_that_begins_in_a_roundabout_leaves_it(draw_map: Any) -> None:
     graph = ring(draw_map)
-    (leave,) = told(graph, 2000 + EAST, 2000 + NORTH, 1000 + NORTH)
+    (leave,) = said(graph, 2000 + EAST, 2000 + NORTH, 1000 + NORTH)
     assert leave.startswith(("exit roundabout right", "exit roundabout slight right"))

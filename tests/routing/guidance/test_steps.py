@@ -11,7 +11,7 @@ import pytest
 from routing.guidance.instructions import instruction_of
 from routing.guidance.step import Modifier, StepType
 from routing.guidance.steps import steps_of
-from tests.routing.guidance.driven import drawn, driven, street, told
+from tests.routing.guidance.driven import drawn, driven, said, street
 
 # a crossing of two streets, and a T at the end of one:      3     7
 #                                                            |     |
@@ -26,13 +26,13 @@ WAYS = {
 }
 
 
-def test_crossing_is_told_only_where_it_is_turned_at(draw_map: Any) -> None:
+def test_crossing_is_foundonly_where_it_is_turned_at(draw_map: Any) -> None:
     graph = drawn(draw_map, PLACES, WAYS)
-    assert told(graph, 1, 2, 6, 7) == ["end of road left Last Street"]
-    assert told(graph, 1, 2, 3) == ["turn left Cross Street"]
-    assert told(graph, 1, 2, 4) == ["turn right Cross Street"]
-    assert told(graph, 3, 2, 4) == []
-    assert told(graph, 7, 6, 2) == ["turn right Long Street"]
+    assert said(graph, 1, 2, 6, 7) == ["end of road left Last Street"]
+    assert said(graph, 1, 2, 3) == ["turn left Cross Street"]
+    assert said(graph, 1, 2, 4) == ["turn right Cross Street"]
+    assert said(graph, 3, 2, 4) == []
+    assert said(graph, 7, 6, 2) == ["turn right Long Street"]
 
 
 def test_steps_follow_each_other_without_gaps_and_add_up_to_the_route(draw_map: Any) -> None:
@@ -98,18 +98,18 @@ def test_name_that_changes_where_the_way_is_obvious_is_a_new_name(draw_map: Any)
         13: ([4, 5], street("Ponte Nova", ref="N 1")),
     }
     graph = drawn(draw_map, places, ways)
-    assert told(graph, 1, 5) == ["new name straight Ponte Nova"]
+    assert said(graph, 1, 5) == ["new name straight Ponte Nova"]
 
 
 def test_road_that_has_its_name_back_after_a_bridge_is_not_told(draw_map: Any) -> None:
     places = {1: (0, 0), 2: (200, 0), 3: (280, 0), 4: (600, 0)}
     ways = {10: ([1, 2], street("Rua")), 11: ([2, 3], street("Ponte", bridge="yes")), 12: ([3, 4], street("Rua"))}
-    assert told(drawn(draw_map, places, ways), 1, 4) == []
+    assert said(drawn(draw_map, places, ways), 1, 4) == []
 
 
-def test_graph_without_signs_is_told_by_names_and_angles(draw_map: Any) -> None:
+def test_graph_without_signs_is_foundby_names_and_angles(draw_map: Any) -> None:
     graph = replace(drawn(draw_map, PLACES, WAYS), signs=None)
-    assert told(graph, 1, 2, 6, 7) == ["end of road left Last Street"]
+    assert said(graph, 1, 2, 6, 7) == ["end of road left Last Street"]
 
 
 @pytest.mark.parametrize(("short_m", "turns"), [(0.0, ["turn"]), (95.0, ["turn"]), (99.9, [])])
@@ -123,7 +123,7 @@ def test_route_that_begins_and_ends_within_links_turns_alike(draw_map: Any, shor
     assert all(len(step.intersections) >= 1 for step in steps)
 
 
-def test_copies_of_links_that_bans_make_are_told_as_the_links(draw_map: Any) -> None:
+def test_copies_of_links_that_bans_make_are_foundas_the_links(draw_map: Any) -> None:
     ban = (
         [("w", 10, "from"), ("w", 13, "via"), ("w", 12, "to")],
         {"type": "restriction", "restriction": "no_left_turn"},
@@ -141,8 +141,8 @@ def test_copies_of_links_that_bans_make_are_told_as_the_links(draw_map: Any) -> 
     assert graph.copies is not None
     assert graph.signs is not None
     assert graph.signs.sign_idx.size == graph.link_count
-    assert told(graph, 1, 2, 5, 6, 8) == ["end of road right Last Street"]
-    assert told(graph, 3, 2, 5, 6, 7) == ["turn left Long Street", "end of road left Last Street"]
+    assert said(graph, 1, 2, 5, 6, 8) == ["end of road right Last Street"]
+    assert said(graph, 3, 2, 5, 6, 7) == ["turn left Long Street", "end of road left Last Street"]
 
 
 def test_roads_are_named_in_a_language_where_they_are_tagged_in_it(draw_map: Any) -> None:
