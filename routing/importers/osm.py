@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from routing.graph.signs import RoadSign
+    from routing.importers.beside import ReadBeside
     from routing.importers.conditional import ConditionalLimit
 
     Conditional = tuple[tuple[ConditionalLimit, ...], tuple[ConditionalLimit, ...]]
@@ -57,13 +58,20 @@ _KEYS: Final = (
 _PROGRESS_STEP: Final = 20_000
 
 
-def read_osm(path: Path, progress: Callable[[float], None] | None = None, *, ferries: bool = False) -> Roads:
+def read_osm(
+    path: Path,
+    progress: Callable[[float], None] | None = None,
+    *,
+    ferries: bool = False,
+    beside: ReadBeside | None = None,
+) -> Roads:
     """The drivable roads of an OSM file with their controls, turn restrictions and built-up areas, in O(file).
 
     Nodes, ways and relations may come in any order and with negative ids; what is marked as deleted is passed over. Of
     a way that is there twice the later one holds. Raises ImportFailedError naming the file when it is missing, empty,
     damaged, holds several versions of objects or no drivable way. Ways may name points that the file lacks, as in
     extracts: they are cut there. ferries: bring in those that take cars; otherwise they are left out and counted.
+    beside: takes what it needs beside the roads from the same pass over the file.
     """
     if not path.is_file():
         raise ImportFailedError("map", path, "is a folder, allowed: a file" if path.is_dir() else "no such file")
@@ -78,12 +86,16 @@ def read_osm(path: Path, progress: Callable[[float], None] | None = None, *, fer
         if processor.header.has_multiple_object_versions:
             reason = "holds the history of objects, allowed: one version of each (osmium time-filter makes it)"
             raise ImportFailedError("map", path, reason)
-        processor = processor.with_locations().with_filter(osmium.filter.KeyFilter(*_KEYS))
+        processor = processor.with_locations().with_filter(
+            osmium.filter.KeyFilter(*_KEYS, *(beside.keys if beside else ()))
+        )
         entity: Any
         for count, entity in enumerate(processor):
             if reader.is_deleted(entity):
-                pass
-            elif entity.is_node():
+                continue
+            if beside:
+                beside.add(entity)
+            if entity.is_node():
                 reader.add_node(entity)
             elif entity.is_way():
                 reader.add_way(entity)
@@ -109,6 +121,8 @@ def read_osm(path: Path, progress: Callable[[float], None] | None = None, *, fer
     lacking = reader.lacking()
     boxes = header_boxes(path, processor.header)
     region = None if lacking else region_boundary(file, reader.lon_e7, reader.lat_e7)
+    if beside:
+        beside.finish(file, reader.country())
     return replace(reader.roads(path.name), extent=Extent(boxes, region, lacking))
 
 

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from routing.importers.beside import ReadBeside
     from routing.importers.chains import Chains, Pieces
     from routing.importers.roads import Roads, WayBan
 
@@ -51,6 +52,7 @@ def import_region(
     *,
     smoothing_m: float = DEFAULT_SMOOTHING_M,
     ferries: bool = False,
+    beside: ReadBeside | None = None,
     progress: Callable[[str, float], None] | None = None,
 ) -> RoadGraph:
     """The road graph of a map, with heights from elevation files; nothing is written.
@@ -58,6 +60,7 @@ def import_region(
     map_path: OpenStreetMap PBF or XML, or GraphML as OSMnx writes it. dem_paths: GeoTIFF, .hgt, .hgt.zip; none gives a
     graph without terrain, unless a GraphML brings its own heights. smoothing_m: 0..5000 [m], see smooth_along_roads.
     ferries: bring in those that take cars, as links with a duration and no energy; OpenStreetMap files only.
+    beside: takes what it needs beside the roads from an OpenStreetMap file; a GraphML has nothing for it.
     progress: called with a stage's name and the part of it that is done, 0..1.
     Raises ImportFailedError, and GraphFormatError for a GraphML that another version of joulepath wrote.
     """
@@ -89,7 +92,7 @@ def import_region(
             return replace(graph, meta=replace(graph.meta, name=name))
         roads = roads_from_networkx(loaded, map_path.name)
     else:
-        roads = read_osm(map_path, report, ferries=ferries)
+        roads = read_osm(map_path, report, ferries=ferries, beside=beside)
     report(1.0)
     return graph_from_roads(roads, dem_paths, name, smoothing_m=smoothing_m, stage=stage)
 

@@ -1,0 +1,1 @@
+"""Streets, places, house numbers and points of interest by name and by place: built, stored, searched."""

@@ -1,0 +1,212 @@
+"""The index on disk: places.sqlite beside a graph's own files, as docs/places.md describes it."""
+
+from __future__ import annotations
+
+import json
+import os
+import sqlite3
+import tempfile
+from collections import Counter
+from contextlib import closing, suppress
+from datetime import date
+from itertools import pairwise
+from typing import TYPE_CHECKING, Final
+
+import numpy as np
+
+from routing.gazetteer.cells import cell_of, coarse_word
+from routing.gazetteer.entries import Kind
+from routing.gazetteer.words import grams_of, joined_words, meant_by, words_of
+from routing.graph.earth import E7
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator
+    from pathlib import Path
+
+    from routing.gazetteer.building import Content
+    from routing.gazetteer.entries import Entry
+
+PLACES_FILE: Final = "places.sqlite"
+FORMAT_VERSION: Final = 1
+APPLICATION_ID: Final = 0x4A504C43  # JPLC
+LEAST_GRAMMED: Final = 3  # characters of a word that is looked for by its trigrams
+STEP_DEG: Final = 0.0008  # of a street's line, of which the squares are noted
+PARENT_KINDS: Final = (Kind.CITY, Kind.DISTRICT, Kind.COUNTY, Kind.STATE, Kind.COUNTRY)
+CONTEXT_LANGUAGES: Final = ("int", "en", "de", "fr", "es", "pt", "it")  # of what things are a part of
+_SCHEMA: Final = """
+CREATE TABLE about (key TEXT PRIMARY KEY, value TEXT NOT NULL) WITHOUT ROWID;
+CREATE TABLE places (
+    id INTEGER PRIMARY KEY, kind TEXT NOT NULL, osm_type TEXT NOT NULL, osm_id INTEGER NOT NULL, osm_key TEXT NOT NULL,
+    osm_value TEXT NOT NULL, name TEXT NOT NULL, names TEXT, folded TEXT NOT NULL, around TEXT NOT NULL,
+    lat REAL NOT NULL, lon REAL NOT NULL, box TEXT, importance REAL NOT NULL, street TEXT, number TEXT, postcode TEXT,
+    city INTEGER, district INTEGER, county INTEGER, state INTEGER, country INTEGER, line BLOB, has_houses INTEGER
+);
+CREATE VIRTUAL TABLE words USING fts5(
+    name, around, cell, content='', columnsize=0, detail=column, prefix='1 2 3',
+    tokenize="unicode61 remove_diacritics 0 categories 'L* N* Co Mn Mc'"
+);
+CREATE TABLE vocabulary (id INTEGER PRIMARY KEY, word TEXT NOT NULL UNIQUE, count INTEGER NOT NULL);
+CREATE TABLE grams (gram TEXT NOT NULL, word INTEGER NOT NULL, PRIMARY KEY (gram, word)) WITHOUT ROWID;
+CREATE TABLE houses (
+    street INTEGER NOT NULL, number TEXT NOT NULL, label TEXT NOT NULL, lat REAL NOT NULL, lon REAL NOT NULL,
+    postcode TEXT, osm_type TEXT NOT NULL, osm_id INTEGER NOT NULL, cell INTEGER NOT NULL,
+    PRIMARY KEY (street, number)
+) WITHOUT ROWID;
+CREATE TABLE spots (cell INTEGER NOT NULL, place INTEGER NOT NULL, PRIMARY KEY (cell, place)) WITHOUT ROWID;
+"""
+
+
+def index_bytes(content: Content, source: str) -> bytes:
+    """The file of an index. source: the map that it is of."""
+    with closing(sqlite3.connect(":memory:", isolation_level=None)) as database:
+        database.execute("PRAGMA page_size = 4096")
+        database.execute(f"PRAGMA application_id = {APPLICATION_ID}")
+        database.execute(f"PRAGMA user_version = {FORMAT_VERSION}")
+        database.execute("PRAGMA journal_mode = OFF")
+        database.executescript(_SCHEMA)
+        database.execute("BEGIN")
+        _fill(database, content, source)
+        database.execute("COMMIT")
+        database.execute("INSERT INTO words (words) VALUES ('optimize')")
+        database.execute("CREATE INDEX houses_by_cell ON houses (cell)")
+        database.execute("VACUUM")
+        return bytes(database.serialize())
+
+
+def save_index(folder: Path, content: bytes) -> None:
+    """Write an index beside a graph, whole or not at all; raises OSError."""
+    descriptor, scratch = tempfile.mkstemp(prefix=f".{PLACES_FILE}.", dir=folder)
+    try:
+        with os.fdopen(descriptor, "wb") as file:
+            file.write(content)
+        os.chmod(scratch, 0o644)
+        os.replace(scratch, folder / PLACES_FILE)
+    except BaseException:
+        with suppress(OSError):
+            os.unlink(scratch)
+        raise
+
+
+def _fill(database: sqlite3.Connection, content: Content, source: str) -> None:
+    entries = content.entries
+    with_houses = {numbered.street for numbered in content.houses}
+    counts: Counter[str] = Counter()
+    places, texts = [], []
+    for k, entry in enumerate(entries):
+        named = _name_words(entry)
+        around = " ".join(dict.fromkeys(_around(entries, entry)))
+        flat = [word for words in named for word in words]
+        counts.update(set(flat))
+        joined = [word for words in named for word in joined_words(words)]
+        counts.update(set(joined) - set(flat))
+        counts.update(set(around.split()) - set(flat))
+        short = [short for word in dict.fromkeys(flat) if len(word) < 5 for short in meant_by(word)]
+        texts.append((k, " ".join((*flat, *joined, *short)), around, coarse_word(entry.lat, entry.lon)))
+        shown = {key: text for key, text in entry.names.items() if not key.startswith("*")}
+        box = None if entry.box is None else ",".join(f"{value:.6f}" for value in entry.box)
+        places.append(
+            (
+                *(k, entry.kind.value, entry.osm_type, entry.osm_id, entry.key, entry.value, entry.name),
+                json.dumps(shown, ensure_ascii=False) if shown else None,
+                "|".join(dict.fromkeys(" ".join(words) for words in named)),
+                around,
+                *(round(entry.lat, 7), round(entry.lon, 7), box, round(entry.importance, 4)),
+                *(entry.street or None, entry.number or None, entry.postcode or None),
+                *(entry.parents.get(kind) for kind in PARENT_KINDS),
+                _line(entry) if entry.lines else None,
+                int(k in with_houses),
+            )
+        )
+    database.executemany(f"INSERT INTO places VALUES ({','.join('?' * 24)})", places)
+    database.executemany("INSERT INTO words (rowid, name, around, cell) VALUES (?, ?, ?, ?)", texts)
+    vocabulary = [(k, word, count) for k, (word, count) in enumerate(sorted(counts.items()))]
+    database.executemany("INSERT INTO vocabulary VALUES (?, ?, ?)", vocabulary)
+    grams = sorted(
+        (gram, k)
+        for k, word, _ in vocabulary
+        if len(word) >= LEAST_GRAMMED and not word.isdigit()
+        for gram in grams_of(word)
+    )
+    database.executemany("INSERT INTO grams VALUES (?, ?)", grams)
+    database.executemany(
+        "INSERT INTO houses VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+        sorted(
+            (
+                *(numbered.street, numbered.number, numbered.house.number),
+                *(numbered.house.lat_e7 / E7, numbered.house.lon_e7 / E7, numbered.house.postcode or None),
+                *(numbered.house.osm_type, numbered.house.osm_id),
+                cell_of(numbered.house.lat_e7 / E7, numbered.house.lon_e7 / E7),
+            )
+            for numbered in content.houses
+        ),
+    )
+    spots = sorted({(cell, k) for k, entry in enumerate(entries) for cell in _cells(entry)})
+    database.executemany("INSERT INTO spots VALUES (?, ?)", spots)
+    about = {
+        "source": source,
+        "built": date.today().isoformat(),
+        "counts": json.dumps(content.counts()),
+        "left_out": json.dumps(dict(content.left_out)),
+        "region_words": " ".join(content.region_words),
+        "country": content.country,
+        "country_names": json.dumps(dict(content.country_names), ensure_ascii=False),
+        "state_names": json.dumps(dict(content.state_names), ensure_ascii=False),
+    }
+    database.executemany("INSERT INTO about VALUES (?, ?)", sorted(about.items()))
+
+
+def _name_words(entry: Entry) -> list[tuple[str, ...]]:
+    """The words of each name of a thing, its own first."""
+    names = dict.fromkeys((entry.name, *entry.names.values()))
+    return list(dict.fromkeys(words for words in map(words_of, names) if words))
+
+
+def _around(entries: list[Entry], entry: Entry) -> Iterator[str]:
+    """Words of what a thing is part of, of its address and of its kind."""
+    for parent in entry.parents.values():
+        above = entries[parent]
+        yield from words_of(above.name)
+        for key, text in above.names.items():
+            if key.startswith("*") or key in CONTEXT_LANGUAGES:
+                yield from words_of(text)
+    for text in (entry.street, entry.postcode, entry.city_name, *entry.further):
+        yield from words_of(text)
+    if entry.kind in (Kind.POINT, Kind.STATION):
+        yield from words_of(entry.value.replace("_", " "))
+
+
+def _line(entry: Entry) -> bytes:
+    """The lines of a street: the number of points of each, then all points as lon, lat [1e-6 deg], whole numbers."""
+    head = np.array([len(entry.lines), *map(len, entry.lines)], np.int32)
+    points = np.array([place for line in entry.lines for place in line], np.int64)
+    return head.tobytes() + (points // 10).astype(np.int32).tobytes()
+
+
+def line_points(blob: bytes) -> list[tuple[int, int, int, int]]:
+    """The stretches of a street's lines: lon, lat, lon, lat [1e-6 deg]."""
+    numbers = np.frombuffer(blob, np.int32)
+    count = int(numbers[0])
+    points = numbers[1 + count :].reshape(-1, 2).tolist()
+    stretches, begin = [], 0
+    for size in numbers[1 : 1 + count].tolist():
+        line = points[begin : begin + size]
+        stretches += [(x0, y0, x1, y1) for (x0, y0), (x1, y1) in pairwise(line)]
+        begin += size
+    return stretches
+
+
+def _cells(entry: Entry) -> Iterable[int]:
+    """The squares that a thing lies in, of a street all that it goes through."""
+    if not entry.lines:
+        return (cell_of(entry.lat, entry.lon),)
+    cells = set()
+    for line in entry.lines:
+        for (x, y), (next_x, next_y) in pairwise(line):
+            lon, lat = x / E7, y / E7
+            cells.add(cell_of(lat, lon))
+            steps = int(max(abs(next_x - x), abs(next_y - y)) / (STEP_DEG * E7))
+            for k in range(1, steps + 1):
+                part = k / (steps + 1)
+                cells.add(cell_of(lat + part * (next_y - y) / E7, lon + part * (next_x - x) / E7))
+        cells.add(cell_of(line[-1][1] / E7, line[-1][0] / E7))
+    return cells

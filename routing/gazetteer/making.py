@@ -1,0 +1,49 @@
+"""The index that is written beside a graph: of its map, or of the graph itself where it has none to read."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from routing.gazetteer.building import content_of
+from routing.gazetteer.files import PLACES_FILE, index_bytes
+from routing.gazetteer.graphs import streets_of
+from routing.gazetteer.osm import PlaceReader
+from routing.importers.osm import read_osm
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
+
+    from routing.gazetteer.entries import Collected
+    from routing.graph.road_graph import RoadGraph
+    from routing.stations.station import Stations
+
+
+@dataclass(frozen=True, slots=True)
+class PlacesBeside:
+    """An index as files by name, how many things of each kind it has, and what was left out, by reason."""
+
+    files: Mapping[str, bytes]
+    counts: Mapping[str, int]
+    left_out: Mapping[str, int]
+
+    @property
+    def size_bytes(self) -> int:
+        """Of the file."""
+        return sum(map(len, self.files.values()))
+
+
+def places_beside(graph: RoadGraph, stations: Stations | None, found: Collected | None) -> PlacesBeside:
+    """The index of a graph with its stations. found: what was read of its map, None for the graph's own roads only."""
+    collected = streets_of(graph) if found is None else found
+    content = content_of(collected, stations, graph.meta.name)
+    files = {PLACES_FILE: index_bytes(content, graph.meta.source)}
+    return PlacesBeside(files, content.counts(), content.left_out)
+
+
+def places_of_map(map_path: Path, progress: Callable[[float], None] | None = None) -> Collected:
+    """What can be searched for on an OpenStreetMap file; raises ImportFailedError as its import does."""
+    reader = PlaceReader()
+    read_osm(map_path, progress, beside=reader)
+    return reader.found
