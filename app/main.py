@@ -36,6 +36,7 @@ from app.http.routes import (
     health,
     matrix,
     metrics,
+    places,
     range,
     route,
     simulate,
@@ -72,6 +73,7 @@ ROUTERS: Final = (
     diagnoses.router,
     graphs.router,
     stations.router,
+    places.router,
     tiles.router,
     health.router,
     metrics.router,
@@ -213,7 +215,7 @@ def openapi_document(app: FastAPI, keys_demanded: bool = False) -> dict[str, Any
         separate_input_output_schemas=False,
     )
     _, extra = models_json_schema(
-        [(RouteFeatureCollection, "validation"), (DiagnosisRequest, "validation")],
+        [(model, "validation") for model in (RouteFeatureCollection, DiagnosisRequest, *places.SCHEMAS)],
         ref_template="#/components/schemas/{model}",
     )
     schemas = document["components"]["schemas"]

@@ -20,6 +20,7 @@ from app.cli.commands.diagnose import diagnosing
 from app.cli.commands.graphs import graphs, making
 from app.cli.commands.keys import keys
 from app.cli.commands.output import GraphOption, service_for, settings_for
+from app.cli.commands.places import places, searching
 from app.cli.commands.prove import proving
 from app.cli.commands.queries import queries
 from app.cli.commands.stations import stations
@@ -72,6 +73,8 @@ cli.add_typer(proving)
 cli.add_typer(vehicles, name="vehicles")
 cli.add_typer(graphs, name="graphs")
 cli.add_typer(stations, name="stations")
+cli.add_typer(places, name="places")
+cli.add_typer(searching)
 cli.add_typer(keys, name="keys")
 
 

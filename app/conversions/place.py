@@ -10,14 +10,15 @@ from routing.places import Point
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from app.schemas.place import Place
+    from app.schemas.place import PlaceOrText
     from routing.places import SnappedPoint
 
 DECIMALS: Final = 7  # 1e-7 degrees are 11 mm
 
 
-def point_from_place(place: Place) -> Point:
-    """A place sent in either form."""
+def point_from_place(place: PlaceOrText) -> Point:
+    """A place sent in either form; texts are looked up before."""
+    assert not isinstance(place, str), "app.places.texts.with_places puts coordinates in place of texts"
     if isinstance(place, LatLon):
         return Point(place.lat, place.lon)
     return Point(lat_deg=place[1], lon_deg=place[0])

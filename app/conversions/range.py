@@ -14,6 +14,7 @@ from app.conversions.route import search_stats
 from app.schemas.as_json import as_json, written
 from app.schemas.conditions import ConditionsSent
 from app.schemas.place import LatLon, MultiLineStringGeometry, MultiPolygonGeometry
+from app.schemas.places.named import named_places
 from app.schemas.range import (
     BandFeature,
     BandProperties,
@@ -112,6 +113,7 @@ def _features(
             *(_band(band, understood.by, coordinates_of) for band in answer.bands),
             place_feature(answer.origin, "origin"),
         ],
+        places=named_places([understood.origin]),
         request=understood,
         warnings=list(answer.warnings),
         stats=search_stats(answer.stats),

@@ -13,6 +13,7 @@ from app.conversions.graph import terrain_note
 from app.conversions.guidance.steps import step_answers
 from app.conversions.place import DECIMALS, lat_lon, place_feature, point_from_place, snapped
 from app.schemas.as_json import as_json
+from app.schemas.places.named import named_places
 from app.schemas.route import (
     ParetoAnswer,
     RemedyAnswer,
@@ -180,6 +181,7 @@ def _answered(
     no_plan = None if planned is None else planned.no_plan
     return {
         "snapped": _snapped_ends(answer),
+        "places": named_places((understood.start, *understood.via, understood.goal)),
         "request": understood,
         "warnings": list(answer.warnings),
         "stats": [search_stats(stats) for stats in answer.stats],

@@ -45,6 +45,36 @@ class PlacesApartError(Refusal):
         )
 
 
+class NoPlacesError(Refusal):
+    """A graph without an index of places, on which nothing can be searched for by name."""
+
+    code = "no_places"
+
+    def __init__(self, graph: str) -> None:
+        allowed = "a graph with an index of places, which `joulepath places build` gives it"
+        super().__init__("graph", graph, allowed, message=f"graph {graph!r} has no index of places, allowed: {allowed}")
+
+
+class UnknownPlaceError(Refusal):
+    """A text that no place of a graph fits; found: what is most like it."""
+
+    code = "unknown_place"
+
+    def __init__(self, field: str, text: str, graph: str, found: list[str]) -> None:
+        like = f"; the most like it: {'; '.join(found)}" if found else "; nothing is like it"
+        super().__init__(field, text, f"a place on graph {graph!r}, or its coordinates{like}", subject=field)
+
+
+class AmbiguousPlaceError(Refusal):
+    """A text that several places fit as well, apart from each other."""
+
+    code = "ambiguous_place"
+
+    def __init__(self, field: str, text: str, graph: str, found: list[str]) -> None:
+        allowed = f"a text that fits a single place on graph {graph!r}, or its coordinates; found: {'; '.join(found)}"
+        super().__init__(field, text, allowed)
+
+
 def _graphs_text(names: list[str]) -> str:
     return f"graph{'s' if len(names) > 1 else ''} {' and '.join(map(repr, names))}"
 

@@ -29,7 +29,7 @@ FACTOR: Final = "_factor"  # end of the names of fields up to 1 that are no shar
 # parts of a location that name a branch of a union, not a field
 BRANCHES: Final = frozenset(
     {
-        *("named", "pair", "metric", "epa", "count", "values", "[key]"),
+        *("named", "pair", "text", "metric", "epa", "count", "values", "[key]"),
         *(ID_BRANCH, PHYSICAL_BRANCH, TABLE_BRANCH, EFFECTS_ID_BRANCH, EFFECTS_BRANCH),
         *SERVICE_BRANCHES.values(),
     }

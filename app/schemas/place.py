@@ -9,6 +9,7 @@ from pydantic import BeforeValidator, Discriminator, Field, Tag, model_validator
 from app.schemas.base import Answered, Latitude, Longitude, Sent, refusal
 from routing.places import can_only_be_swapped, swapped_question
 
+MOST_TEXT_CHARS: Final = 200  # of a place's name
 MAX_PLACES: Final = 1000  # in one list, which the service's own limit may be set to
 
 
@@ -70,6 +71,24 @@ Place = Annotated[
         _form_of_place,
         custom_error_type="place",
         custom_error_message="an object with lat and lon, or a list [lon, lat]",
+    ),
+]
+
+
+def _form_of_named_place(value: object) -> str | None:
+    return "text" if isinstance(value, str) else _form_of_place(value)
+
+
+PlaceText = Annotated[
+    str,
+    Field(min_length=1, max_length=MOST_TEXT_CHARS, description="name or address of a place, or coordinates as a text"),
+]
+PlaceOrText = Annotated[
+    Annotated[LatLon, Tag("named")] | Annotated[LonLat, Tag("pair")] | Annotated[PlaceText, Tag("text")],
+    Discriminator(
+        _form_of_named_place,
+        custom_error_type="place",
+        custom_error_message="an object with lat and lon, a list [lon, lat], or a text that names a place",
     ),
 ]
 

@@ -12,7 +12,8 @@ from app.schemas.conditions import condition_field
 from app.schemas.drive import GRAPH_MEANS, SearchRequest
 from app.schemas.graph import TerrainNote
 from app.schemas.learned_effects import MAX_EFFECTS_ID_CHARS
-from app.schemas.place import MultiLineStringGeometry, MultiPolygonGeometry, Place, PlaceFeature, refuse_swapped
+from app.schemas.place import MultiLineStringGeometry, MultiPolygonGeometry, PlaceFeature, PlaceOrText, refuse_swapped
+from app.schemas.places.named import PLACES_MEANS, PlaceNamed
 from app.schemas.route import SearchStatsAnswer
 from energy.chain.chain import LinkModel, StopRule
 from energy.conditions import RoadSurface
@@ -76,7 +77,7 @@ class RangeRequest(SearchRequest):
         "limits",
     )
 
-    origin: Place
+    origin: PlaceOrText
     soc: Fraction = Field(description="state of charge at departure, 0..1; with reverse, at each place")
     reserve_soc: Fraction = Field(
         default=0.0, description="charge that must be left; always the outermost band; at most soc"
@@ -283,6 +284,7 @@ class RangeFeatureCollection(Answered):
 
     type: Literal["FeatureCollection"] = "FeatureCollection"
     features: list[BandFeature | PlaceFeature]
+    places: list[PlaceNamed] = Field(default=[], description=PLACES_MEANS)
     request: RangeRequest = Field(description="the request as understood; can be sent to POST /range")
     warnings: list[str]
     stats: SearchStatsAnswer

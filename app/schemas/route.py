@@ -18,7 +18,8 @@ from app.schemas.charging import (
 from app.schemas.drive import SearchRequest
 from app.schemas.graph import TerrainNote
 from app.schemas.guidance.steps import StepAnswer
-from app.schemas.place import LatLon, LineString, Place, PlaceFeature, Snapped
+from app.schemas.place import LatLon, LineString, PlaceFeature, PlaceOrText, Snapped
+from app.schemas.places.named import PLACES_MEANS, PlaceNamed
 from energy.chain.chain import StopRule
 from energy.force.parts import Part
 from routing.queries import EPSILON_RANGE, MOST_RANGE, ParetoSettings
@@ -82,9 +83,9 @@ class RouteRequest(SearchRequest):
         "steps",
     )
 
-    start: Place
-    goal: Place
-    via: list[Place] = Field(
+    start: PlaceOrText
+    goal: PlaceOrText
+    via: list[PlaceOrText] = Field(
         default=[],
         max_length=MAX_VIA,
         description="places to go over, in this order; the vehicle comes to rest at each and goes on at once",
@@ -336,6 +337,7 @@ class RouteAnswered(Answered):
     """What a route request is answered with, besides the routes."""
 
     snapped: SnappedEnds
+    places: list[PlaceNamed] = Field(description=PLACES_MEANS)
     request: RouteRequest = Field(description="the request as understood, with defaults; can be sent again")
     warnings: list[str]
     stats: list[SearchStatsAnswer] = Field(description="one for each search")

@@ -42,6 +42,7 @@ from app.service.fleet import Fleet
 from app.service.graph_choice import graph_for
 from app.service.learned import LearnedEffectsShelf, warnings_of, warnings_of_way
 from app.service.matrices import MatrixWork, check_places
+from app.service.places import Places
 from app.sharing.sources import GraphsOnDisk, folders_on_disk
 from app.stations.features import GraphStations
 from app.store.database import Database
@@ -137,6 +138,7 @@ class Service:
         self.fleet = Fleet(self.vehicles, VehicleStore(self.database), settings.default_vehicle)
         self.learned = LearnedEffectsShelf(LearnedEffectsStore(self.database))
         self._station_names: dict[str, StationNames] = {}
+        self.places = Places(self.atlas, settings)
 
     def load_all(self) -> None:
         """Load every graph, compile the kernels and bring the database up to date.
@@ -203,7 +205,7 @@ class Service:
             return self._found_route(sent)
 
     def _found_route(self, sent: RouteRequest) -> tuple[RouteAnswer, RouteRequest, RoadGraph, PlannedStops | None]:
-        planner, chosen, understood = self._understood(sent)
+        planner, chosen, understood = self._understood(self.places.in_place_of_texts(sent))
         query = route_query(understood, chosen.vehicle)
         planned: PlannedStops | None = None
         notes: tuple[str, ...] = ()
@@ -255,7 +257,7 @@ class Service:
 
     @stage(Stage.SEARCH)
     def _answered_range(self, sent: RangeRequest) -> tuple[RangeAnswer, RangeRequest, RoadGraph]:
-        planner, chosen, understood = self._understood(sent)
+        planner, chosen, understood = self._understood(self.places.in_place_of_texts(sent))
         query = range_query(understood, chosen.vehicle)
         answer = planner.range(query)
         note_labels(answer.stats.labels_settled)

@@ -65,7 +65,10 @@ class Entry:
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A piece of a street: names, the value of its highway tag, and its points as lon, lat [1e-7 deg]."""
+    """A piece of a street: names, the value of its highway tag, and its points as lon, lat [1e-7 deg].
+
+    way: its id on OpenStreetMap, 0 where it has none.
+    """
 
     way: int
     name: str

@@ -56,8 +56,8 @@ CREATE TABLE spots (cell INTEGER NOT NULL, place INTEGER NOT NULL, PRIMARY KEY (
 """
 
 
-def index_bytes(content: Content, source: str) -> bytes:
-    """The file of an index. source: the map that it is of."""
+def index_bytes(content: Content, source: str, attribution: str = "") -> bytes:
+    """The file of an index. source: the map that it is of. attribution: of its data, with the licence."""
     with closing(sqlite3.connect(":memory:", isolation_level=None)) as database:
         database.execute("PRAGMA page_size = 4096")
         database.execute(f"PRAGMA application_id = {APPLICATION_ID}")
@@ -65,7 +65,7 @@ def index_bytes(content: Content, source: str) -> bytes:
         database.execute("PRAGMA journal_mode = OFF")
         database.executescript(_SCHEMA)
         database.execute("BEGIN")
-        _fill(database, content, source)
+        _fill(database, content, source, attribution)
         database.execute("COMMIT")
         database.execute("INSERT INTO words (words) VALUES ('optimize')")
         database.execute("CREATE INDEX houses_by_cell ON houses (cell)")
@@ -87,7 +87,7 @@ def save_index(folder: Path, content: bytes) -> None:
         raise
 
 
-def _fill(database: sqlite3.Connection, content: Content, source: str) -> None:
+def _fill(database: sqlite3.Connection, content: Content, source: str, attribution: str) -> None:
     entries = content.entries
     with_houses = {numbered.street for numbered in content.houses}
     counts: Counter[str] = Counter()
@@ -144,6 +144,7 @@ def _fill(database: sqlite3.Connection, content: Content, source: str) -> None:
     database.executemany("INSERT INTO spots VALUES (?, ?)", spots)
     about = {
         "source": source,
+        "attribution": attribution,
         "built": date.today().isoformat(),
         "counts": json.dumps(content.counts()),
         "left_out": json.dumps(dict(content.left_out)),

@@ -52,6 +52,9 @@ class Gazetteer:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._idle: LifoQueue[sqlite3.Connection] = LifoQueue(POOL)
+        self.size_bytes = 0
+        with suppress(OSError):
+            self.size_bytes = (folder / PLACES_FILE).stat().st_size
         with self._connection() as database:
             self.about = dict(database.execute("SELECT key, value FROM about").fetchall())
         try:
@@ -129,12 +132,22 @@ class Gazetteer:
             return self._answers(database, question, rows, limit, near, languages)
 
     def reverse(
-        self, lat: float, lon: float, *, limit: int = 1, radius_m: float = 1000.0, languages: Sequence[str] = ()
+        self,
+        lat: float,
+        lon: float,
+        *,
+        limit: int = 1,
+        radius_m: float = 1000.0,
+        languages: Sequence[str] = (),
+        areas_only: bool = False,
     ) -> list[FoundPlace]:
-        """What is at a place: its address, then what else is near, the nearest first; all within a radius [m]."""
+        """What is at a place: its address, then what else is near, the nearest first; all within a radius [m].
+
+        areas_only: only towns and parts of them.
+        """
         with self._connection() as database:
             found = []
-            for hit in nearest(database, lat, lon, min(limit, MOST_FOUND), radius_m):
+            for hit in nearest(database, lat, lon, min(limit, MOST_FOUND), radius_m, areas_only=areas_only):
                 place = self._details(database, [hit.place], languages).get(hit.place)
                 if place is None:
                     continue

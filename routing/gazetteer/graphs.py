@@ -17,6 +17,7 @@ def streets_of(graph: RoadGraph) -> Collected:
     """The named roads of a graph, each direction pair once; it knows no places and no house numbers."""
     link = np.arange(graph.road_link_count)
     forward = (graph.reverse_idx[link] < 0) | (link < graph.reverse_idx[link])
+    is_osm = graph.meta.licence.startswith("ODbL")
     pieces = []
     for k in link[forward].tolist():
         name = graph.names[graph.name_idx[k]] if graph.name_idx[k] >= 0 else ""
@@ -25,5 +26,5 @@ def streets_of(graph: RoadGraph) -> Collected:
             continue
         lon, lat = graph.geometry_lon_e7[begin:end].tolist(), graph.geometry_lat_e7[begin:end].tolist()
         value = FunctionalClass(int(graph.functional_class[k])).name.lower()  # as the values of highway
-        pieces.append(Piece(int(graph.way_id[k]), name, {}, value, tuple(zip(lon, lat, strict=True))))
+        pieces.append(Piece(int(graph.way_id[k]) if is_osm else 0, name, {}, value, tuple(zip(lon, lat, strict=True))))
     return Collected(pieces=pieces)

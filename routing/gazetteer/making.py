@@ -38,7 +38,8 @@ def places_beside(graph: RoadGraph, stations: Stations | None, found: Collected 
     """The index of a graph with its stations. found: what was read of its map, None for the graph's own roads only."""
     collected = streets_of(graph) if found is None else found
     content = content_of(collected, stations, graph.meta.name)
-    files = {PLACES_FILE: index_bytes(content, graph.meta.source)}
+    attribution = f"{graph.meta.attribution}, {graph.meta.licence}"
+    files = {PLACES_FILE: index_bytes(content, graph.meta.source, attribution)}
     return PlacesBeside(files, content.counts(), content.left_out)
 
 

@@ -29,12 +29,16 @@ class Hit:
     lat: float
     lon: float
     number: Any = None
+    is_area: bool = False
 
 
-def nearest(database: sqlite3.Connection, lat: float, lon: float, limit: int, radius_m: float) -> list[Hit]:
+def nearest(
+    database: sqlite3.Connection, lat: float, lon: float, limit: int, radius_m: float, *, areas_only: bool = False
+) -> list[Hit]:
     """The address of a place, then what else is near, the nearest first.
 
     The address is a house within 60 m that is not much farther than the nearest street, else that street.
+    areas_only: towns and parts of them, no addresses.
     """
     shrink = max(0.01, math.cos(math.radians(lat)))
     streets: dict[int, Hit] = {}
@@ -49,6 +53,9 @@ def nearest(database: sqlite3.Connection, lat: float, lon: float, limit: int, ra
         cells = cells_around(lat, lon, ring)
         looked += len(cells)
         _look(database, cells, (lat, lon, shrink), streets, houses, things)
+        if areas_only:
+            streets, houses = {}, []
+            things = {k: hit for k, hit in things.items() if hit.is_area}
     hits = _ordered(streets, houses, things)
     return [hit for hit in hits if hit.distance_m <= radius_m][:limit]
 
@@ -76,7 +83,7 @@ def _look(
                 streets[place] = Hit(away_m, place, y, x)
             elif line is None and kind not in (Kind.POSTCODE, Kind.COUNTRY, Kind.STATE, Kind.COUNTY):
                 away_m = math.hypot(place_lat - lat, (place_lon - lon) * shrink) * METRE_PER_DEGREE
-                things[place] = Hit(away_m, place, place_lat, place_lon)
+                things[place] = Hit(away_m, place, place_lat, place_lon, is_area=kind in (Kind.CITY, Kind.DISTRICT))
         rows = database.execute(
             f"SELECT number, label, lat, lon, postcode, osm_type, osm_id, street FROM houses WHERE cell IN ({marks})",
             part,

@@ -89,7 +89,7 @@ def _street(pieces: Sequence[Piece]) -> Entry:
     importance = STREETS[value] + 0.05 * min(1.0, sum(length_m.values()) / LONG_M)
     return Entry(
         Kind.STREET,
-        "w",
+        "w" if longest.way else "",
         longest.way,
         "highway",
         value,

@@ -11,6 +11,7 @@ from rich.console import Console
 
 from app.cli import tables
 from app.cli.commands.output import JsonOption, service_for, show
+from app.cli.commands.places import say_places
 from app.cli.commands.progress import reporter, stage_bars
 from app.cli.station_tables import report_lines
 from app.errors.raised import CommandError
@@ -55,10 +56,13 @@ def import_map(
     ] = False,
 ) -> None:
     """Import a region: map and elevation files in, a graph folder out. Nothing is written when it fails."""
+    from routing.gazetteer.making import places_beside
+    from routing.gazetteer.osm import PlaceReader
     from routing.graph.files import save_graph
     from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
     from routing.stations.importing import stations_beside
 
+    reader = PlaceReader()
     tiles = [*(dem or []), *(more_dem or [])]
     length_m = DEFAULT_SMOOTHING_M if smoothing_m is None else smoothing_m
     place = out or _own_folder(name or map_path.name.partition(".")[0])
@@ -69,12 +73,19 @@ def import_map(
             name or place.name,
             smoothing_m=length_m,
             ferries=ferries,
+            beside=reader,
             progress=reporter(progress),
         )
-    stations = stations_beside(map_path, graph, place)
-    save_graph(graph, place, stations.files)
+        stations = stations_beside(map_path, graph, place)
+        report = reporter(progress)
+        report("index places", 0.0)
+        found = reader.found if reader.found.pieces else None  # a GraphML has nothing but its roads
+        beside = places_beside(graph, stations.stations, found)
+        report("index places", 1.0)
+    save_graph(graph, place, {**stations.files, **beside.files})
     _say_written(place, graph.node_count, graph.road_link_count, graph.meta.dropped)
     _say_stations(stations)
+    say_places(beside.counts, beside.left_out, beside.size_bytes)
     _say_cut_off(graph.meta.cut_off)
     _say_cut_roads(None if graph.cut_node is None else graph.cut_node.size)
     _say_ferries(graph)
@@ -93,6 +104,7 @@ def synth(
     height_km: Annotated[float | None, typer.Option("--height-km", help="from south to north [km]")] = None,
 ) -> None:
     """Make a synthetic region with towns, motorways and passes."""
+    from routing.gazetteer.making import places_beside
     from routing.graph.files import save_graph
     from routing.stations.files import STATIONS_FILE, stations_bytes
     from routing.synth import synthesize
@@ -112,7 +124,8 @@ def synth(
         except ValueError as error:
             raise CommandError(str(error)) from error
     stations = synthetic_stations(graph, seed)
-    save_graph(graph, place, {STATIONS_FILE: stations_bytes(graph, stations)})
+    beside = places_beside(graph, stations, None)
+    save_graph(graph, place, {STATIONS_FILE: stations_bytes(graph, stations), **beside.files})
     _say_written(place, graph.node_count, graph.link_count, graph.meta.dropped)
     Console(stderr=True).print(f"  charging stations: {len(stations.stations)}", style="dim", highlight=False)
 

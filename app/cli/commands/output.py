@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from app.schemas.graph import TerrainNote
+    from app.schemas.places.named import PlaceNamed
     from app.service.service import Service
     from app.sharing.sources import GraphsOnDisk
 
@@ -80,3 +81,16 @@ def print_notes(console: Console, terrain: TerrainNote | None, warnings: list[st
     errors = Console(stderr=True)
     for warning in warnings:
         errors.print(f"warning: {warning}", style="yellow", markup=False, highlight=False)
+
+
+def print_places(places: list[PlaceNamed]) -> None:
+    """Print what texts were taken for, and what else they may mean."""
+    console = Console(soft_wrap=True)
+    for place in places:
+        number = f", no number {place.asked_number}" if place.asked_number else ""
+        near = f", at the nearest, {place.nearest_number}" if place.nearest_number else ""
+        said = f"{place.field}: {place.label} ({place.lat:.5f}, {place.lon:.5f}{number}{near})"
+        console.print(said, style="dim", markup=False, highlight=False)
+        for other in place.alternatives:
+            other_said = f"  or: {other.label} ({other.lat:.5f}, {other.lon:.5f})"
+            console.print(other_said, style="dim", markup=False, highlight=False)

@@ -45,7 +45,15 @@ from app.cli.commands.effects import (
     refuse_uncertain,
 )
 from app.cli.commands.json_files import json_in
-from app.cli.commands.output import GraphOption, JsonOption, print_changes, print_json, print_notes, service_for
+from app.cli.commands.output import (
+    GraphOption,
+    JsonOption,
+    print_changes,
+    print_json,
+    print_notes,
+    print_places,
+    service_for,
+)
 from app.errors.raised import CommandError
 from routing.errors import QueryError
 
@@ -72,11 +80,11 @@ ConditionOption = Annotated[
 @queries.command()
 def route(
     *,
-    start: Annotated[str, typer.Option(metavar="LAT,LON")],
-    goal: Annotated[str, typer.Option(metavar="LAT,LON")],
+    start: Annotated[str, typer.Option(metavar="LAT,LON|TEXT")],
+    goal: Annotated[str, typer.Option(metavar="LAT,LON|TEXT")],
     soc: SocOption,
     via: Annotated[
-        list[str] | None, typer.Option(metavar="LAT,LON", help="place to go over; repeatable, in order")
+        list[str] | None, typer.Option(metavar="LAT,LON|TEXT", help="place to go over; repeatable, in order")
     ] = None,
     graph: GraphOption = None,
     vehicle: VehicleOption = None,
@@ -127,9 +135,9 @@ def route(
     service = service_for(graph)
     sent = RouteRequest.model_validate(
         {
-            "start": _lat_lon("start", start),
-            "goal": _lat_lon("goal", goal),
-            "via": [_lat_lon(f"via[{k}]", place) for k, place in enumerate(via or [])],
+            "start": _place("start", start),
+            "goal": _place("goal", goal),
+            "via": [_place(f"via[{k}]", place) for k, place in enumerate(via or [])],
             "soc": soc,
             "vehicle": vehicle,
             "graph": None if graph is None else service.settings.default_graph,
@@ -174,6 +182,7 @@ def route(
         print_json(answer)
         return
     console = Console()
+    print_places(answer.places)
     console.print(tables.routes_table(answer))
     _print_plans(console, answer)
     if changes_anything(service, sent.effects):
@@ -227,7 +236,7 @@ def _compare(service: Service, sent: RouteRequest, as_json: bool) -> None:
 @queries.command("range")
 def reachable(
     *,
-    origin: Annotated[str, typer.Option("--origin", "--start", metavar="LAT,LON")],
+    origin: Annotated[str, typer.Option("--origin", "--start", metavar="LAT,LON|TEXT")],
     soc: SocOption,
     graph: GraphOption = None,
     vehicle: VehicleOption = None,
@@ -252,7 +261,7 @@ def reachable(
     service = service_for(graph)
     sent = RangeRequest.model_validate(
         {
-            "origin": _lat_lon("origin", origin),
+            "origin": _place("origin", origin),
             "soc": soc,
             "vehicle": vehicle,
             "graph": None if graph is None else service.settings.default_graph,
@@ -276,6 +285,7 @@ def reachable(
         print_json(answer)
         return
     console = Console()
+    print_places(answer.places)
     console.print(tables.bands_table(answer))
     if changes_anything(service, sent.effects):
         file = service.range(sent.model_copy(update={"effects": None}))
@@ -337,11 +347,14 @@ def simulate(
     print_notes(console, answer.terrain, answer.warnings)
 
 
-def _lat_lon(field: str, text: str) -> dict[str, float]:
+def _place(field: str, text: str) -> dict[str, float] | str:
+    """A place as requests have it: coordinates, or the text itself, which is looked up."""
+    if not text.strip():
+        raise QueryError(field, repr(text), "LAT,LON in degrees, such as 46.5,8.0, or the name of a place")
     try:
         lat, lon = (float(part) for part in text.split(","))
     except ValueError:
-        raise QueryError(field, repr(text), "LAT,LON in degrees, such as 46.5,8.0") from None
+        return text
     return {"lat": lat, "lon": lon}
 
 

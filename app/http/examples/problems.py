@@ -147,6 +147,33 @@ EXAMPLES: Final = {
         "trip 'monday' of diagnosis '20260301-0c9f2a7b1d4e' is unknown",
         FieldProblem(field="trip", value="monday", allowed="an id of GET /diagnoses/20260301-0c9f2a7b1d4e/trips"),
     ),
+    ErrorCode.NO_PLACES: (
+        "graph 'valley' has no index of places, allowed: a graph with an index of places, which `joulepath places "
+        "build` gives it",
+        FieldProblem(
+            field="graph",
+            value="valley",
+            allowed="a graph with an index of places, which `joulepath places build` gives it",
+        ),
+    ),
+    ErrorCode.UNKNOWN_PLACE: (
+        "goal is Atlantis, allowed: a place on graph 'highlands', or its coordinates; nothing is like it",
+        FieldProblem(
+            field="goal",
+            value="Atlantis",
+            allowed="a place on graph 'highlands', or its coordinates; nothing is like it",
+        ),
+    ),
+    ErrorCode.AMBIGUOUS_PLACE: (
+        "goal is Mill Road, allowed: a text that fits a single place on graph 'highlands', or its coordinates; found: "
+        "Mill Road (lat 44.44010, lon -36.78100); Mill Road (lat 44.28380, lon -36.22980)",
+        FieldProblem(
+            field="goal",
+            value="Mill Road",
+            allowed="a text that fits a single place on graph 'highlands', or its coordinates; found: Mill Road "
+            "(lat 44.44010, lon -36.78100); Mill Road (lat 44.28380, lon -36.22980)",
+        ),
+    ),
     ErrorCode.DIAGNOSIS_DAMAGED: (
         "stored diagnosis '20260301-0c9f2a7b1d4e' can't be read: Expecting value; remove it",
         FieldProblem(field="id", value="20260301-0c9f2a7b1d4e", allowed="the id of a diagnosis that can be read"),
@@ -186,6 +213,7 @@ SEARCH_CODES: Final = (
     ErrorCode.POINT_FAR_FROM_ROAD,
     ErrorCode.SEARCH_LIMIT,
 )
+TEXT_CODES: Final = (ErrorCode.NO_PLACES, ErrorCode.UNKNOWN_PLACE, ErrorCode.AMBIGUOUS_PLACE, ErrorCode.GRAPH_DAMAGED)
 BODY_CODES: Final = (ErrorCode.MALFORMED_JSON, ErrorCode.INVALID_VEHICLE, ErrorCode.BODY_TOO_LARGE)
 
 

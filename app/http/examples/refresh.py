@@ -13,6 +13,7 @@ from typing import Any
 
 from app.http.examples.answers import MATRIX_REQUESTS, RANGE_REQUESTS, ROUTE_REQUESTS, SIMULATE_REQUESTS, VEHICLE_BODIES
 from app.http.examples.diagnoses import diagnosis_answers
+from app.places.parameters import ReverseParameters, SearchParameters
 from app.schemas.matrix import MatrixRequest
 from app.schemas.range import RangeRequest
 from app.schemas.route import RouteRequest
@@ -25,6 +26,7 @@ from app.stations.parameters import StationParameters
 SHOWN = {"links": 2, "vehicles": 3}
 SHOWN_POINTS = 4
 SHOWN_STATIONS = 2
+SHOWN_PLACES = 2
 SHOWN_OF_DIAGNOSES = 2
 
 
@@ -68,6 +70,17 @@ def _answers(service: Service) -> dict[str, Any]:
         ),
     }
     shown = {name: answer.model_dump(mode="json") for name, answer in answers.items()}
+    at = {"lat": 44.4401, "lon": -36.781}
+    asked = {"q": "mill street", "limit": SHOWN_PLACES, **at}
+    nominatim = json.loads(service.places.search_json(SearchParameters.model_validate(asked | {"format": "jsonv2"})))
+    shown |= {
+        "search": json.loads(service.places.search_json(SearchParameters.model_validate(asked))),
+        "search_nominatim": nominatim[0],
+        "reverse": json.loads(service.places.reverse_json(ReverseParameters.model_validate(at))),
+        "reverse_nominatim": json.loads(
+            service.places.reverse_json(ReverseParameters.model_validate(at | {"format": "jsonv2"}))
+        ),
+    }
     return shown | {"route_geojson": json.loads(service.route_geojson(eco))}
 
 

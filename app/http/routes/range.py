@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from app.conversions.range import request_from_parameters
 from app.http.admission import Cost
 from app.http.examples.answers import RANGE_FEATURES, RANGE_REQUESTS
-from app.http.examples.problems import BODY_CODES, SEARCH_CODES, problems
+from app.http.examples.problems import BODY_CODES, SEARCH_CODES, TEXT_CODES, problems
 from app.http.json_body import BoundedRoute
 from app.http.routes.access import GEOJSON, GeoJSONResponse, RunningService, Searches, long_answer
 from app.schemas.range import RangeFeatureCollection, RangeParameters, RangeRequest
@@ -50,7 +50,7 @@ async def find_range(
     response_model=RangeFeatureCollection,
     responses={
         **FOUND,
-        **problems("/range", *SEARCH_CODES, *BODY_CODES),
+        **problems("/range", *SEARCH_CODES, *BODY_CODES, *TEXT_CODES),
     },
 )
 async def find_range_of_body(

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Body, Header, Request, Response
 
 from app.http.admission import Cost
 from app.http.examples.answers import CHARGING_ANSWER, NO_PLAN_ANSWER, ROUTE_ANSWER, ROUTE_FEATURES, ROUTE_REQUESTS
-from app.http.examples.problems import BODY_CODES, SEARCH_CODES, problems
+from app.http.examples.problems import BODY_CODES, SEARCH_CODES, TEXT_CODES, problems
 from app.http.json_body import BoundedRoute
 from app.http.routes.access import GEOJSON, JSON, RunningService, Searches, long_answer, prefers_geojson
 from app.schemas.problem import ErrorCode
@@ -37,7 +37,7 @@ router = APIRouter(route_class=BoundedRoute, tags=["route"])
                 },
             }
         },
-        **problems("/route", *SEARCH_CODES, *BODY_CODES, ErrorCode.NO_PATH, ErrorCode.GRAPH_DAMAGED),
+        **problems("/route", *SEARCH_CODES, *BODY_CODES, *TEXT_CODES, ErrorCode.NO_PATH),
     },
 )
 async def find_route(

@@ -47,7 +47,7 @@ JSON_HEADER = {"Content-Type": "application/json"}
         ({"start": {"lat": 46.5, "lon": 1e9}}, "start.lon", 1e9, "at most 180"),
         ({"start": [8.0]}, "start[1]", None, "required"),
         ({"start": [8, 46, 1, 1]}, "start", [8, 46, 1, 1], "at most 2 items"),
-        ({"goal": "there"}, "goal", "there", "an object with lat and lon, or a list [lon, lat]"),
+        ({"goal": 7}, "goal", 7, "an object with lat and lon, a list [lon, lat], or a text that names a place"),
         ({"vehicle": 7}, "vehicle", 7, "the id of a vehicle, or an object that describes one"),
         ({"vehicle": VEHICLE | {"kind": "steam"}}, "vehicle.kind", "steam", "'physical' or 'consumption_table'"),
         ({"vehicle": VEHICLE | {"sd": {"mass_kg": -1}}}, "vehicle.sd.mass_kg", -1, "at least 0"),
