@@ -12,7 +12,12 @@ _ROW: Final = 1 << 17  # more than there are squares in a row
 
 def cell_of(lat: float, lon: float) -> int:
     """The square that a place lies in."""
-    return math.floor(lat * CELLS_A_DEGREE) * _ROW + math.floor(lon * CELLS_A_DEGREE)
+    return cell_at(math.floor(lat * CELLS_A_DEGREE), math.floor(lon * CELLS_A_DEGREE))
+
+
+def cell_at(row: int, column: int) -> int:
+    """The square in a row from the equator and a column from Greenwich."""
+    return row * _ROW + column
 
 
 def cells_around(lat: float, lon: float, ring: int) -> list[int]:

@@ -110,7 +110,7 @@ def _by_boundary(entries: Sequence[Entry], lat: NDArray[np.float64], lon: NDArra
                 parents[Kind.COUNTY] = k
             elif level == 8:
                 parents.setdefault(Kind.CITY, k)
-            elif entry.kind is not Kind.DISTRICT:
+            elif entry.kind not in (Kind.DISTRICT, Kind.CITY):
                 parents.setdefault(Kind.DISTRICT, k)
     return town_of
 

@@ -6,6 +6,7 @@ import json
 import os
 import sqlite3
 import tempfile
+from array import array
 from collections import Counter
 from contextlib import closing, suppress
 from datetime import date
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from routing.gazetteer.cells import cell_of, coarse_word
+from routing.gazetteer.cells import CELLS_A_DEGREE, cell_at, cell_of, coarse_word
 from routing.gazetteer.entries import Kind
 from routing.gazetteer.words import grams_of, joined_words, meant_by, words_of
 from routing.graph.earth import E7
@@ -30,7 +31,8 @@ PLACES_FILE: Final = "places.sqlite"
 FORMAT_VERSION: Final = 1
 APPLICATION_ID: Final = 0x4A504C43  # JPLC
 LEAST_GRAMMED: Final = 3  # characters of a word that is looked for by its trigrams
-STEP_DEG: Final = 0.0008  # of a street's line, of which the squares are noted
+SQUARE_E7: Final = round(E7 / CELLS_A_DEGREE)
+STEP_E7: Final = 8000  # of a street's line that goes over several squares at once
 PARENT_KINDS: Final = (Kind.CITY, Kind.DISTRICT, Kind.COUNTY, Kind.STATE, Kind.COUNTRY)
 CONTEXT_LANGUAGES: Final = ("int", "en", "de", "fr", "es", "pt", "it")  # of what things are a part of
 _SCHEMA: Final = """
@@ -178,9 +180,9 @@ def _around(entries: list[Entry], entry: Entry) -> Iterator[str]:
 
 def _line(entry: Entry) -> bytes:
     """The lines of a street: the number of points of each, then all points as lon, lat [1e-6 deg], whole numbers."""
-    head = np.array([len(entry.lines), *map(len, entry.lines)], np.int32)
-    points = np.array([place for line in entry.lines for place in line], np.int64)
-    return head.tobytes() + (points // 10).astype(np.int32).tobytes()
+    numbers = array("i", (len(entry.lines), *map(len, entry.lines)))
+    numbers.extend(value // 10 for line in entry.lines for place in line for value in place)
+    return numbers.tobytes()
 
 
 def line_points(blob: bytes) -> list[tuple[int, int, int, int]]:
@@ -200,14 +202,14 @@ def _cells(entry: Entry) -> Iterable[int]:
     """The squares that a thing lies in, of a street all that it goes through."""
     if not entry.lines:
         return (cell_of(entry.lat, entry.lon),)
-    cells = set()
-    for line in entry.lines:
-        for (x, y), (next_x, next_y) in pairwise(line):
-            lon, lat = x / E7, y / E7
-            cells.add(cell_of(lat, lon))
-            steps = int(max(abs(next_x - x), abs(next_y - y)) / (STEP_DEG * E7))
-            for k in range(1, steps + 1):
-                part = k / (steps + 1)
-                cells.add(cell_of(lat + part * (next_y - y) / E7, lon + part * (next_x - x) / E7))
-        cells.add(cell_of(line[-1][1] / E7, line[-1][0] / E7))
-    return cells
+    squares = {(y // SQUARE_E7, x // SQUARE_E7) for line in entry.lines for x, y in line}
+    if len(squares) > 1:
+        for line in entry.lines:
+            for (x0, y0), (x1, y1) in pairwise(line):
+                if abs(y1 // SQUARE_E7 - y0 // SQUARE_E7) + abs(x1 // SQUARE_E7 - x0 // SQUARE_E7) > 1:
+                    steps = max(abs(x1 - x0), abs(y1 - y0)) // STEP_E7 + 1
+                    squares |= {
+                        ((y0 + (y1 - y0) * k // steps) // SQUARE_E7, (x0 + (x1 - x0) * k // steps) // SQUARE_E7)
+                        for k in range(1, steps)
+                    }
+    return {cell_at(row, column) for row, column in squares}

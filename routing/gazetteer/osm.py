@@ -17,9 +17,11 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 KEYS: Final = ("name", "place", "addr:housenumber", "addr:interpolation", "brand")
+_ANY_OF: Final = (*KEYS, "ref", "operator")
 LONGEST_NAME: Final = 200  # characters
 MOST_NAMES: Final = 60  # of a thing, in other languages
 MOST_NUMBERS: Final = 400  # of an interpolation
+UNDEFINED: Final = 2**31 - 1  # what osmium has for a coordinate that it does not know
 E7: Final = 1e7
 _LANGUAGE: Final = re.compile(r"name:([a-z]{2,3}(?:[-_][A-Za-z]{2,4})?)\Z")
 _FOUND_BY: Final = ("alt_name", "old_name", "short_name", "official_name", "loc_name", "reg_name", "nat_name", "iata")
@@ -42,8 +44,10 @@ class PlaceReader:
         self._numbered: dict[int, House] = {}
         self._interpolations: list[tuple[str, tuple[int, ...], tuple[tuple[int, int], ...]]] = []
 
-    def add(self, entity: Any) -> None:
-        """Take an object."""
+    def add(self, entity: Any) -> dict[str, str] | None:
+        """Take an object; its tags where they were read."""
+        if not any(key in entity.tags for key in _ANY_OF):
+            return None
         tags = {tag.k: tag.v for tag in entity.tags}
         if entity.is_way():
             highway = tags.get("highway")
@@ -59,6 +63,7 @@ class PlaceReader:
                 self._add_thing("n", entity.id, tags, place, None)
         elif entity.is_relation():
             self._add_relation(entity.id, tags)
+        return tags
 
     def finish(self, file: osmium.io.File | osmium.io.FileBuffer, country: str | None) -> Collected:
         """All that was found, with the areas of relations, for which the file is read again where it has any."""
@@ -77,7 +82,7 @@ class PlaceReader:
         name = tags.get("name", "").strip() or (tags.get("ref", "").strip() if STREETS[highway] > 0.3 else "")
         if not name:
             return
-        points = tuple((node.location.x, node.location.y) for node in way.nodes if node.location.valid())
+        points = tuple(_points(way))
         if len(points) < 2:
             self.found.leave_out("streets whose points the map lacks")
             return
@@ -89,7 +94,7 @@ class PlaceReader:
         )
 
     def _add_area_of_way(self, way: Any, tags: Mapping[str, str]) -> None:
-        points = [(node.location.x, node.location.y) for node in way.nodes if node.location.valid()]
+        points = _points(way)
         if not points:
             self.found.leave_out("things whose points the map lacks")
             return
@@ -279,6 +284,11 @@ class PlaceReader:
             self.found.houses.append(
                 House(first.osm_type, first.osm_id, str(number), street, x, y, first.postcode, first.city)
             )
+
+
+def _points(way: Any) -> list[tuple[int, int]]:
+    """Points of a way as lon, lat [1e-7 deg], without those whose place is not known."""
+    return [place for node in way.nodes if (place := (node.x, node.y))[0] != UNDEFINED]
 
 
 def names_of(tags: Mapping[str, str]) -> dict[str, str]:

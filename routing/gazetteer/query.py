@@ -27,6 +27,7 @@ JOINED: Final = 0.97  # of two words that were typed apart and are one
 LEAST_OPEN: Final = 3  # characters of a word before the last that may be the beginning of one
 REGION: Final = 0.9  # how well a word that names the whole map fits what lies on it
 LEAST_PREFIX: Final = 0.7  # how well a word fits that only begins as another does; more, the more of it is there
+OTHER_NAME: Final = 0.985  # of a match with a name that is not the thing's own
 AROUND: Final = 0.94  # of what a word adds that is found in what a thing is part of, against one of its name
 MOST_LIKE: Final = 12  # words like one that was typed
 MOST_BY_GRAMS: Final = 60
@@ -152,7 +153,7 @@ class Question:
                 nearby[k] = max(nearby[k], quality * AROUND)
         best, best_each = 0.0, nearby
         total = sum(word.weight for word in self.words)
-        for name in names.split("|"):
+        for position, name in enumerate(names.split("|")):
             own = name.split()
             each = list(nearby)
             weights, fitting = [_weight(text) for text in own], [0.0] * len(own)
@@ -168,7 +169,7 @@ class Question:
             if matched == 0.0 or total == 0.0:
                 continue
             asked = sum(word.weight * quality for word, quality in zip(self.words, each, strict=True)) / total
-            match = asked * (1.0 - NAME_SHARE + NAME_SHARE * matched / has_weight)
+            match = asked * (1.0 - NAME_SHARE + NAME_SHARE * matched / has_weight) * (OTHER_NAME if position else 1.0)
             if match > best:
                 best, best_each = match, each
         return best, best_each

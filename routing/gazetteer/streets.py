@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter, defaultdict
+from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -47,11 +49,12 @@ def _groups(pieces: Sequence[Piece]) -> list[int]:
     owner = np.repeat(np.arange(len(pieces)), count)
     points = np.array([place for piece in pieces for place in piece.points], np.int64)
     cell = np.floor_divide(points, round(NEAR_DEG * E7))
-    key = np.unique(np.column_stack((name[owner], cell, owner)), axis=0)
     width = np.int64(1) << 20  # of cells in a row, which 360 degrees are fewer than
-    code = (key[:, 0] * width + key[:, 1] + (width >> 1)) * width + key[:, 2] + (width >> 1)
+    code = (name[owner] * width + cell[:, 0] + (width >> 1)) * width + cell[:, 1] + (width >> 1)
+    is_new = np.r_[True, (code[1:] != code[:-1]) | (owner[1:] != owner[:-1])]
+    code, whose = code[is_new], owner[is_new]
     order = np.argsort(code, kind="stable")
-    code, whose = code[order], key[order, 3]
+    code, whose = code[order], whose[order]
     first = np.r_[True, code[1:] != code[:-1]]
     cells, cell_of = code[first], np.cumsum(first) - 1
     pairs = [np.column_stack((cell_of, len(cells) + whose))]
@@ -68,24 +71,22 @@ def _groups(pieces: Sequence[Piece]) -> list[int]:
 
 
 def _street(pieces: Sequence[Piece]) -> Entry:
-    places = np.array([place for piece in pieces for place in piece.points], np.int64)
-    (west, south), (east, north) = places.min(0).tolist(), places.max(0).tolist()
-    shrink = np.cos(np.radians(places[0, 1] / E7))
-    middle = places.mean(0)
-    away = (places - middle) * (shrink, 1.0)
-    at = places[np.argmin((away**2).sum(1))]
+    places = pieces[0].points if len(pieces) == 1 else [place for piece in pieces for place in piece.points]
+    xs, ys = [x for x, _ in places], [y for _, y in places]
+    shrink = math.cos(math.radians(ys[0] / E7))
+    middle_x, middle_y = sum(xs) / len(xs), sum(ys) / len(ys)
+    at_x, at_y = min(places, key=lambda place: ((place[0] - middle_x) * shrink) ** 2 + (place[1] - middle_y) ** 2)
     length_m: dict[str, float] = defaultdict(float)
     for piece in pieces:
-        line = np.array(piece.points, np.float64)
-        steps = np.diff(line, axis=0) * (shrink, 1.0)
-        length_m[piece.value] += float(np.hypot(steps[:, 0], steps[:, 1]).sum() * _METRE) + 1.0
+        steps = sum(math.hypot((x1 - x0) * shrink, y1 - y0) for (x0, y0), (x1, y1) in pairwise(piece.points))
+        length_m[piece.value] += steps * _METRE + 1.0
     value = max(length_m, key=lambda value: length_m[value])
     longest = max(pieces, key=lambda piece: len(piece.points))
     names: dict[str, str] = {}
     for piece in pieces:
         names.update(piece.names)
-    postcodes = Counter(code for piece in pieces for code in piece.postcode.split(";") if code)
-    spelled = Counter(piece.name for piece in pieces).most_common(1)[0][0]
+    postcodes = Counter(code for piece in pieces if piece.postcode for code in piece.postcode.split(";") if code)
+    spelled = Counter(piece.name for piece in pieces).most_common(1)[0][0] if len(pieces) > 1 else pieces[0].name
     importance = STREETS[value] + 0.05 * min(1.0, sum(length_m.values()) / LONG_M)
     return Entry(
         Kind.STREET,
@@ -95,10 +96,10 @@ def _street(pieces: Sequence[Piece]) -> Entry:
         value,
         spelled,
         names,
-        float(at[1] / E7),
-        float(at[0] / E7),
+        at_y / E7,
+        at_x / E7,
         importance,
-        (west / E7, south / E7, east / E7, north / E7),
+        (min(xs) / E7, min(ys) / E7, max(xs) / E7, max(ys) / E7),
         postcode=postcodes.most_common(1)[0][0] if postcodes else "",
         further=tuple(code for code, _ in postcodes.most_common(MOST_POSTCODES)),
         lines=tuple(piece.points for piece in pieces),

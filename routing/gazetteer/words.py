@@ -15,6 +15,7 @@ LEAST_JOINED: Final = 4  # characters of what stands before a kind of street tha
 
 _LETTERS: Final = str.maketrans({"æ": "ae", "ø": "o", "œ": "oe", "ł": "l", "đ": "d", "ð": "d", "þ": "th", "ı": "i"})
 _POSTCODE: Final = re.compile(r"\b(\d{4,5})-(\d{3,4})\b")
+_ASCII_WORD: Final = re.compile(r"[a-z0-9]+")
 _NUMBER: Final = re.compile(r"\d{1,5}[a-z]?\Z")
 _IDEOGRAPH: Final = re.compile(r"([\u3040-\u30ff\u3400-\u9fff\uf900-\ufaff])")
 _UMLAUTS: Final = (("ae", "a"), ("oe", "o"), ("ue", "u"))
@@ -58,6 +59,8 @@ _JOINED_ENDS: Final = ("strasse", "platz", "weg", "gasse", "allee", "ring", "ufe
 @lru_cache(maxsize=65536)
 def folded(text: str) -> str:
     """A text in small letters without marks: what is the same to who types it."""
+    if text.isascii():
+        return text.lower()
     small = unicodedata.normalize("NFKD", text.casefold()).translate(_LETTERS)
     return "".join(c for c in small if not unicodedata.combining(c))
 
@@ -65,11 +68,15 @@ def folded(text: str) -> str:
 @lru_cache(maxsize=65536)
 def words_of(text: str) -> tuple[str, ...]:
     """The words of a name or a query, folded, in their order; a postal code is one word."""
-    plain = _POSTCODE.sub(r"\1\2", folded(text))
-    if not plain.isascii():
+    plain = folded(text)
+    if "-" in plain:
+        plain = _POSTCODE.sub(r"\1\2", plain)
+    if plain.isascii():
+        words = _ASCII_WORD.findall(plain)
+    else:
         plain = _IDEOGRAPH.sub(r" \1 ", plain)
-    kept = "".join(c if c.isalnum() or unicodedata.category(c)[0] == "M" else " " for c in plain)
-    return tuple(_spelled_out(word[:MOST_WORD_CHARS]) for word in kept.split())
+        words = "".join(c if c.isalnum() or unicodedata.category(c)[0] == "M" else " " for c in plain).split()
+    return tuple(_spelled_out(word[:MOST_WORD_CHARS]) for word in words)
 
 
 def _spelled_out(word: str) -> str:

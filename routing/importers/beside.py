@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     import osmium
 
@@ -17,8 +17,11 @@ class ReadBeside(Protocol):
     def keys(self) -> Sequence[str]:
         """Objects that have one of these keys are of interest to it."""
 
-    def add(self, entity: Any) -> None:
-        """Take an object of those keys or of roads; ways have the places of their points where these came before."""
+    def add(self, entity: Any) -> Mapping[str, str] | None:
+        """Take an object of those keys or of roads; its tags where they were read, which takes long.
+
+        Ways have the places of their points where these came before.
+        """
 
     def finish(self, file: osmium.io.File | osmium.io.FileBuffer, country: str | None) -> object:
         """All objects have come. file: to be read again where that is needed. country: ISO 3166-1 code, if known."""

@@ -93,12 +93,11 @@ def read_osm(
         for count, entity in enumerate(processor):
             if reader.is_deleted(entity):
                 continue
-            if beside:
-                beside.add(entity)
+            tags = beside.add(entity) if beside else None
             if entity.is_node():
                 reader.add_node(entity)
             elif entity.is_way():
-                reader.add_way(entity)
+                reader.add_way(entity, tags)
             elif entity.is_relation():
                 reader.add_relation(entity)
             if progress and count % _PROGRESS_STEP == 0:  # the file's length in objects is unknown: approach 1
@@ -225,7 +224,7 @@ class _Reader:
             if code is not None:
                 self.countries[code] += 1
 
-    def add_way(self, way: Any) -> None:
+    def add_way(self, way: Any, known_tags: Mapping[str, str] | None = None) -> None:
         if "route" in way.tags and is_ferry({"route": way.tags["route"]}):
             self._add_ferry(way)
             return
@@ -236,7 +235,7 @@ class _Reader:
         found = road_class(highway) or admitted_class(highway, way.tags)
         if found is None:
             return
-        tags = {tag.k: tag.v for tag in way.tags}
+        tags = known_tags or {tag.k: tag.v for tag in way.tags}
         reason = reason_to_drop(tags)
         forward, backward = drivable(tags)
         if reason is None and oneway(tags) is Oneway.CHANGING:
