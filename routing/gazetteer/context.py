@@ -29,7 +29,7 @@ REACH_M: Final = {
     "quarter": 900.0,
     "neighbourhood": 700.0,
 }
-BEYOND: Final = {Kind.CITY: 4.0, Kind.DISTRICT: 1.6}
+BEYOND: Final = {Kind.CITY: 2.5, Kind.DISTRICT: 1.6}
 MOST_STEPS: Final = 4  # of a third more that a place reaches farther than its kind by its population
 
 

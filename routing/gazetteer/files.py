@@ -147,6 +147,7 @@ def _fill(database: sqlite3.Connection, content: Content, source: str, attributi
     about = {
         "source": source,
         "attribution": attribution,
+        "middle": _middle(entries),
         "built": date.today().isoformat(),
         "counts": json.dumps(content.counts()),
         "left_out": json.dumps(dict(content.left_out)),
@@ -156,6 +157,13 @@ def _fill(database: sqlite3.Connection, content: Content, source: str, attributi
         "state_names": json.dumps(dict(content.state_names), ensure_ascii=False),
     }
     database.executemany("INSERT INTO about VALUES (?, ?)", sorted(about.items()))
+
+
+def _middle(entries: list[Entry]) -> str:
+    """Latitude and longitude [deg] in the middle of most things."""
+    if not entries:
+        return "0 0"
+    return f"{np.median([entry.lat for entry in entries]):.4f} {np.median([entry.lon for entry in entries]):.4f}"
 
 
 def _name_words(entry: Entry) -> list[tuple[str, ...]]:

@@ -60,11 +60,12 @@ class Gazetteer:
         try:
             self.region_words = tuple(self.about["region_words"].split())
             self.country_code = self.about["country"]
+            self._middle = Near(*map(float, self.about["middle"].split()))
             self._country: dict[str, str] = json.loads(self.about["country_names"])
             self._state: dict[str, str] = json.loads(self.about["state_names"])
             self.counts: dict[str, int] = json.loads(self.about["counts"])
             self.left_out: dict[str, int] = json.loads(self.about["left_out"])
-        except (KeyError, ValueError) as error:
+        except (KeyError, TypeError, ValueError) as error:
             raise self._damaged(f"damaged ({error})") from error
 
     def close(self) -> None:
@@ -128,6 +129,8 @@ class Gazetteer:
             question = Question(database, text, self.region_words)
             if not question.words:
                 return []
+            if near is None and any(word.is_region for word in question.words):
+                near = self._middle  # who names the region means its main town, whose name the map may lack
             rows = self._weighed(database, question, near, within, kinds)
             return self._answers(database, question, rows, limit, near, languages)
 

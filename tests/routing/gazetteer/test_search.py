@@ -9,10 +9,13 @@ from typing import Any
 import pytest
 
 from routing.errors import GraphFormatError
+from routing.gazetteer.building import content_of
 from routing.gazetteer.entries import Kind
 from routing.gazetteer.files import PLACES_FILE
 from routing.gazetteer.found import Near
 from routing.gazetteer.gazetteer import Gazetteer
+from routing.gazetteer.osm import PlaceReader
+from routing.importers.osm import read_osm
 from tests.routing.gazetteer.drawn_town import RUA, drawn_town, opened
 
 
@@ -218,3 +221,40 @@ def test_an_index_cut_short_is_told_when_it_is_read(town: Gazetteer, tmp_path: P
     (other / PLACES_FILE).write_bytes(content[: len(content) // 3])
     with pytest.raises(GraphFormatError, match=r"places\.sqlite"):
         Gazetteer(other).search("rua de santa catarina 12")
+
+
+def test_who_names_the_region_means_its_middle(draw_map: Any, tmp_path: Path) -> None:
+    """Most things lie in Vila Nova, so that `ultramar` is rather there than in the other town."""
+    town = opened(drawn_town(draw_map), tmp_path, "ultramar")
+    first, second = (place for place in town.search("rua de santa catarina, ultramar") if place.name == RUA)
+    assert first.address[Kind.CITY] == "Vila Nova"
+    assert first.score - second.score > 0.05
+
+
+def test_the_index_is_bounded_and_says_what_it_left_out(draw_map: Any) -> None:
+    reader = PlaceReader()
+    read_osm(drawn_town(draw_map), beside=reader)
+    content = content_of(reader.found, None, "town", most_entries=5, most_houses=2)
+    assert (len(content.entries), len(content.houses)) == (5, 2)
+    assert content.entries[0].name == "Vila Nova"  # the most important stay
+    assert content.left_out["the least important things beyond 5"] > 0
+    assert content.left_out["house numbers beyond 2"] > 0
+
+
+def test_house_numbers_without_a_street_and_odd_interpolations_are_counted(draw_map: Any) -> None:
+    tags = {
+        1: {"addr:housenumber": "1"},
+        2: {"addr:housenumber": "x", "addr:street": "A"},
+        3: {"addr:housenumber": "9"},
+    }
+    ways = {
+        10: ([1, 2, 3], {"highway": "residential", "name": "A"}),
+        11: ([2, 3], {"addr:interpolation": "odd"}),
+        12: ([1, 2], {"addr:interpolation": "sometimes"}),
+    }
+    reader = PlaceReader()
+    read_osm(draw_map({1: (0, 0), 2: (100, 0), 3: (200, 0)}, ways, tags), beside=reader)
+    assert reader.found.left_out == {
+        "house numbers without a street": 2,
+        "interpolations of house numbers that are not understood": 2,
+    }
