@@ -190,7 +190,12 @@ def reload_soon(service: Service) -> None:
 
 def described_routes() -> list[APIRoute]:
     """All documented endpoints."""
-    return [route for router in ROUTERS for route in router.routes if isinstance(route, APIRoute)]
+    return [
+        route
+        for router in ROUTERS
+        for route in router.routes
+        if isinstance(route, APIRoute) and route.include_in_schema
+    ]
 
 
 def allowed_methods(path: str) -> set[str]:

@@ -7,6 +7,7 @@ from enum import StrEnum
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
+    from array import array
     from collections.abc import Mapping
 
     import shapely
@@ -38,6 +39,7 @@ class Entry:
     names: by language, and those by which it is found only, under keys that begin with a star. at: lat, lon [deg].
     street, number, postcode: its address as tagged. level: of an administrative boundary, else 0. parents: positions of
     the entries of which it is a part, by kind. further: words by which it is found beside its name.
+    lines: of a street, as of its pieces.
     """
 
     kind: Kind
@@ -60,12 +62,12 @@ class Entry:
     level: int = 0
     parents: dict[Kind, int] = field(default_factory=dict)
     further: tuple[str, ...] = ()
-    lines: tuple[tuple[tuple[int, int], ...], ...] = ()
+    lines: tuple[array[int], ...] = ()
 
 
 @dataclass(frozen=True, slots=True)
 class Piece:
-    """A piece of a street: names, the value of its highway tag, and its points as lon, lat [1e-7 deg].
+    """A piece of a street: names, the value of its highway tag, and lon, lat of its points in turn [1e-7 deg].
 
     way: its id on OpenStreetMap, 0 where it has none.
     """
@@ -74,7 +76,7 @@ class Piece:
     name: str
     names: Mapping[str, str]
     value: str
-    points: tuple[tuple[int, int], ...]
+    points: array[int]
     postcode: str = ""
 
 

@@ -188,8 +188,9 @@ def _around(entries: list[Entry], entry: Entry) -> Iterator[str]:
 
 def _line(entry: Entry) -> bytes:
     """The lines of a street: the number of points of each, then all points as lon, lat [1e-6 deg], whole numbers."""
-    numbers = array("i", (len(entry.lines), *map(len, entry.lines)))
-    numbers.extend(value // 10 for line in entry.lines for place in line for value in place)
+    numbers = array("i", (len(entry.lines), *(len(line) // 2 for line in entry.lines)))
+    for line in entry.lines:
+        numbers.extend([value // 10 for value in line])
     return numbers.tobytes()
 
 
@@ -210,10 +211,12 @@ def _cells(entry: Entry) -> Iterable[int]:
     """The squares that a thing lies in, of a street all that it goes through."""
     if not entry.lines:
         return (cell_of(entry.lat, entry.lon),)
-    squares = {(y // SQUARE_E7, x // SQUARE_E7) for line in entry.lines for x, y in line}
+    squares = set()
+    for line in entry.lines:
+        squares |= {(y // SQUARE_E7, x // SQUARE_E7) for x, y in zip(line[::2], line[1::2], strict=True)}
     if len(squares) > 1:
         for line in entry.lines:
-            for (x0, y0), (x1, y1) in pairwise(line):
+            for x0, y0, x1, y1 in zip(line[::2], line[1::2], line[2::2], line[3::2], strict=False):
                 if abs(y1 // SQUARE_E7 - y0 // SQUARE_E7) + abs(x1 // SQUARE_E7 - x0 // SQUARE_E7) > 1:
                     steps = max(abs(x1 - x0), abs(y1 - y0)) // STEP_E7 + 1
                     squares |= {

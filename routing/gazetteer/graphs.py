@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -24,7 +25,9 @@ def streets_of(graph: RoadGraph) -> Collected:
         begin, end = graph.geometry_first[k], graph.geometry_first[k + 1]
         if not name or end - begin < 2:
             continue
-        lon, lat = graph.geometry_lon_e7[begin:end].tolist(), graph.geometry_lat_e7[begin:end].tolist()
+        points = np.column_stack((graph.geometry_lon_e7[begin:end], graph.geometry_lat_e7[begin:end]))
         value = FunctionalClass(int(graph.functional_class[k])).name.lower()  # as the values of highway
-        pieces.append(Piece(int(graph.way_id[k]) if is_osm else 0, name, {}, value, tuple(zip(lon, lat, strict=True))))
+        pieces.append(
+            Piece(int(graph.way_id[k]) if is_osm else 0, name, {}, value, array("i", points.astype(np.int32).tobytes()))
+        )
     return Collected(pieces=pieces)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from array import array
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
@@ -82,8 +83,8 @@ class PlaceReader:
         name = tags.get("name", "").strip() or (tags.get("ref", "").strip() if STREETS[highway] > 0.3 else "")
         if not name:
             return
-        points = tuple(_points(way))
-        if len(points) < 2:
+        points = _flat_points(way)
+        if len(points) < 4:
             self.found.leave_out("streets whose points the map lacks")
             return
         names = names_of(tags)
@@ -284,6 +285,12 @@ class PlaceReader:
             self.found.houses.append(
                 House(first.osm_type, first.osm_id, str(number), street, x, y, first.postcode, first.city)
             )
+
+
+def _flat_points(way: Any) -> array[int]:
+    """The same, one number after the other, for what is kept of all ways."""
+    flat = array("i", [value for node in way.nodes for value in (node.x, node.y)])
+    return flat if UNDEFINED not in flat else array("i", [value for place in _points(way) for value in place])
 
 
 def _points(way: Any) -> list[tuple[int, int]]:

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
+from array import array
 from collections import Counter, defaultdict
-from itertools import pairwise
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
@@ -45,9 +45,9 @@ def _groups(pieces: Sequence[Piece]) -> list[int]:
         return []
     name_idx: dict[str, int] = {}
     name = np.array([name_idx.setdefault(folded(piece.name), len(name_idx)) for piece in pieces], np.int64)
-    count = np.array([len(piece.points) for piece in pieces])
+    count = np.array([len(piece.points) // 2 for piece in pieces])
     owner = np.repeat(np.arange(len(pieces)), count)
-    points = np.array([place for piece in pieces for place in piece.points], np.int64)
+    points = np.concatenate([np.frombuffer(piece.points, np.int32) for piece in pieces]).reshape(-1, 2).astype(np.int64)
     cell = np.floor_divide(points, round(NEAR_DEG * E7))
     width = np.int64(1) << 20  # of cells in a row, which 360 degrees are fewer than
     code = (name[owner] * width + cell[:, 0] + (width >> 1)) * width + cell[:, 1] + (width >> 1)
@@ -71,15 +71,20 @@ def _groups(pieces: Sequence[Piece]) -> list[int]:
 
 
 def _street(pieces: Sequence[Piece]) -> Entry:
-    places = pieces[0].points if len(pieces) == 1 else [place for piece in pieces for place in piece.points]
-    xs, ys = [x for x, _ in places], [y for _, y in places]
+    xs, ys = array("i"), array("i")
+    for piece in pieces:
+        xs += piece.points[::2]
+        ys += piece.points[1::2]
     shrink = math.cos(math.radians(ys[0] / E7))
     middle_x, middle_y = sum(xs) / len(xs), sum(ys) / len(ys)
-    at_x, at_y = min(places, key=lambda place: ((place[0] - middle_x) * shrink) ** 2 + (place[1] - middle_y) ** 2)
+    away = [((x - middle_x) * shrink) ** 2 + (y - middle_y) ** 2 for x, y in zip(xs, ys, strict=True)]
+    at = away.index(min(away))
     length_m: dict[str, float] = defaultdict(float)
     for piece in pieces:
-        steps = sum(math.hypot((x1 - x0) * shrink, y1 - y0) for (x0, y0), (x1, y1) in pairwise(piece.points))
-        length_m[piece.value] += steps * _METRE + 1.0
+        own_xs, own_ys = piece.points[::2], piece.points[1::2]
+        steps = zip(own_xs, own_xs[1:], own_ys, own_ys[1:], strict=False)
+        own = sum([math.hypot((x1 - x0) * shrink, y1 - y0) for x0, x1, y0, y1 in steps])
+        length_m[piece.value] += own * _METRE + 1.0
     value = max(length_m, key=lambda value: length_m[value])
     longest = max(pieces, key=lambda piece: len(piece.points))
     names: dict[str, str] = {}
@@ -96,8 +101,8 @@ def _street(pieces: Sequence[Piece]) -> Entry:
         value,
         spelled,
         names,
-        at_y / E7,
-        at_x / E7,
+        ys[at] / E7,
+        xs[at] / E7,
         importance,
         (min(xs) / E7, min(ys) / E7, max(xs) / E7, max(ys) / E7),
         postcode=postcodes.most_common(1)[0][0] if postcodes else "",

@@ -40,7 +40,7 @@ def build_places(
     if map_path is not None:
         with stage_bars() as progress:
             report = reporter(progress)
-            found = places_of_map(map_path, lambda done: report("read map", done))
+            found = places_of_map(map_path, roads, lambda done: report("read map", done))
             report("read map", 1.0)
     beside = places_beside(roads, load_stations(folder, roads), found)
     for content in beside.files.values():

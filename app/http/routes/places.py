@@ -91,3 +91,11 @@ def reverse_places(
 
 
 SCHEMAS: Final = (NominatimPlace, NominatimError)  # that only the responses above name
+
+for path, endpoint in (
+    ("/api", search_places),  # as Photon calls it
+    ("/api/", search_places),
+    ("/search/", search_places),
+    ("/reverse/", reverse_places),
+):
+    router.add_api_route(path, endpoint, include_in_schema=False)

@@ -61,8 +61,12 @@ def test_a_graph_that_exists_gets_an_index_with_and_without_its_map(tmp_path: Pa
     assert "joulepath places build" in said(refused)
     assert run("places", "build", "--graph", str(folder)).exit_code == 0
     assert "Street 3" in said(run("search", "street 3", "--graph", str(folder)))
-    (tmp_path / "village.osm").write_text(MAP, encoding="utf-8")
-    assert run("places", "build", str(tmp_path / "village.osm"), "--graph", str(folder)).exit_code == 0
+    (tmp_path / "far.osm").write_text(MAP, encoding="utf-8")
+    far = run("places", "build", str(tmp_path / "far.osm"), "--graph", str(folder))
+    assert far.exit_code == 2
+    assert "0 of its 1 streets lie on graph 'own'" in said(far)
+    (tmp_path / "near.osm").write_text(MAP.replace('"42.0', '"46.5').replace('"1.50', '"8.00'), encoding="utf-8")
+    assert run("places", "build", str(tmp_path / "near.osm"), "--graph", str(folder)).exit_code == 0
     assert "Sant Pere" in said(run("search", "sant pere", "--graph", str(folder)))
     assert (folder / PLACES_FILE).is_file()
 

@@ -106,6 +106,13 @@ def test_a_search_is_answered_as_nominatim_does(named: TestClient, form: str) ->
     assert found["licence"] == "nobody, CC0-1.0"
 
 
+def test_addresses_that_clients_of_photon_and_nominatim_have_are_the_same(named: TestClient) -> None:
+    found = named.get("/search", params={"q": "mittelstadt"}).json()
+    for address in ("/api", "/api/", "/search/"):
+        assert named.get(address, params={"q": "mittelstadt"}, follow_redirects=False).json() == found
+    assert named.get("/reverse/?lat=46.5&lon=8", follow_redirects=False).status_code == 200
+
+
 def test_nominatims_geojson_is_a_collection_with_boxes(named: TestClient) -> None:
     answered = named.get("/search", params={"q": "Mittelstadt", "format": "geojson"}).json()
     NominatimCollection.model_validate(answered)
