@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from routing.gazetteer.context import find_parents
+from routing.gazetteer.countries import country_names
 from routing.gazetteer.entries import SETTLEMENTS, Entry, House, Kind
 from routing.gazetteer.importance import with_population
 from routing.gazetteer.streets import joined_streets
@@ -101,7 +102,7 @@ def content_of(
         dict(sorted(found.left_out.items())),
         words_of(graph_name),
         found.country,
-        found.country_names,
+        found.country_names or country_names(found.country),
         found.state_names,
     )
 

@@ -169,11 +169,13 @@ def _middle(entries: list[Entry]) -> str:
 def _name_words(entry: Entry) -> list[tuple[str, ...]]:
     """The words of each name of a thing, its own first."""
     names = dict.fromkeys((entry.name, *entry.names.values()))
+    if entry.kind in (Kind.POINT, Kind.STATION) and entry.value != "yes":
+        names[entry.value.replace("_", " ")] = None  # who types pharmacy wants any
     return list(dict.fromkeys(words for words in map(words_of, names) if words))
 
 
 def _around(entries: list[Entry], entry: Entry) -> Iterator[str]:
-    """Words of what a thing is part of, of its address and of its kind."""
+    """Words of what a thing is part of and of its address."""
     for parent in entry.parents.values():
         above = entries[parent]
         yield from words_of(above.name)
@@ -182,8 +184,6 @@ def _around(entries: list[Entry], entry: Entry) -> Iterator[str]:
                 yield from words_of(text)
     for text in (entry.street, entry.postcode, entry.city_name, *entry.further):
         yield from words_of(text)
-    if entry.kind in (Kind.POINT, Kind.STATION):
-        yield from words_of(entry.value.replace("_", " "))
 
 
 def _line(entry: Entry) -> bytes:

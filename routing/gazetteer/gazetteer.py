@@ -19,7 +19,7 @@ from routing.gazetteer.files import APPLICATION_ID, FORMAT_VERSION, PARENT_KINDS
 from routing.gazetteer.found import FoundPlace, Near, in_language
 from routing.gazetteer.query import Question
 from routing.gazetteer.reverse import nearest
-from routing.gazetteer.words import MOST_QUERY_CHARS, STREET_WORDS, number_value
+from routing.gazetteer.words import CONNECTORS, MOST_QUERY_CHARS, STREET_WORDS, number_value, words_of
 from routing.graph.earth import METRE_PER_DEGREE
 from routing.places import degrees_text
 
@@ -63,6 +63,9 @@ class Gazetteer:
             self._middle = Near(*map(float, self.about["middle"].split()))
             self._country: dict[str, str] = json.loads(self.about["country_names"])
             self._state: dict[str, str] = json.loads(self.about["state_names"])
+            regions = (*self._country.values(), *self._state.values())
+            named = (*self.region_words, *(word for name in regions for word in words_of(name)))
+            self.region_words = tuple(word for word in named if len(word) > 2 and word not in CONNECTORS)
             self.counts: dict[str, int] = json.loads(self.about["counts"])
             self.left_out: dict[str, int] = json.loads(self.about["left_out"])
         except (KeyError, TypeError, ValueError) as error:

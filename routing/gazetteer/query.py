@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import operator
+import re
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Final
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     import sqlite3
     from collections.abc import Sequence
 
+_NUMERO: Final = re.compile(r"\b[nN](?:\.?\s?[º°]|\.\s?o|[rR]|[uU][mM]|\.)\.?\s?(?=\d)|#(?=\d)")  # as in n.º 12
 JOINED: Final = 0.97  # of two words that were typed apart and are one
 LEAST_OPEN: Final = 3  # characters of a word before the last that may be the beginning of one
 REGION: Final = 0.9  # how well a word that names the whole map fits what lies on it
@@ -63,7 +65,7 @@ class Question:
 
     def __init__(self, database: sqlite3.Connection, text: str, region_words: Sequence[str] = ()) -> None:
         self._database = database
-        texts = list(words_of(text[:MOST_QUERY_CHARS]))[:MOST_QUERY_WORDS]
+        texts = list(words_of(_NUMERO.sub(" ", text[:MOST_QUERY_CHARS])))[:MOST_QUERY_WORDS]
         ended = text[-1:].isspace() or text[-1:] in ",;."
         self.words = [_word(word) for word in texts]
         if self.words and not ended:

@@ -11,7 +11,7 @@ import pytest
 from routing.errors import GraphFormatError
 from routing.gazetteer.building import content_of
 from routing.gazetteer.entries import Kind
-from routing.gazetteer.files import PLACES_FILE
+from routing.gazetteer.files import PLACES_FILE, index_bytes, save_index
 from routing.gazetteer.found import Near
 from routing.gazetteer.gazetteer import Gazetteer
 from routing.gazetteer.osm import PlaceReader
@@ -64,6 +64,9 @@ def test_nearness_decides_between_streets_of_one_name(town: Gazetteer) -> None:
         ("santa catarina 24 vila nova", "24"),  # between 20 and 30, where the map says that all even ones are
         ("santa catarina 112a vila nova", "112A"),
         ("santa catarina 112 a vila nova", "112A"),
+        ("rua santa catarina n.º 12", "12"),
+        ("rua santa catarina Nr. 12", "12"),
+        ("rua santa catarina #12, 4000-447 Vila Nova", "12"),
     ],
 )
 def test_a_house_number_is_found_in_any_order(town: Gazetteer, text: str, number: str) -> None:
@@ -107,6 +110,8 @@ def test_roads_are_found_by_their_number_and_by_abbreviations(town: Gazetteer, t
         ("farmacia s joao", "Farmácia São João", Kind.POINT),
         ("mobi um", "Mobi Um", Kind.STATION),
         ("Neustadt", "Vila Nova", Kind.CITY),
+        ("pharmacy vila nova", "Farmácia São João", Kind.POINT),
+        ("charging station", "Mobi Um", Kind.STATION),
     ],
 )
 def test_places_and_points_of_interest_are_found(town: Gazetteer, text: str, name: str, kind: Kind) -> None:
@@ -258,3 +263,14 @@ def test_house_numbers_without_a_street_and_odd_interpolations_are_counted(draw_
         "house numbers without a street": 2,
         "interpolations of house numbers that are not understood": 2,
     }
+
+
+def test_the_country_is_named_though_the_map_has_no_boundary_of_it(draw_map: Any, tmp_path: Path) -> None:
+    reader = PlaceReader()
+    read_osm(drawn_town(draw_map), beside=reader)
+    reader.found.country = "pt"
+    save_index(tmp_path, index_bytes(content_of(reader.found, None, "town"), "drawn"))
+    town = Gazetteer(tmp_path)
+    found = town.search("sendlinger strasse, portugal", languages=["en"])[0]
+    assert (found.name, found.address[Kind.COUNTRY], found.country_code) == ("Sendlinger Straße", "Portugal", "pt")
+    assert found.match > 0.9
