@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final
@@ -10,7 +11,7 @@ import numpy as np
 
 from routing.gazetteer.context import find_parents
 from routing.gazetteer.countries import country_names
-from routing.gazetteer.entries import SETTLEMENTS, Entry, House, Kind
+from routing.gazetteer.entries import SETTLEMENTS, Box, Entry, House, Kind
 from routing.gazetteer.importance import with_population
 from routing.gazetteer.streets import joined_streets
 from routing.gazetteer.words import folded, house_number, words_of
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 
 MOST_ENTRIES: Final = 1_500_000
 MOST_HOUSES: Final = 3_000_000
+SQUARE_DEG: Final = 0.05
+WIDEST_DEG: Final = 1.0  # of what house numbers are looked for on
 STREET_AWAY_DEG: Final = 0.03  # from a house number to the street it names, about 3 km; assumed
 JOINED_DEG: Final = 0.01  # between streets of a name in a town that are one, about 1 km; assumed
 LEAST_OF_POSTCODE: Final = 3  # things with a postal code, from which on it is a place of its own
@@ -157,26 +160,47 @@ def _single(entries: Sequence[Entry]) -> list[Entry]:
 
 
 def _with_streets(found: Collected, entries: list[Entry]) -> list[tuple[int, str, House]]:
-    """House numbers with the entry of their street, which is made where the map has none of that name near."""
-    by_name: dict[str, list[int]] = {}
+    """House numbers with the entry of their street, which is made where the map has none of that name near; O(n)."""
+    by_name: dict[tuple[str, int, int], list[int]] = {}
+
+    def add(k: int) -> None:
+        name, (west, south, east, north) = folded(entries[k].name), _box(entries[k])
+        for row in range(_square(south - STREET_AWAY_DEG), _square(north + STREET_AWAY_DEG) + 1):
+            for column in range(_square(west - STREET_AWAY_DEG), _square(east + STREET_AWAY_DEG) + 1):
+                by_name.setdefault((name, row, column), []).append(k)
+
+    named = {folded(house.street) for house in found.houses}
     for k, entry in enumerate(entries):
-        if entry.kind is Kind.STREET or entry.key == "place":
-            by_name.setdefault(folded(entry.name), []).append(k)
+        if (entry.kind is Kind.STREET or entry.key == "place") and folded(entry.name) in named:
+            add(k)
     numbered: dict[tuple[int, str], tuple[int, str, House]] = {}
     for house in found.houses:
         lat, lon = house.lat_e7 / E7, house.lon_e7 / E7
-        name = folded(house.street)
-        away, street = min(((_away_deg(entries[k], lat, lon), k) for k in by_name.get(name, ())), default=(9.0, -1))
+        near = by_name.get((folded(house.street), _square(lat), _square(lon)), ())
+        away, street = min(((_away_deg(entries[k], lat, lon), k) for k in near), default=(math.inf, -1))
         if away > STREET_AWAY_DEG:
             street = len(entries)
             entries.append(
                 Entry(Kind.STREET, house.osm_type, house.osm_id, "place", "street", house.street, {}, lat, lon, 0.2)
             )
-            by_name.setdefault(name, []).append(street)
+            add(street)
         _widen(entries[street], house)
         for number in _numbers(house.number):
             numbered.setdefault((street, number), (street, number, house))
     return list(numbered.values())
+
+
+def _square(degrees: float) -> int:
+    """The row or column of squares in which a place lies, by which streets are found that are near a house."""
+    return math.floor(degrees / SQUARE_DEG)
+
+
+def _box(entry: Entry) -> Box:
+    """The extent of a thing, cut where it is wider than any street: a place of that name."""
+    west, south, east, north = entry.box or (entry.lon, entry.lat, entry.lon, entry.lat)
+    half = WIDEST_DEG / 2.0
+    west, east = max(west, entry.lon - half), min(east, entry.lon + half)
+    return west, max(south, entry.lat - half), east, min(north, entry.lat + half)
 
 
 def _away_deg(entry: Entry, lat: float, lon: float) -> float:
