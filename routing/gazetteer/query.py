@@ -72,11 +72,15 @@ class Question:
             self.words[-1].open = not self.words[-1].is_number
         self._fits: dict[str, list[tuple[int, float]]] = {}
         for k, word in enumerate(self.words):
-            word.forms = {word.text: 1.0, **meant_by(word.text)}
+            word.forms |= {word.text: 1.0, **meant_by(word.text)}
             if k + 1 < len(texts) and not word.is_number and (not texts[k + 1].isdigit() or len(word.text) < 4):
                 word.forms[word.text + texts[k + 1]] = JOINED
             if k and not texts[k - 1].isdigit() and (not word.is_number or len(texts[k - 1]) < 4):
                 word.forms[texts[k - 1] + word.text] = JOINED
+        for k, parts in enumerate(zip(texts, texts[1:], texts[2:], strict=False)):
+            if not any(part.isdigit() for part in parts):
+                for word in self.words[k : k + 3]:
+                    word.forms["".join(parts)] = JOINED
         for word in self.words:
             word.is_known = self._is_known(word)
             word.is_region = word.text in region_words

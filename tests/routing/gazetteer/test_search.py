@@ -91,7 +91,9 @@ def test_numbers_that_are_part_of_a_name_are_no_house_numbers(town: Gazetteer) -
     assert (found.name, found.asked_number) == ("Rua 25 de Abril", "")
 
 
-@pytest.mark.parametrize("text", ["Sendlinger Str.", "sendlingerstrasse", "Sendlinger-Str", "sendlingerstr"])
+@pytest.mark.parametrize(
+    "text", ["Sendlinger Str.", "sendlingerstrasse", "Sendlinger-Str", "sendlingerstr", "send linger str"]
+)
 def test_streets_are_found_written_as_one_word_or_two(town: Gazetteer, text: str) -> None:
     assert town.search(text)[0].name == "Sendlinger Straße"
 
