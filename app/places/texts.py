@@ -11,6 +11,7 @@ from app.schemas.place import LatLon
 from app.schemas.places.named import NamedPlace, PlaceNamed, PlaceOption
 from app.schemas.range import RangeRequest
 from app.schemas.route import RouteRequest
+from routing.gazetteer.coordinates import coordinates_in
 from routing.gazetteer.found import Near
 from routing.graph.earth import METRE_PER_DEGREE
 from routing.graph.snap import beyond_m
@@ -51,10 +52,13 @@ def with_places(sent: Asked, shelf: PlacesShelf, atlas: Atlas, default: str, mar
     and that holds the coordinates of the request. Raises NoPlacesError, UnknownPlaceError, AmbiguousPlaceError, and as
     PlacesShelf.chosen does.
     """
-    asked = _places_of(sent)
+    sent_places = _places_of(sent)
+    if not any(isinstance(place, str) for place in sent_places.values()):
+        return sent
+    asked = {field: _typed(place) for field, place in sent_places.items()}
     texts = {field: place for field, place in asked.items() if isinstance(place, str)}
     if not texts:
-        return sent
+        return _with(sent, asked, sent.graph)
     known = [_lat_lon(place) for place in asked.values() if not isinstance(place, str)]
     indexes = shelf.chosen(sent.graph, default)
     holding = {
@@ -153,7 +157,13 @@ def _places_of(sent: DriveRequest) -> dict[str, PlaceOrText]:
     return {"origin": sent.origin} if isinstance(sent, RangeRequest) else {}
 
 
-def _with(sent: Asked, places: Mapping[str, PlaceOrText], graph: str) -> Asked:
+def _typed(place: PlaceOrText) -> PlaceOrText:
+    """Coordinates in place of a text that holds some, which need no index."""
+    typed = coordinates_in(place) if isinstance(place, str) else None
+    return place if typed is None else LatLon(lat=typed[0], lon=typed[1])
+
+
+def _with(sent: Asked, places: Mapping[str, PlaceOrText], graph: str | None) -> Asked:
     fields: dict[str, object] = {name: place for name, place in places.items() if not name.startswith("via")}
     if isinstance(sent, RouteRequest):
         fields["via"] = [place for name, place in places.items() if name.startswith("via")]

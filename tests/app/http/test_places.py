@@ -227,6 +227,8 @@ def test_coordinates_typed_as_a_text_are_coordinates(named: TestClient) -> None:
     texts = named.post("/route", json=SOC | {"start": "46.5, 8.0", "goal": "46.52N 8.02E"}).json()
     pairs = named.post("/route", json=SOC | {"start": [8.0, 46.5], "goal": {"lat": 46.52, "lon": 8.02}}).json()
     assert texts["routes"] == pairs["routes"]
+    bare = named.post("/route", json=SOC | {"start": "46.5, 8.0", "goal": "46.52N 8.02E", "graph": "bare"})
+    assert bare.status_code == 200, bare.text  # which needs no index
 
 
 def test_a_range_starts_at_a_text(named: TestClient) -> None:
