@@ -128,7 +128,7 @@ class ReverseParameters(PlaceParameters):
     lon: float = Field(ge=-180, le=180, description="longitude [deg]", examples=[-36.781])
     limit: int = Field(default=1, ge=1, le=MOST_FOUND, description="answers at most, with format=photon")
     radius: float = Field(default=USUAL_RADIUS_KM, gt=0, le=5000, description="how far away answers may be [km], to 50")
-    zoom: int = Field(default=18, ge=0, le=22, description="18: address, 16: street, 13: part of a town, 10: town")
+    zoom: int = Field(default=18, ge=0, le=30, description="18: address, 16: street, 13: part of a town, 10: town")
 
     @model_validator(mode="before")
     @classmethod
