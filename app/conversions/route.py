@@ -38,6 +38,7 @@ if TYPE_CHECKING:
     from energy.force.parts import EnergyParts
     from energy.vehicle.files import AnyVehicle
     from routing.graph.road_graph import RoadGraph
+    from routing.places import Point
     from routing.route.hot_links import HotStretch
     from routing.route.route import DrivenLinks, ParetoClaim, Route, RouteAnswer, RouteLeg, SearchStats
 
@@ -292,8 +293,13 @@ def _properties(
         "charging": charging,
         "legs": [_leg(leg) for leg in route.legs],
         "links": _links(route.links) if understood.links else None,
-        "steps": step_answers(steps_of(graph, route)) if understood.steps else None,
+        "steps": step_answers(steps_of(graph, route, asked=_asked(understood))) if understood.steps else None,
     }
+
+
+def _asked(understood: RouteRequest) -> list[Point]:
+    """Via points and goal."""
+    return [point_from_place(place) for place in (*understood.via, understood.goal)]
 
 
 def _uncertainty(spread: EnergyDistribution) -> UncertaintyAnswer:

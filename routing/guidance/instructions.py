@@ -70,9 +70,12 @@ def _depart(step: Step) -> str:
 
 
 def _arrive(step: Step) -> str:
-    return {LegEnd.VIA: "You have reached a place on your way", LegEnd.STOP: "Stop here to charge"}.get(
+    text = {LegEnd.VIA: "You have reached a place on your way", LegEnd.STOP: "Stop here to charge"}.get(
         step.ends_at or LegEnd.GOAL, "You have arrived"
     )
+    if step.modifier is None:
+        return text
+    return f"{text}, {'straight ahead' if step.modifier is Modifier.STRAIGHT else 'on the ' + step.modifier}"
 
 
 def _turn(step: Step) -> str:

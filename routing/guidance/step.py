@@ -87,6 +87,7 @@ class Step:
     its beginning and end, also below 0; energy_j of recuperation is negative.
     name, ref, destinations: of the road that is taken, empty where it has none. exits: number of the exit as text.
     exit: which exit of the roundabout, None where the route ends in it, and elsewhere. lanes: before the place.
+    modifier: which way; of an arrival the side of the road that the place is on, None where it is on the road.
     rotary_name: of the roundabout itself. speed_cap_mps: highest speed by plan on the leg that begins here. ends_at:
     what is arrived at, None of other steps.
     """

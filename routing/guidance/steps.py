@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
+from routing.graph.earth import EARTH_RADIUS_M
 from routing.guidance.bearings import LOOK_AHEAD_M, bearing_deg, turned_deg
 from routing.guidance.course import Course
 from routing.guidance.joining import joined
@@ -13,35 +15,45 @@ from routing.guidance.lanes import lanes_for
 from routing.guidance.manoeuvres import manoeuvres_of
 from routing.guidance.step import Intersection, Lane, Modifier, Step, StepType, TravelMode
 from routing.guidance.surroundings import LINK, RAMP, RING
+from routing.route.route import LegEnd
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from numpy.typing import NDArray
 
     from routing.graph.road_graph import RoadGraph
     from routing.guidance.manoeuvre import Manoeuvre
+    from routing.places import Point
     from routing.route.route import Route, RouteLeg
 
 __all__ = ["Intersection", "Lane", "Modifier", "Step", "StepType", "TravelMode", "steps_of"]
 
 NEAR_M: Final = 1.0  # from a place where the route begins or ends nothing is turned
+# How far off the road a goal is said to be on a side of it [m], as in OSRM's source; nearer ones are on the road.
+ASIDE_M: Final = 5.0
+FAR_ASIDE_M: Final = 300.0
+AHEAD_DEG: Final = 30.0  # off the direction of travel, up to which a goal is said to be ahead (assumed)
 
 
-def steps_of(graph: RoadGraph, route: Route, *, language: str = "") -> tuple[Step, ...]:
+def steps_of(graph: RoadGraph, route: Route, *, asked: Sequence[Point] = (), language: str = "") -> tuple[Step, ...]:
     """The steps of a route on its graph, in O(links), from a departure to an arrival for each of its legs.
 
     The link positions of all steps follow each other without gaps, and so do their distances. A leg on which nothing is
     driven has a departure and an arrival without links. On a graph without signs there are no ramps and roundabouts.
+    asked: via points and goal as they were asked for, from which the side of arrival is found; none without them.
     language: in which roads are named where the map has their names in it, as `de`; empty for those on the signs.
     """
-    return _Writer(graph, route, language).steps()
+    return _Writer(graph, route, asked, language).steps()
 
 
 class _Writer:
     """Makes steps of manoeuvres."""
 
-    def __init__(self, graph: RoadGraph, route: Route, language: str) -> None:
+    def __init__(self, graph: RoadGraph, route: Route, asked: Sequence[Point], language: str) -> None:
         self.graph, self.route = graph, route
         self.course = Course(graph, route, language)
+        self.goals = _goals(route, asked)
         results = route.links.results
         self.time_s = _sums(results.duration_s)
         self.energy_j = _sums(results.energy_j)
@@ -55,11 +67,11 @@ class _Writer:
         """All steps."""
         steps: list[Step] = []
         done = 0
-        for leg in self.route.legs:
+        for leg, goal in zip(self.route.legs, self.goals, strict=True):
             if leg.first_link is None or leg.last_link is None:
                 steps += self._standing(leg, done)
             else:
-                steps += self._driven(leg, leg.first_link, leg.last_link)
+                steps += self._driven(leg, leg.first_link, leg.last_link, goal)
                 done = leg.last_link + 1
         return tuple(steps)
 
@@ -96,7 +108,7 @@ class _Writer:
             for kind, ends in ((StepType.DEPART, (None, 0)), (StepType.ARRIVE, (0, None)))
         ]
 
-    def _driven(self, leg: RouteLeg, first: int, last: int) -> list[Step]:
+    def _driven(self, leg: RouteLeg, first: int, last: int, goal: Point | None) -> list[Step]:
         course = self.course
         found = joined(course, manoeuvres_of(course, first, last), first, last)
         begin_m, end_m = course.at_m[first] + NEAR_M, course.at_m[last + 1] - NEAR_M
@@ -104,7 +116,7 @@ class _Writer:
         ends = [manoeuvre.at for manoeuvre in found] + [last]
         steps = [self._departure(leg, first, ends[0])]
         steps += [self._turn(leg, m, end, last) for m, end in zip(found, ends[1:], strict=True)]
-        steps.append(self._arrival(leg, last))
+        steps.append(self._arrival(leg, last, goal))
         return steps
 
     def _departure(self, leg: RouteLeg, first: int, end: int) -> Step:
@@ -125,12 +137,15 @@ class _Writer:
             speed_cap_mps=leg.speed_cap_mps,
         )
 
-    def _arrival(self, leg: RouteLeg, last: int) -> Step:
+    def _arrival(self, leg: RouteLeg, last: int, goal: Point | None) -> Step:
         end = self._geometry_end(last)
         bearing = (self._along(end, self._geometry_end((leg.first_link or 0) - 1), -1) + 180.0) % 360.0
         place = self._place(end)
-        goal = Intersection(place, (_whole(bearing + 180.0),), (True,), 0, None)
-        return self._step(leg, StepType.ARRIVE, None, last + 1, last, (end, end), (bearing, 0.0), (goal,), named=last)
+        junction = Intersection(place, (_whole(bearing + 180.0),), (True,), 0, None)
+        side = None if goal is None else _side(self.route.geometry[end], bearing, goal)
+        return self._step(
+            leg, StepType.ARRIVE, side, last + 1, last, (end, end), (bearing, 0.0), (junction,), named=last
+        )
 
     def _turn(self, leg: RouteLeg, manoeuvre: Manoeuvre, end: int, last: int) -> Step:
         at = manoeuvre.at
@@ -272,6 +287,29 @@ class _Writer:
         return ""
 
 
+def _goals(route: Route, asked: Sequence[Point]) -> list[Point | None]:
+    """What was asked for at the end of each leg, None of charging stops and where it is not known."""
+    ends = [k for k, leg in enumerate(route.legs) if leg.ends_at is not LegEnd.STOP]
+    goals: list[Point | None] = [None] * len(route.legs)
+    if len(ends) == len(asked):
+        for k, point in zip(ends, asked, strict=True):
+            goals[k] = point
+    return goals
+
+
+def _side(on_road: NDArray[np.float64], bearing: float, goal: Point) -> Modifier | None:
+    """On which side of the direction of travel a goal is, straight where it is ahead; None on the road or behind."""
+    there = np.array((goal.lon_deg, goal.lat_deg))
+    if not ASIDE_M <= _apart_m(on_road, there) <= FAR_ASIDE_M:
+        return None
+    turn = turned_deg(bearing, bearing_deg(on_road, there))
+    if abs(turn) <= AHEAD_DEG:
+        return Modifier.STRAIGHT
+    if abs(turn) >= 180.0 - AHEAD_DEG:
+        return None
+    return Modifier.RIGHT if turn > 0.0 else Modifier.LEFT
+
+
 def _sums(values: NDArray[np.float64]) -> list[float]:
     """0 and the sums of the first values."""
     return [0.0, *np.cumsum(values).tolist()]
@@ -284,4 +322,4 @@ def _whole(bearing: float) -> int:
 def _apart_m(here: NDArray[np.float64], there: NDArray[np.float64]) -> float:
     """Distance of two near places [m], lon and lat [deg] each; good enough to look ahead."""
     east = ((there[0] - here[0] + 180.0) % 360.0 - 180.0) * np.cos(np.radians(here[1]))
-    return float(np.hypot(east, there[1] - here[1])) * 111_195.0
+    return float(np.hypot(east, there[1] - here[1])) * EARTH_RADIUS_M * math.pi / 180.0

@@ -32,7 +32,9 @@ class StepAnswer(Answered):
     """What to do at a place, and the way from there to the next step."""
 
     type: StepType = Field(description="what to do, in the words of OSRM")
-    modifier: Modifier | None = Field(description="which way; null of departures and arrivals")
+    modifier: Modifier | None = Field(
+        description="which way; of arrivals the side of the road, null on it; null of departures"
+    )
     instruction: str = Field(description="the same in English")
     at: LatLon
     bearing_before: float = Field(description="direction of travel clockwise from north [deg]; 0 before a departure")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any
@@ -11,6 +12,8 @@ import pytest
 from routing.guidance.instructions import instruction_of
 from routing.guidance.step import Modifier, StepType
 from routing.guidance.steps import steps_of
+from routing.places import Point
+from routing.route.route import LegEnd
 from tests.routing.guidance.driven import drawn, driven, said, street
 
 # a crossing of two streets, and a T at the end of one:      3     7
@@ -26,7 +29,7 @@ WAYS = {
 }
 
 
-def test_crossing_is_foundonly_where_it_is_turned_at(draw_map: Any) -> None:
+def test_crossing_is_told_only_where_it_is_turned_at(draw_map: Any) -> None:
     graph = drawn(draw_map, PLACES, WAYS)
     assert said(graph, 1, 2, 6, 7) == ["end of road left Last Street"]
     assert said(graph, 1, 2, 3) == ["turn left Cross Street"]
@@ -107,7 +110,7 @@ def test_road_that_has_its_name_back_after_a_bridge_is_not_told(draw_map: Any) -
     assert said(drawn(draw_map, places, ways), 1, 4) == []
 
 
-def test_graph_without_signs_is_foundby_names_and_angles(draw_map: Any) -> None:
+def test_graph_without_signs_is_told_by_names_and_angles(draw_map: Any) -> None:
     graph = replace(drawn(draw_map, PLACES, WAYS), signs=None)
     assert said(graph, 1, 2, 6, 7) == ["end of road left Last Street"]
 
@@ -123,7 +126,7 @@ def test_route_that_begins_and_ends_within_links_turns_alike(draw_map: Any, shor
     assert all(len(step.intersections) >= 1 for step in steps)
 
 
-def test_copies_of_links_that_bans_make_are_foundas_the_links(draw_map: Any) -> None:
+def test_copies_of_links_that_bans_make_are_told_as_the_links(draw_map: Any) -> None:
     ban = (
         [("w", 10, "from"), ("w", 13, "via"), ("w", 12, "to")],
         {"type": "restriction", "restriction": "no_left_turn"},
@@ -170,3 +173,44 @@ def test_charge_jumps_where_a_leg_begins_after_charging(draw_map: Any) -> None:
     steps = steps_of(graph, charged)
     assert [step.type.value for step in steps[:3]] == ["depart", "arrive", "depart"]
     assert steps[1].soc_end_frac == first.soc_end_frac < steps[2].soc_start_frac == 0.9
+
+
+@pytest.mark.parametrize(
+    ("east_m", "north_m", "side", "said_of_it"),
+    [
+        (10.0, 0.0, Modifier.LEFT, "You have arrived, on the left"),  # the route ends southwards
+        (-10.0, 0.0, Modifier.RIGHT, "You have arrived, on the right"),
+        (-50.0, -40.0, Modifier.RIGHT, "You have arrived, on the right"),
+        (2.0, -30.0, Modifier.STRAIGHT, "You have arrived, straight ahead"),
+        (2.0, 30.0, None, "You have arrived"),  # behind
+        (4.0, 0.0, None, "You have arrived"),  # on the road
+        (400.0, 0.0, None, "You have arrived"),  # too far to be said to be beside it
+    ],
+)
+def test_arrival_says_on_which_side_the_goal_is(
+    draw_map: Any, east_m: float, north_m: float, side: Modifier | None, said_of_it: str
+) -> None:
+    graph = drawn(draw_map, PLACES, WAYS)
+    route = driven(graph, 1, 2, 4)
+    lon, lat = route.geometry[-1].tolist()
+    degree_m = 111_195.0
+    goal = Point(lat + north_m / degree_m, lon + east_m / (degree_m * math.cos(math.radians(lat))))
+    *_, arrival = steps_of(graph, route, asked=[goal])
+    assert arrival.modifier is side
+    assert instruction_of(arrival) == said_of_it
+
+
+def test_sides_are_said_of_via_points_too_and_not_of_charging_stops(draw_map: Any) -> None:
+    graph = drawn(draw_map, PLACES, WAYS)
+    route = driven(graph, 1, 2, 6, 7, via=(0,))
+    lon, lat = route.geometry[-1].tolist()
+    beside = Point(lat, lon + 0.0002)
+    via_lon, via_lat = route.geometry[route.links.geometry_end_idx[0]].tolist()
+    arrivals = [
+        step for step in steps_of(graph, route, asked=[Point(via_lat - 0.0002, via_lon), beside]) if step.ends_at
+    ]
+    assert [step.modifier for step in arrivals] == [Modifier.RIGHT, Modifier.RIGHT]
+    first, second = route.legs
+    charged = replace(route, legs=(replace(first, ends_at=LegEnd.STOP), second))
+    arrivals = [step for step in steps_of(graph, charged, asked=[beside]) if step.ends_at]
+    assert [step.modifier for step in arrivals] == [None, Modifier.RIGHT]
