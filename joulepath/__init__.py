@@ -21,6 +21,7 @@ from joulepath.matrices import Matrix, matrix
 from joulepath.ranges import Band, Range, range
 from joulepath.routes import Leg, Route, RouteLinks, Routes, Uncertainty, route
 from joulepath.simulations import Simulation, simulate
+from joulepath.steps import Step
 from joulepath.vehicle import Vehicle
 from routing.errors import RoutingError
 from routing.places import LinkSpan
@@ -54,6 +55,7 @@ __all__ = [
     "Simulation",
     "Snapped",
     "Stay",
+    "Step",
     "Trip",
     "Uncertainty",
     "Vehicle",

@@ -30,7 +30,9 @@ from joulepath.figures import (
     point_of,
     snapped_of,
 )
+from joulepath.steps import steps_from
 from routing.errors import QueryError
+from routing.guidance.steps import steps_of
 from routing.places import LinkSpan
 from routing.queries import RouteQuery
 from routing.weights import NAMED_WEIGHTS
@@ -44,6 +46,7 @@ if TYPE_CHECKING:
     from joulepath.charging import Charging, ChargingPlan, NoChargingPlan
     from joulepath.conditions import Conditions
     from joulepath.graph import Graph
+    from joulepath.steps import Step
     from joulepath.vehicle import Vehicle
     from routing.charging.plan import ChargingAnswer, ChargingQuery
     from routing.queries import ParetoSettings
@@ -136,7 +139,8 @@ class Route(MapFeature):
 
     battery_kwh: that the battery gave, what its charge fell by: energy_kwh and what was braked away.
     soc_start_needed_frac, charge_needed_kwh: what would make it feasible; None where it is. total_s: with charging
-    stops, which `charging` has; it is None where they were not asked for, and where there is no plan.
+    stops, which `charging` has; it is None where they were not asked for, and where there is no plan. steps: what a
+    driver is told, None unless asked for.
     """
 
     name: str
@@ -162,11 +166,12 @@ class Route(MapFeature):
     legs: tuple[Leg, ...]
     links: RouteLinks
     geometry_lon_lat_deg: NDArray[np.float64]
+    steps: tuple[Step, ...] | None = None
 
     @property
     def __geo_interface__(self) -> Feature:
         """GeoJSON Feature: the line, with the figures of the whole route."""
-        hidden = {"furthest", "uncertainty", "charging", "legs", "links", "geometry_lon_lat_deg"}
+        hidden = {"furthest", "uncertainty", "charging", "legs", "links", "geometry_lon_lat_deg", "steps"}
         shown = {name: getattr(self, name) for name in (field.name for field in fields(self)) if name not in hidden}
         return feature(line(self.geometry_lon_lat_deg), shown)
 
@@ -221,13 +226,16 @@ def route(
     link_model: str = "integrated",
     stops: str = "expected",
     uncertainty: bool = False,
+    steps: bool = False,
+    language: str = "",
 ) -> Routes:
     """The best routes from a place over others to a place; places are (lat, lon) [deg].
 
     soc_frac: charge at departure, reserve_soc_frac: charge to be kept, both 0..1. alternatives: weightings that a route
     each is answered for, of "eco", "fastest", "balanced"; weights: one of one's own instead; pareto: the Pareto set of
     time and energy instead; charging: plans with charging stops instead, one route each. A goal out of reach on this
-    charge is an answer that is not feasible.
+    charge is an answer that is not feasible. steps: with what a driver is told along each; language: in which roads are
+    named then, as "de", where the map has their names in it.
 
     Raises QueryError for a value out of range, VehicleError where stops are asked for and the vehicle does not say how
     it charges, PointOutsideMapError, PointFarFromRoadError, NoPathError,
@@ -254,13 +262,25 @@ def route(
         uncertainty=uncertainty,
         pareto=pareto,
     )
-    if charging is not None:
-        return _charged(graph, query, charging, None if conditions is None else conditions.departure)
-    return _routes(graph.planner.route(query))
+    if charging is None:
+        answer, planned = graph.planner.route(query), None
+    else:
+        answer, planned = _charged(graph, query, charging, None if conditions is None else conditions.departure)
+    routes = _routes(answer, planned)
+    if not steps:
+        return routes
+    asked = (*query.via, query.goal)
+    with_steps = [
+        replace(result, steps=steps_from(steps_of(graph.planner.graph, found, asked=asked, language=language)))
+        for result, found in zip(routes.routes, answer.routes, strict=True)
+    ]
+    return replace(routes, routes=tuple(with_steps))
 
 
-def _charged(graph: Graph, query: RouteQuery, charging: Charging, departure: datetime | None) -> Routes:
-    """Routes with charging stops; departure: of the conditions."""
+def _charged(
+    graph: Graph, query: RouteQuery, charging: Charging, departure: datetime | None
+) -> tuple[RouteAnswer, tuple[Graph, ChargingQuery, ChargingAnswer]]:
+    """Routes with charging stops, and what was planned; departure: of the conditions."""
     if query.pareto is not None or [name for name, _ in query.weightings] != ["eco"]:
         raise QueryError("charging", "sent with alternatives, weights or pareto", "charging without them")
     if query.stop_rule is StopRule.COUNTED:
@@ -272,10 +292,10 @@ def _charged(graph: Graph, query: RouteQuery, charging: Charging, departure: dat
     asked = charging.in_si(how, graph.station_names, departure)
     asked = replace(asked, arrive_soc_frac=max(asked.arrive_soc_frac, query.reserve_soc_frac))
     answer, charged = graph.planner.journey(query, asked, how, graph.stations.stations)
-    return _routes(answer, (graph, asked, charged))
+    return answer, (graph, asked, charged)
 
 
-def _routes(answer: RouteAnswer, planned: tuple[Graph, ChargingQuery, ChargingAnswer] | None = None) -> Routes:
+def _routes(answer: RouteAnswer, planned: tuple[Graph, ChargingQuery, ChargingAnswer] | None) -> Routes:
     claim = answer.pareto
     slack_j = None if claim is None else claim.slack_j
     plans: list[ChargingPlan | None] = [None] * len(answer.routes)

@@ -309,3 +309,27 @@ def test_importing_it_brings_no_web_framework_and_no_database() -> None:
     heavy = ["fastapi", "pydantic", "sqlalchemy", "typer", "rich", "matplotlib", "geopandas", "rasterio", "app"]
     ran = subprocess.run([sys.executable, "-c", program, *heavy], cwd=ROOT, capture_output=True, text=True, check=True)
     assert ran.stdout.strip() == "[]"
+
+
+def test_steps_are_those_of_the_planner_in_human_units_and_only_where_asked_for(grid: Graph, leaf: Vehicle) -> None:
+    (plain,) = joulepath.route(grid, leaf, start=START, goal=GOAL, soc_frac=0.5)
+    (route,) = joulepath.route(grid, leaf, start=START, goal=GOAL, soc_frac=0.5, steps=True)
+    assert plain.steps is None
+    assert route.steps is not None
+    assert (route.steps[0].type, route.steps[-1].type) == ("depart", "arrive")
+    assert sum(step.energy_kwh for step in route.steps) == pytest.approx(route.energy_kwh)
+    assert sum(step.distance_m for step in route.steps) == pytest.approx(route.distance_m)
+    for step in route.steps:
+        lon, lat = route.geometry_lon_lat_deg[step.geometry_first]
+        assert step.place == (lat, lon)
+    assert dataclasses.replace(route, steps=None).__geo_interface__ == plain.__geo_interface__
+
+
+def test_plans_with_charging_stops_have_steps_too(leaf: Vehicle) -> None:
+    highlands = Graph.load("highlands")
+    car = Vehicle.load("hyundai-kona-64")
+    places = {"start": (43.872, -36.433), "goal": (43.697, -35.19)}
+    (route,) = joulepath.route(highlands, car, **places, soc_frac=0.3, charging=joulepath.Charging(), steps=True)
+    assert route.steps is not None
+    arrivals = [step for step in route.steps if step.type == "arrive"]
+    assert [step.instruction for step in arrivals[:-1]] == ["Stop here to charge"] * len(route.charging.stops)

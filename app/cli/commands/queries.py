@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 from rich.console import Console
 
-from app.cli import before_after, plan_tables, tables
+from app.cli import before_after, plan_tables, step_tables, tables
 from app.cli.commands.charging import (
     ArriveSocOption,
     AvoidOption,
@@ -104,6 +104,7 @@ def route(
         bool, typer.Option("--compare", help="show the routes by the vehicle's file beside those with --effects")
     ] = False,
     uncertainty: UncertaintyOption = False,
+    steps: Annotated[bool, typer.Option("--steps", help="what a driver is told along each route")] = False,
     charging: ChargingOption = False,
     arrive_soc: ArriveSocOption = None,
     goal_soc: GoalSocOption = None,
@@ -171,6 +172,7 @@ def route(
             "conditions": conditions_from_pairs(condition),
             "effects": effects_choice(effects),
             "uncertainty": uncertainty,
+            "steps": steps,
         }
     )
     if compare:
@@ -192,6 +194,9 @@ def route(
     console.print(tables.hot_table(answer.routes))
     if uncertainty:
         console.print(tables.spread_table(answer.routes))
+    if steps:
+        for found in answer.routes:
+            console.print(step_tables.steps_table(found))
     claim = answer.pareto
     if claim is not None and claim.epsilon_frac is not None and claim.energy_slack_kwh is not None:
         console.print(
