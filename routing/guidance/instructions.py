@@ -111,8 +111,8 @@ def _on_ramp(step: Step) -> str:
 
 def _off_ramp(step: Step) -> str:
     side = _SIDES.get(step.modifier) if step.modifier else None
-    number = f" {step.exits}" if step.exits else ""
-    return f"Take exit{number}{' on the ' + side if side else ''}{_towards(step) or _onto(step)}"
+    number = f"exit {step.exits}" if step.exits else "the exit"
+    return f"Take {number}{' on the ' + side if side else ''}{_towards(step) or _onto(step)}"
 
 
 def _fork(step: Step) -> str:

@@ -18,11 +18,12 @@ from routing.synth.names import way_names
 from routing.synth.polylines import Polylines, offsets, ragged_indices
 from routing.synth.roads import SMOOTHING_M, chains_from_corridors, clipped_at_towns, roads_from_chains
 from routing.synth.settlements import Rank, place_settlements
+from routing.synth.signs import road_signs
 from routing.synth.streets import lay_streets, main_streets
 from routing.synth.terrain import build_landscape
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Sequence
 
     from numpy.typing import NDArray
 
@@ -112,7 +113,7 @@ def synthesize(
         names,
         name_idx,
         nodes,
-        joined_pieces(parts),
+        parts,
         joints,
         (centre_lat_deg, centre_lon_deg, width_km * 500.0, height_km * 500.0),
         report,
@@ -177,12 +178,13 @@ def _assemble(
     names: tuple[str, ...],
     name_idx: NDArray[np.int32],
     nodes: Nodes,
-    pieces: RoadPieces,
+    parts: Sequence[RoadPieces],
     joints: NDArray[np.int64],
     frame: tuple[float, float, float, float],
     report: Callable[[str, float], None],
 ) -> RoadGraph:
     """Pieces as directed links on the globe, with heights and stop levels."""
+    pieces = joined_pieces(parts)
     lat, lon = _lat_lon_e7(nodes.x_m, nodes.y_m, frame)
     shape = pieces.shape
     point_lat, point_lon = _lat_lon_e7(shape.x_m, shape.y_m, frame)
@@ -232,6 +234,7 @@ def _assemble(
         geometry_lon_e7=point_lon[point],
         geometry_lat_e7=point_lat[point],
         forbidden_turns=_turning_back(joints, tail, head, pieces.way[piece], pieces.functional_class[piece]),
+        signs=road_signs(parts, piece),
     )
     loose = LooseNodes(lat / E7, lon / E7, height, np.arange(1, nodes.x_m.size + 1))
     return assemble_graph(meta, names, loose, links)

@@ -9,11 +9,17 @@ from typing import Any
 
 import pytest
 
+from energy.folders import ROOT
+from energy.vehicle.files import load_vehicle
+from routing.graph.files import load_graph
 from routing.guidance.instructions import instruction_of
 from routing.guidance.step import Modifier, StepType
 from routing.guidance.steps import steps_of
 from routing.places import Point
+from routing.planner import Planner
+from routing.queries import RouteQuery
 from routing.route.route import LegEnd
+from routing.weights import NAMED_WEIGHTS
 from tests.routing.guidance.driven import drawn, driven, said, street
 
 # a crossing of two streets, and a T at the end of one:      3     7
@@ -214,3 +220,17 @@ def test_sides_are_said_of_via_points_too_and_not_of_charging_stops(draw_map: An
     charged = replace(route, legs=(replace(first, ends_at=LegEnd.STOP), second))
     arrivals = [step for step in steps_of(graph, charged, asked=[beside]) if step.ends_at]
     assert [step.modifier for step in arrivals] == [None, Modifier.RIGHT]
+
+
+def test_route_on_the_bundled_highlands_takes_an_exit_of_its_motorway() -> None:
+    planner = Planner(load_graph(ROOT / "data" / "graphs" / "highlands"))
+    query = RouteQuery(
+        start=Point(43.872, -36.433),
+        goal=Point(43.697, -35.19),
+        soc_frac=0.9,
+        vehicle=load_vehicle(ROOT / "data" / "vehicles" / "hyundai-kona-64.toml"),
+        weightings=(("fastest", NAMED_WEIGHTS["fastest"]),),
+    )
+    (route,) = planner.route(query).routes
+    said_along = [instruction_of(step) for step in steps_of(planner.graph, route)]
+    assert "Take the exit on the right onto Motorway M1" in said_along

@@ -181,3 +181,19 @@ def test_graded_heights_lone_summit_is_cut_to_the_limit() -> None:
         np.array([0.0, 100.0, 0.0]), np.array([0, 1]), np.array([1, 2]), np.full(2, 100.0), np.full(2, 0.1)
     )
     np.testing.assert_allclose(heights, [22.5, 32.5, 22.5], atol=1e-6)
+
+
+def test_synthesize_roads_say_their_kind_and_which_of_them_are_ramps(region: RoadGraph) -> None:
+    assert region.signs is not None
+    kind = [region.signs.signs[k].highway for k in region.signs.sign_idx.tolist()]
+    road_class = region.functional_class.tolist()
+    ramp = np.array([text.endswith("_link") for text in kind])
+    for text, number in zip(kind, road_class, strict=True):
+        assert text in (FunctionalClass(number).name.lower(), "motorway_link")
+    assert ramp.any()
+    motorway = region.functional_class == FunctionalClass.MOTORWAY
+    on_motorway = np.zeros(region.node_count, np.bool_)
+    on_motorway[region.tail[motorway]] = on_motorway[region.head[motorway]] = True
+    assert (on_motorway[region.tail[ramp]] != on_motorway[region.head[ramp]]).all()  # one end each
+    assert (region.functional_class[ramp] == FunctionalClass.TRUNK).all()
+    assert (region.reverse_idx[ramp] == -1).all()
