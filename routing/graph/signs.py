@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, astuple, dataclass, fields
+from dataclasses import asdict, astuple, dataclass, field, fields, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,6 +35,12 @@ class RoadSign:
 
 
 NO_SIGN = RoadSign()
+
+
+def _nothing() -> NDArray[np.int32]:
+    return np.empty(0, np.int32)
+
+
 _TEXTS = tuple(f.name for f in fields(RoadSign) if f.name not in ("lanes", "names"))
 
 
@@ -43,7 +49,9 @@ class RoadSigns:
     """Signs of all links; the same sign is kept once.
 
     sign_idx: int32 (M,) into signs. exit_node: int32 (E,) ascending, nodes at which exits are numbered; exit_ref: their
-    numbers. drives_left: whether traffic keeps to the left.
+    numbers. drives_left: whether traffic keeps to the left. mini_node: int32 (R,) ascending, mini roundabouts.
+    left_out_link: int32 (L,) ascending, links of roundabouts that have ways out which are no links, as to a yard or a
+    car park; left_out_exits: int32 (L,) how many each has, without those at the node where it begins.
     """
 
     sign_idx: NDArray[np.int32]
@@ -51,10 +59,13 @@ class RoadSigns:
     exit_node: NDArray[np.int32]
     exit_ref: tuple[str, ...]
     drives_left: bool = False
+    mini_node: NDArray[np.int32] = field(default_factory=_nothing)
+    left_out_link: NDArray[np.int32] = field(default_factory=_nothing)
+    left_out_exits: NDArray[np.int32] = field(default_factory=_nothing)
 
     def __post_init__(self) -> None:
-        self.sign_idx.flags.writeable = False
-        self.exit_node.flags.writeable = False
+        for array in (self.sign_idx, self.exit_node, self.mini_node, self.left_out_link, self.left_out_exits):
+            array.flags.writeable = False
 
     def of_links(self, links: NDArray[np.int64], node_rank: NDArray[np.int32]) -> RoadSigns:
         """Those of some links in their order; node_rank: int32 (N,) new numbers of nodes, -1 of those left out."""
@@ -62,18 +73,26 @@ class RoadSigns:
         node = node_rank[self.exit_node]
         order = np.argsort(node, kind="stable")
         order = order[node[order] >= 0]
+        mini = np.sort(node_rank[self.mini_node])
+        link_rank = np.full(self.sign_idx.size, -1, np.int32)
+        link_rank[links] = np.arange(links.size, dtype=np.int32)
+        left_out = link_rank[self.left_out_link]
+        by_link = np.argsort(left_out, kind="stable")
+        by_link = by_link[left_out[by_link] >= 0]
         return RoadSigns(
             sign_idx.astype(np.int32),
             tuple(self.signs[k] for k in used.tolist()),
             node[order],
             tuple(self.exit_ref[k] for k in order.tolist()),
             self.drives_left,
+            mini[mini >= 0],
+            left_out[by_link],
+            self.left_out_exits[by_link],
         )
 
     def with_links(self, of: NDArray[np.int64]) -> RoadSigns:
         """These signs, and copies of some links, int64 (C,), which come last."""
-        sign_idx = np.concatenate((self.sign_idx, self.sign_idx[of]))
-        return RoadSigns(sign_idx, self.signs, self.exit_node, self.exit_ref, self.drives_left)
+        return replace(self, sign_idx=np.concatenate((self.sign_idx, self.sign_idx[of])))
 
     def columns(self) -> dict[str, Any]:
         """All but sign_idx as JSON takes it; of each sign what is not empty."""
@@ -83,6 +102,12 @@ class RoadSigns:
             "exit_node": self.exit_node.tolist(),
             "exit_ref": list(self.exit_ref),
             "drives_left": self.drives_left,
+            **({"mini_node": self.mini_node.tolist()} if self.mini_node.size else {}),
+            **(
+                {"left_out_link": self.left_out_link.tolist(), "left_out_exits": self.left_out_exits.tolist()}
+                if self.left_out_link.size
+                else {}
+            ),
         }
 
 
@@ -100,9 +125,23 @@ def signs_from(columns: Mapping[str, Any], sign_idx: NDArray[np.int32], link_cou
         raise ValueError("links with unknown signs")
     if node.shape != (len(refs),) or not all(isinstance(ref, str) for ref in refs):
         raise ValueError("exits that do not fit their numbers")
-    if node.size and (not 0 <= int(node.min()) <= int(node.max()) < node_count or bool((np.diff(node) <= 0).any())):
+    if not _ascending(node, node_count):
         raise ValueError("exits at unknown nodes, or not ascending")
-    return RoadSigns(sign_idx, signs, node, refs, bool(columns["drives_left"]))
+    mini = np.array(columns.get("mini_node", ()), np.int32)
+    left_out = np.array(columns.get("left_out_link", ()), np.int32)
+    exits = np.array(columns.get("left_out_exits", ()), np.int32)
+    if not _ascending(mini, node_count):
+        raise ValueError("mini roundabouts at unknown nodes, or not ascending")
+    if not _ascending(left_out, link_count) or exits.shape != left_out.shape or bool((exits <= 0).any()):
+        raise ValueError("exits that are left out of unknown links, or not ascending")
+    return RoadSigns(sign_idx, signs, node, refs, bool(columns["drives_left"]), mini, left_out, exits)
+
+
+def _ascending(idx: NDArray[np.int32], count: int) -> bool:
+    """Whether indices are below a count and each is above the one before it."""
+    if idx.ndim != 1 or not idx.size:
+        return idx.ndim == 1
+    return bool(idx[0] >= 0 and idx[-1] < count and (np.diff(idx) > 0).all())
 
 
 def _sign(row: Mapping[str, Any]) -> RoadSign:

@@ -88,6 +88,21 @@ class Course:
         plain &= ((bits[met] | bits[met + 1]) & (LINK | RING)) == 0
         return set(met[plain].tolist())
 
+    @cached_property
+    def mini(self) -> set[int]:
+        """Positions of links that end at a mini roundabout."""
+        signs = self.graph.signs
+        if signs is None or not signs.mini_node.size:
+            return set()
+        return set(np.flatnonzero(np.isin(self.graph.head[self.link], signs.mini_node)).tolist())
+
+    def left_out_exits(self, first: int, last: int) -> int:
+        """How many ways out that are no links the route passes on the roundabout between two of its links."""
+        signs = self.graph.signs
+        if signs is None or not signs.left_out_link.size:
+            return 0
+        return int(signs.left_out_exits[np.isin(signs.left_out_link, self.link[first : last + 1])].sum())
+
     def met(self, first: int, last: int) -> list[int]:
         """Positions from first to last, without it, at whose ends there is something to look at."""
         return self._positions[bisect_left(self._positions, first) : bisect_left(self._positions, last)]

@@ -26,6 +26,7 @@ ONE_TURN_DEG: Final = 135.0
 
 # Not forks: the left branch of one that bends right afterwards is no turn to the right.
 TURNS: Final = frozenset((StepType.TURN, StepType.CONTINUE, StepType.END_OF_ROAD))
+_NEVER_SLIPS: Final = frozenset((StepType.NOTIFICATION, StepType.FORK, StepType.ROUNDABOUT_TURN))
 _KEPT: Final = frozenset((StepType.NOTIFICATION, StepType.MERGE))
 
 
@@ -58,7 +59,7 @@ def _slip(course: Course, found: list[Manoeuvre], begin: int, end: int) -> list[
         return found
     within = [m for m in found if begin - 1 <= m.at <= end]
     turns = [m for m in within if m.type is not StepType.NEW_NAME]
-    if not turns or any(m.type in (StepType.NOTIFICATION, StepType.FORK) for m in turns):
+    if not turns or any(m.type in _NEVER_SLIPS for m in turns):
         return found
     before, after = course.before_deg(begin - 1), course.after_deg(end)
     angle = turned_deg(before, after)

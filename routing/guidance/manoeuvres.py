@@ -7,7 +7,16 @@ from typing import TYPE_CHECKING
 from routing.guidance.bearings import modifier_of, turned_deg
 from routing.guidance.labels import same_road
 from routing.guidance.manoeuvre import Manoeuvre
-from routing.guidance.roundabouts import entering, exit_number, kind_of, name_of, ring_of, small_turn
+from routing.guidance.roundabouts import (
+    Ring,
+    entering,
+    exit_number,
+    kind_of,
+    mini_exit_number,
+    name_of,
+    ring_of,
+    small_turn,
+)
 from routing.guidance.rules import manoeuvre_at
 from routing.guidance.step import Modifier, StepType
 from routing.guidance.surroundings import RING
@@ -21,12 +30,16 @@ def manoeuvres_of(course: Course, first: int, last: int) -> list[Manoeuvre]:
     found: list[Manoeuvre] = []
     current = course.label_from(first, last)
     entry: int | None = None
+    ring: Ring | None = None
     passed: list[int] = []
     for at in course.met(first, last):
         here, there = course.bits[at] & RING, course.bits[at + 1] & RING
         if there:
             if not here:
-                entry, passed = at, []
+                entry, passed, ring = at, [], ring_of(course.graph, course.links[at + 1])
+            elif ring is not None and course.links[at + 1] not in ring.links:  # another one that touches it
+                found += _roundabout(course, entry, passed, at)[:1]
+                entry, passed, ring = at, [], ring_of(course.graph, course.links[at + 1])
             else:
                 passed.append(at)
             continue
@@ -58,6 +71,8 @@ def _plain(course: Course, at: int) -> Manoeuvre | None:
     """The manoeuvre at a junction of roads that are no rings, None where the way is obvious."""
     if course.ferry[at] != course.ferry[at + 1]:
         return _made(course, at, StepType.NOTIFICATION, None)
+    if at in course.mini and course.roads[at] > 2:
+        return _mini(course, at)
     if course.links[at + 1] == course.graph.reverse_idx[course.links[at]]:
         kind = StepType.CONTINUE if course.label(at).known else StepType.TURN
         return _made(course, at, kind, Modifier.UTURN)
@@ -66,6 +81,19 @@ def _plain(course: Course, at: int) -> Manoeuvre | None:
     crossing = course.crossing(at)
     found = None if crossing is None else manoeuvre_at(crossing)
     return None if found is None else _made(course, at, *found)
+
+
+def _mini(course: Course, at: int) -> Manoeuvre:
+    """A mini roundabout, which is a node of the map, told as a turn with the number of its exit."""
+    arms, following = course.arms(at), course.links[at + 1]
+    clockwise = course.graph.signs is not None and course.graph.signs.drives_left
+    before, after = course.before_deg(at), course.after_deg(at)
+    if following == course.graph.reverse_idx[course.links[at]]:
+        exit_idx, modifier = sum(arm.entry for _, arm in arms) + 1, Modifier.UTURN
+    else:
+        exit_idx = mini_exit_number(arms, following, clockwise=clockwise)
+        modifier = modifier_of(turned_deg(before, after))
+    return Manoeuvre(at, StepType.ROUNDABOUT_TURN, modifier, before, after, at + 1, exit_idx)
 
 
 def _roundabout(course: Course, entry: int | None, passed: list[int], leave: int | None) -> list[Manoeuvre]:
@@ -77,10 +105,9 @@ def _roundabout(course: Course, entry: int | None, passed: list[int], leave: int
     exit_idx: int | None = None
     small: Modifier | None = None
     if leave is not None and entry is not None:
-        arms = course.arms(leave)
-        taken = next(arm for out, arm in arms if out == course.links[leave + 1])
-        before = [[arm for _, arm in course.arms(k)] for k in passed]
-        exit_idx = exit_number(before, [arm for _, arm in arms], taken, clockwise=clockwise)
+        before = [course.arms(k) for k in passed]
+        exit_idx = exit_number(before, course.arms(leave), course.links[leave + 1], ring, clockwise=clockwise)
+        exit_idx += course.left_out_exits(entry + 1, leave)
         if ring is not None and not rotary:
             entry_node, exit_node = (int(graph.head[course.links[k]]) for k in (entry, leave))
             small = small_turn(graph, ring, entry_node, exit_node, course.links[leave + 1])
@@ -88,7 +115,8 @@ def _roundabout(course: Course, entry: int | None, passed: list[int], leave: int
     found = []
     if entry is not None:
         before_deg, after_deg = course.before_deg(entry), course.after_deg(entry)
-        modifier = small or entering(turned_deg(before_deg, after_deg), clockwise=clockwise)
+        turn = 0.0 if course.bits[entry] & RING else turned_deg(before_deg, after_deg)  # one ring runs against another
+        modifier = small or entering(turn, clockwise=clockwise)
         named = entry + 1 if leave is None else leave + 1
         found.append(Manoeuvre(entry, kind, modifier, before_deg, after_deg, named, exit_idx, rotary))
     if leave is not None and kind is not StepType.ROUNDABOUT_TURN:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Final, NamedTuple
 
 import numpy as np
 
-from routing.guidance.bearings import bearing_deg, modifier_of, turned_deg
+from routing.guidance.bearings import bearing_deg, leaving_deg, modifier_of, turned_deg
 from routing.guidance.step import Modifier, StepType
 from routing.guidance.surroundings import RING, surroundings_of
 
@@ -39,19 +39,37 @@ class Ring(NamedTuple):
         return self.length_m / (2.0 * math.pi)
 
 
-def exits_at(arms: list[Arm]) -> list[Arm]:
-    """Roads of a junction on a ring by which it can be left."""
-    return [arm for arm in arms if arm.entry and not arm.bits & RING]
+def exits_at(arms: list[tuple[int, Arm]], ring: Ring | None) -> list[Arm]:
+    """Roads of a junction on a ring by which it can be left, another ring that touches it among them."""
+    inside = () if ring is None else ring.links
+    return [arm for out, arm in arms if arm.entry and (not arm.bits & RING or (bool(inside) and out not in inside))]
 
 
-def exit_number(passed: list[list[Arm]], last: list[Arm], taken: Arm, *, clockwise: bool) -> int:
-    """Which exit is taken. passed: the roads of each junction passed on the ring; last, taken: where it is left.
+def exit_number(
+    passed: list[list[tuple[int, Arm]]],
+    last: list[tuple[int, Arm]],
+    taken_link: int,
+    ring: Ring | None,
+    *,
+    clockwise: bool,
+) -> int:
+    """Which exit is taken. passed: the roads of each junction passed on the ring; last, taken_link: where it is left.
 
     Ways out that a car may not take are none. Of several at one junction the one on the outer side comes first.
     """
-    before = sum(len(exits_at(arms)) for arms in passed)
-    earlier = [arm for arm in exits_at(last) if arm is not taken and (arm.turn_deg > taken.turn_deg) != clockwise]
-    return before + len(earlier) + 1
+    before = sum(len(exits_at(arms, ring)) for arms in passed)
+    return before + _place_among(exits_at(last, ring), next(arm for out, arm in last if out == taken_link), clockwise)
+
+
+def mini_exit_number(arms: list[tuple[int, Arm]], taken_link: int, *, clockwise: bool) -> int:
+    """Which exit of a mini roundabout is taken, of the roads at its node."""
+    taken = next(arm for out, arm in arms if out == taken_link)
+    return _place_among([arm for _, arm in arms if arm.entry], taken, clockwise)
+
+
+def _place_among(arms: list[Arm], taken: Arm, clockwise: bool) -> int:
+    """The place of a road among others, from the outer side inwards, 1 for the first."""
+    return 1 + sum((arm.turn_deg > taken.turn_deg) != clockwise for arm in arms if arm is not taken)
 
 
 def ring_of(graph: RoadGraph, link: int) -> Ring | None:
@@ -65,7 +83,7 @@ def ring_of(graph: RoadGraph, link: int) -> Ring | None:
         on = [k for k in follows if around.bits[signs.sign_idx[k]] & RING]
         if not on:
             return None
-        at = link if link in on else on[0]
+        at = link if link in on else _onwards(graph, at, on)
         if at == link:
             break
         if at in links:
@@ -79,6 +97,15 @@ def ring_of(graph: RoadGraph, link: int) -> Ring | None:
     double_area = float((east * np.roll(north, -1) - np.roll(east, -1) * north).sum())
     middle = np.array((line[0, 0] + east.mean(), line[0, 1] + north.mean()))
     return Ring(tuple(links), float(graph.length_m[links].sum()), middle, double_area < 0.0)
+
+
+def _onwards(graph: RoadGraph, link: int, following: list[int]) -> int:
+    """The link by which a ring goes on: the straightest of those of rings, where another one touches it."""
+    if len(following) == 1:
+        return following[0]
+    before = (leaving_deg(graph, np.array([link]), np.array([True]))[0] + 180.0) % 360.0
+    after = leaving_deg(graph, np.array(following), np.zeros(len(following), np.bool_))
+    return min(zip(after.tolist(), following, strict=True), key=lambda way: abs(turned_deg(before, way[0])))[1]
 
 
 def name_of(graph: RoadGraph, labels: Labels, ring: Ring) -> str:

@@ -15,7 +15,7 @@ from routing.graph.earth import E7
 from routing.importers.graphml_lines import lines_of, lonlat_deg, projection_of, refuse_swapped_axes
 from routing.importers.heights.cells import HIGHEST_M, LOWEST_M
 from routing.importers.roads import Roads, Ways, short_distance_m
-from routing.importers.signs import DIRECTIONS, drives_left, exit_ref_of, sign_of
+from routing.importers.signs import DIRECTIONS, drives_left, exit_ref_of, is_mini_roundabout, sign_of
 from routing.importers.speeds import HIGHEST_KMH, KMH, LOWEST_KMH, limit_mps_from_value, may_be_unlimited
 from routing.importers.tags import (
     Control,
@@ -198,6 +198,7 @@ def roads_from_networkx(graph: nx.MultiDiGraph[Any] | nx.MultiGraph[Any], source
         signs=tuple(signs),
         exits={k: ref for k, (_, data) in enumerate(nodes) if (ref := exit_ref_of(_tags(data)))},
         drives_left=drives_left({}, None, ways, lon_array, lat_array),
+        mini=frozenset(k for k, (_, data) in enumerate(nodes) if is_mini_roundabout(_tags(data))),
     )
 
 

@@ -96,7 +96,7 @@ def loose_graph(
         ),
         conditional=_conditional(roads, way, reversed_),
         ferries=ferries,
-        signs=_signs(roads, way, reversed_, node_point),
+        signs=_signs(roads, chains, pieces, piece, reversed_, node_point, head),
     )
     nodes = LooseNodes(
         lat_deg=chains.lat_e7[node_point] / E7,
@@ -108,22 +108,60 @@ def loose_graph(
 
 
 def _signs(
-    roads: Roads, way: NDArray[np.int64], reversed_: NDArray[np.bool_], node_point: NDArray[np.int64]
+    roads: Roads,
+    chains: Chains,
+    pieces: Pieces,
+    piece: NDArray[np.int64],
+    reversed_: NDArray[np.bool_],
+    node_point: NDArray[np.int64],
+    head: NDArray[np.int32],
 ) -> RoadSigns | None:
-    """What is read along links, None where the map tells nothing of it; node_point: int64 (N,) points of nodes."""
+    """What is read along links, None where the map tells nothing of it.
+
+    piece, reversed_: of each link. node_point: int64 (N,) points of nodes; head: int32 (M,) the node that it leads to.
+    """
     ahead, back = roads.ways.sign_forward, roads.ways.sign_backward
     if ahead is None or back is None:
         return None
-    exits = np.array(sorted(roads.exits), np.int64)
-    node = np.minimum(np.searchsorted(node_point, exits), node_point.size - 1)
-    found = node_point[node] == exits
+    way = chains.way[pieces.begin[piece]]
+    exits, node = _nodes_of(np.array(sorted(roads.exits), np.int64), node_point)
+    left_out = _left_out_exits(roads, chains, pieces)[piece]
+    if roads.left_out_exits:
+        # where nothing but the ring goes on, what is left out leaves the link that leads there
+        at_node, node_of = _nodes_of(np.array(sorted(roads.left_out_exits), np.int64), node_point)
+        count = np.zeros(node_point.size, np.int64)
+        count[node_of] = [roads.left_out_exits[point] for point in at_node.tolist()]
+        into = np.bincount(head, minlength=node_point.size)
+        left_out += np.where(roads.ways.roundabout[way] & (into[head] == 1), count[head], 0)
+    link = np.flatnonzero(left_out)
     return RoadSigns(
         np.where(reversed_, back[way], ahead[way]).astype(np.int32),
         roads.signs,
-        node[found].astype(np.int32),
-        tuple(roads.exits[point] for point in exits[found].tolist()),
+        node.astype(np.int32),
+        tuple(roads.exits[point] for point in exits.tolist()),
         roads.drives_left,
+        _nodes_of(np.array(sorted(roads.mini), np.int64), node_point)[1].astype(np.int32),
+        link.astype(np.int32),
+        left_out[link].astype(np.int32),
     )
+
+
+def _nodes_of(point: NDArray[np.int64], node_point: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Those of ascending points that are nodes, and these nodes, int64 (k,) each."""
+    node = np.minimum(np.searchsorted(node_point, point), node_point.size - 1)
+    found = node_point[node] == point
+    return point[found], node[found]
+
+
+def _left_out_exits(roads: Roads, chains: Chains, pieces: Pieces) -> NDArray[np.int64]:
+    """How many ways that are left out leave each piece of a ring between its ends, int64 (K,)."""
+    if not roads.left_out_exits:
+        return np.zeros(pieces.begin.size, np.int64)
+    count = np.zeros(chains.point_count, np.int64)
+    count[list(roads.left_out_exits)] = list(roads.left_out_exits.values())
+    before = np.concatenate(([0], np.cumsum(count[chains.point])))
+    between: NDArray[np.int64] = before[pieces.end] - before[pieces.begin + 1]
+    return np.where(roads.ways.roundabout[chains.way[pieces.begin]], between, 0)
 
 
 def _conditional(roads: Roads, way: NDArray[np.int64], reversed_: NDArray[np.bool_]) -> ConditionalLimits | None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from array import array
 from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
@@ -19,7 +20,7 @@ from routing.graph.signs import NO_SIGN
 from routing.importers.ferries import ferry_speed, is_ferry, line_length_m, takes_cars
 from routing.importers.osm_files import check_strings, deleted_objects, header_boxes, open_osm, region_boundary
 from routing.importers.roads import Restriction, Roads, WayBan, Ways
-from routing.importers.signs import DIRECTIONS, drives_left, exit_ref_of, read_tags, sign_of
+from routing.importers.signs import DIRECTIONS, drives_left, exit_ref_of, is_mini_roundabout, read_tags, sign_of
 from routing.importers.speeds import country_code, limits_from_tags, most_named
 from routing.importers.tags import (
     Barrier,
@@ -155,6 +156,8 @@ class _Reader:
         self.sign_idx: dict[RoadSign, int] = {NO_SIGN: 0}
         self.sign_pairs: dict[tuple[bool, tuple[tuple[str, str], ...]], tuple[int, int]] = {}
         self.exits_by_id: dict[int, str] = {}
+        self.mini_ids: list[int] = []
+        self.left_out_ids = array("q")  # points at which driveways and the like may be driven into
         self.driving_sides: Counter[str] = Counter()
         self.restrictions: list[Restriction] = []
         self.way_bans: list[WayBan] = []
@@ -216,6 +219,8 @@ class _Reader:
             self.controls_by_id[node.id] = found
         if number := exit_ref_of(tags):
             self.exits_by_id[node.id] = number
+        if is_mini_roundabout(tags):
+            self.mini_ids.append(node.id)
         barrier = barrier_of(tags)
         if barrier is not Barrier.OPEN:
             self.blocked[node.id] = Dropped.BARRIER if barrier is Barrier.SHUT else Dropped.BARRIER_UNKNOWN
@@ -242,6 +247,8 @@ class _Reader:
             reason = Dropped.REVERSIBLE
         if reason is not None:
             self.dropped[reason] += 1
+            if reason is Dropped.SERVICE:
+                self._leave_out(way, forward=forward, backward=backward)
             return
         limits = limits_from_tags(tags)
         if limits.implausible:
@@ -268,6 +275,24 @@ class _Reader:
             *self._signs(tags, oneway=forward != backward),
         )
         self.drawn[way.id] = (self._refs(way), row, limits.conditional)
+
+    def _leave_out(self, way: Any, *, forward: bool, backward: bool) -> None:
+        """Keep where a way can be driven into that is none of the roads: drivers count it at roundabouts."""
+        if forward:
+            self.left_out_ids.append(way.nodes[0].ref)
+        if backward:
+            self.left_out_ids.append(way.nodes[-1].ref)
+
+    def _left_out_exits(self, ways: Ways) -> dict[int, int]:
+        """How many of those leave a point of a ring, by its position."""
+        on_ring = np.unique(ways.point[np.repeat(ways.roundabout, np.diff(ways.way_first))])
+        ids = np.array(self.point_id, np.int64)[on_ring]
+        order = np.argsort(ids)
+        left_out, count = np.unique(np.frombuffer(self.left_out_ids, np.int64), return_counts=True)
+        at = np.minimum(np.searchsorted(ids[order], left_out), max(ids.size - 1, 0))
+        found = ids[order][at] == left_out if ids.size else np.zeros(left_out.size, np.bool_)
+        points = on_ring[order][at[found]] if ids.size else on_ring
+        return dict(zip(points.tolist(), count[found].tolist(), strict=True))
 
     def _add_ferry(self, way: Any) -> None:
         tags = {tag.k: tag.v for tag in way.tags}
@@ -510,4 +535,6 @@ class _Reader:
             signs=tuple(self.sign_idx),
             exits={self.point_idx[k]: ref for k, ref in self.exits_by_id.items() if k in self.point_idx},
             drives_left=drives_left(self.driving_sides, country, ways, lon_e7, lat_e7),
+            mini=frozenset(self.point_idx[k] for k in self.mini_ids if k in self.point_idx),
+            left_out_exits=self._left_out_exits(ways),
         )

@@ -95,7 +95,8 @@ class Roads:
     country: the code whose speed rules hold, or None. dropped: what was left out, by reason.
     conditional: limits under a condition along and against a way, by the way's row. extent: where the file says that it
     ends, None where files of its kind don't. ferries_left_out: the longest ones. signs: what is read along ways. exits:
-    numbers of exits by position of the point. drives_left: whether traffic keeps to the left.
+    numbers of exits by position of the point. drives_left: whether traffic keeps to the left. mini: mini roundabouts,
+    by position of the point. left_out_exits: how many ways leave a point of a ring that are left out, by its position.
     """
 
     point_id: NDArray[np.int64]
@@ -121,6 +122,8 @@ class Roads:
     signs: tuple[RoadSign, ...] = ()
     exits: Mapping[int, str] = field(default_factory=dict)
     drives_left: bool = False
+    mini: frozenset[int] = frozenset()
+    left_out_exits: Mapping[int, int] = field(default_factory=dict)
 
 
 def eastward_e7(lon_a_e7: NDArray[np.int32], lon_b_e7: NDArray[np.int32]) -> NDArray[np.int64]:

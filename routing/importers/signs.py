@@ -93,6 +93,11 @@ def exit_ref_of(tags: Mapping[str, str]) -> str:
     return tags.get("ref", "").strip() if tags.get("highway") == "motorway_junction" else ""
 
 
+def is_mini_roundabout(tags: Mapping[str, str]) -> bool:
+    """Whether a node is a roundabout without an island."""
+    return "mini_roundabout" in (value.strip() for value in tags.get("highway", "").lower().split(";"))
+
+
 def drives_left(
     tagged: Mapping[str, int],
     country: str | None,
