@@ -21,7 +21,7 @@ from routing.gazetteer.words import grams_of, joined_words, meant_by, words_of
 from routing.graph.earth import E7
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Mapping
     from pathlib import Path
 
     from routing.gazetteer.building import Content
@@ -94,9 +94,10 @@ def _fill(database: sqlite3.Connection, content: Content, source: str, attributi
     with_houses = {numbered.street for numbered in content.houses}
     counts: Counter[str] = Counter()
     places, texts = [], []
+    above = {up: _context_words(entries[up]) for up in {up for entry in entries for up in entry.parents.values()}}
     for k, entry in enumerate(entries):
         named = _name_words(entry)
-        around = " ".join(dict.fromkeys(_around(entries, entry)))
+        around = " ".join(dict.fromkeys(_around(above, entry)))
         flat = [word for words in named for word in words]
         counts.update(set(flat))
         joined = [word for words in named for word in joined_words(words)]
@@ -174,14 +175,16 @@ def _name_words(entry: Entry) -> list[tuple[str, ...]]:
     return list(dict.fromkeys(words for words in map(words_of, names) if words))
 
 
-def _around(entries: list[Entry], entry: Entry) -> Iterator[str]:
-    """Words of what a thing is part of and of its address."""
+def _context_words(entry: Entry) -> tuple[str, ...]:
+    """The words by which a thing is said to be what another is part of."""
+    names = [text for key, text in entry.names.items() if key.startswith("*") or key in CONTEXT_LANGUAGES]
+    return tuple(dict.fromkeys(word for text in (entry.name, *names) for word in words_of(text)))
+
+
+def _around(above: Mapping[int, tuple[str, ...]], entry: Entry) -> Iterator[str]:
+    """Words of what a thing is part of and of its address; above: of each thing of which others are a part."""
     for parent in entry.parents.values():
-        above = entries[parent]
-        yield from words_of(above.name)
-        for key, text in above.names.items():
-            if key.startswith("*") or key in CONTEXT_LANGUAGES:
-                yield from words_of(text)
+        yield from above[parent]
     for text in (entry.street, entry.postcode, entry.city_name, *entry.further):
         yield from words_of(text)
 

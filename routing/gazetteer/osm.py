@@ -15,10 +15,10 @@ from routing.gazetteer.importance import LEVELS, PLACES, STREETS, point_of_inter
 from routing.gazetteer.words import number_value
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
 
 KEYS: Final = ("name", "place", "addr:housenumber", "addr:interpolation", "brand")
-_ANY_OF: Final = (*KEYS, "ref", "operator")
+_ANY_OF: Final = frozenset((*KEYS, "ref", "operator"))
 LONGEST_NAME: Final = 200  # characters
 MOST_NAMES: Final = 60  # of a thing, in other languages
 MOST_NUMBERS: Final = 400  # of an interpolation
@@ -41,19 +41,18 @@ class PlaceReader:
 
     def __init__(self) -> None:
         self.found = Collected()
-        self._shapes: dict[int, dict[str, str]] = {}  # tags of relations that are areas
+        self._shapes: dict[int, Mapping[str, str]] = {}  # tags of relations that are areas
         self._numbered: dict[int, House] = {}
         self._interpolations: list[tuple[str, tuple[int, ...], tuple[tuple[int, int], ...]]] = []
 
-    def add(self, entity: Any) -> dict[str, str] | None:
-        """Take an object; its tags where they were read."""
-        if not any(key in entity.tags for key in _ANY_OF):
-            return None
-        tags = {tag.k: tag.v for tag in entity.tags}
+    def add(self, entity: Any, tags: Mapping[str, str], places: Sequence[tuple[int, int]] | None) -> None:
+        """Take an object and its tags. places: of the points of a road, where they were read."""
+        if _ANY_OF.isdisjoint(tags):
+            return
         if entity.is_way():
             highway = tags.get("highway")
             if highway is not None and "area" not in tags:
-                self._add_piece(entity, highway, tags)
+                self._add_piece(entity, highway, tags, places)
             elif "name" in tags or "addr:housenumber" in tags or "brand" in tags:
                 self._add_area_of_way(entity, tags)
             if "addr:interpolation" in tags:
@@ -64,7 +63,6 @@ class PlaceReader:
                 self._add_thing("n", entity.id, tags, place, None)
         elif entity.is_relation():
             self._add_relation(entity.id, tags)
-        return tags
 
     def finish(self, file: osmium.io.File | osmium.io.FileBuffer, country: str | None) -> Collected:
         """All that was found, with the areas of relations, for which the file is read again where it has any."""
@@ -75,7 +73,9 @@ class PlaceReader:
         self._interpolate()
         return self.found
 
-    def _add_piece(self, way: Any, highway: str, tags: Mapping[str, str]) -> None:
+    def _add_piece(
+        self, way: Any, highway: str, tags: Mapping[str, str], places: Sequence[tuple[int, int]] | None
+    ) -> None:
         if highway not in STREETS:
             if "name" in tags and highway in ("services", "rest_area"):
                 self._add_area_of_way(way, tags)
@@ -83,7 +83,7 @@ class PlaceReader:
         name = tags.get("name", "").strip() or (tags.get("ref", "").strip() if STREETS[highway] > 0.3 else "")
         if not name:
             return
-        points = _flat_points(way)
+        points = _flat_points(way) if places is None else array("i", [value for place in places for value in place])
         if len(points) < 4:
             self.found.leave_out("streets whose points the map lacks")
             return
@@ -172,7 +172,7 @@ class PlaceReader:
         kind = Kind.STATION if point[1] == "charging_station" else Kind.POINT
         return kind, *point
 
-    def _add_relation(self, osm_id: int, tags: dict[str, str]) -> None:
+    def _add_relation(self, osm_id: int, tags: Mapping[str, str]) -> None:
         form = tags.get("type")
         is_boundary = tags.get("boundary") == "administrative" and "name" in tags
         if form not in ("multipolygon", "boundary"):
@@ -184,7 +184,7 @@ class PlaceReader:
 
     def _name_regions(self) -> None:
         """Names of the country and the state, which extracts have no whole boundary of."""
-        of_level: dict[int, list[dict[str, str]]] = {2: [], 4: []}
+        of_level: dict[int, list[Mapping[str, str]]] = {2: [], 4: []}
         for tags in self._shapes.values():
             level = _level_of(tags)
             if level in of_level:

@@ -17,10 +17,11 @@ class ReadBeside(Protocol):
     def keys(self) -> Sequence[str]:
         """Objects that have one of these keys are of interest to it."""
 
-    def add(self, entity: Any) -> Mapping[str, str] | None:
-        """Take an object of those keys or of roads; its tags where they were read, which takes long.
+    def add(self, entity: Any, tags: Mapping[str, str], places: Sequence[tuple[int, int]] | None) -> None:
+        """Take an object of those keys or of roads, and its tags.
 
-        Ways have the places of their points where these came before.
+        places: lon, lat [1e-7 deg] of the points of a way, those that the map has, where they were read for its road;
+        ways have the places of their points themselves where these came before.
         """
 
     def finish(self, file: osmium.io.File | osmium.io.FileBuffer, country: str | None) -> object:

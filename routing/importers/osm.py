@@ -56,6 +56,7 @@ _KEYS: Final = (
     *("highway", "barrier", "crossing", "crossing:signals", "railway", "landuse", "type", "route"),
     *("addr:country", "ISO3166-1", "ISO3166-1:alpha2"),
 )
+_KEY_SET: Final = frozenset(_KEYS)
 _PROGRESS_STEP: Final = 20_000
 
 
@@ -94,15 +95,12 @@ def read_osm(
         for count, entity in enumerate(processor):
             if reader.is_deleted(entity):
                 continue
-            tags = beside.add(entity) if beside else None
-            if entity.is_node():
-                reader.add_node(entity)
-            elif entity.is_way():
-                reader.add_way(entity, tags)
-            elif entity.is_relation():
-                reader.add_relation(entity)
             if progress and count % _PROGRESS_STEP == 0:  # the file's length in objects is unknown: approach 1
                 progress(1.0 - 1.0 / (1.0 + count / (10.0 * _PROGRESS_STEP)))
+            tags = {tag.k: tag.v for tag in entity.tags} if beside else None
+            places = reader.add(entity, tags) if tags is None or not _KEY_SET.isdisjoint(tags) else None
+            if beside and tags is not None:
+                beside.add(entity, tags, places)
         reader.ask_for_ferries()
         if reader.missing:  # nodes behind their ways, or with negative ids, which the index of locations can't hold
             nodes = osmium.FileProcessor(file, osmium.osm.NODE)
@@ -212,8 +210,19 @@ class _Reader:
                 self.missing.add(ref)
         return tuple(refs)
 
-    def add_node(self, node: Any) -> None:
-        tags = {tag.k: tag.v for tag in node.tags}
+    def add(self, entity: Any, tags: Mapping[str, str] | None) -> list[tuple[int, int]] | None:
+        """Take an object; the places of a road's points, those that are known. tags: of it, None to have them read."""
+        if entity.is_way():
+            refs = self.add_way(entity, tags)
+            return None if tags is None or refs is None else self._places_e7(refs)
+        if entity.is_node():
+            self.add_node(entity, tags)
+        elif entity.is_relation():
+            self.add_relation(entity)
+        return None
+
+    def add_node(self, node: Any, known_tags: Mapping[str, str] | None = None) -> None:
+        tags = known_tags or {tag.k: tag.v for tag in node.tags}
         found = control(tags)
         if found is not None:
             self.controls_by_id[node.id] = found
@@ -229,17 +238,18 @@ class _Reader:
             if code is not None:
                 self.countries[code] += 1
 
-    def add_way(self, way: Any, known_tags: Mapping[str, str] | None = None) -> None:
+    def add_way(self, way: Any, known_tags: Mapping[str, str] | None = None) -> tuple[int, ...] | None:
+        """Take a way; the points of a road, None of what is none."""
         if "route" in way.tags and is_ferry({"route": way.tags["route"]}):
             self._add_ferry(way)
-            return
+            return None
         highway = way.tags.get("highway")
         if highway is None:
             self._add_area(way)
-            return
+            return None
         found = road_class(highway) or admitted_class(highway, way.tags)
         if found is None:
-            return
+            return None
         tags = known_tags or {tag.k: tag.v for tag in way.tags}
         reason = reason_to_drop(tags)
         forward, backward = drivable(tags)
@@ -249,7 +259,7 @@ class _Reader:
             self.dropped[reason] += 1
             if reason is Dropped.SERVICE:
                 self._leave_out(way, forward=forward, backward=backward)
-            return
+            return None
         limits = limits_from_tags(tags)
         if limits.implausible:
             self.dropped[Dropped.SPEED] += limits.implausible
@@ -274,7 +284,9 @@ class _Reader:
             self.name_idx.setdefault(label, len(self.name_idx)),
             *self._signs(tags, oneway=forward != backward),
         )
-        self.drawn[way.id] = (self._refs(way), row, limits.conditional)
+        refs = self._refs(way)
+        self.drawn[way.id] = (refs, row, limits.conditional)
+        return refs
 
     def _leave_out(self, way: Any, *, forward: bool, backward: bool) -> None:
         """Keep where a way can be driven into that is none of the roads: drivers count it at roundabouts."""
