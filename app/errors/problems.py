@@ -12,7 +12,9 @@ from pydantic import JsonValue
 from app.schemas.problem import ErrorCode, FieldProblem, Problem
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Mapping, Sequence
+
+    from app.schemas.places.named import PlaceOption
 
 
 PROBLEM_TYPE: Final = "application/problem+json"
@@ -95,9 +97,10 @@ def problem_bytes(problem: Problem) -> bytes:
     return json.dumps(problem.model_dump(mode="python"), allow_nan=False).encode("ascii")
 
 
-def field_problem(field: str, value: object, allowed: str) -> FieldProblem:
+def field_problem(field: str, value: object, allowed: str, suggestions: Sequence[PlaceOption] = ()) -> FieldProblem:
     """One field that was wrong, its value in valid JSON and not too long."""
-    return FieldProblem(field=field, value=_json_value(value), allowed=shortened(allowed, 1000))
+    allowed = shortened(allowed, 1000)
+    return FieldProblem(field=field, value=_json_value(value), allowed=allowed, suggestions=list(suggestions))
 
 
 def _json_value(value: object) -> JsonValue:

@@ -11,6 +11,9 @@ from energy.errors import LinkError, Refusal
 from routing.places import place_text
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from app.schemas.places.named import PlaceOption
     from routing.places import Point
 
 
@@ -46,33 +49,54 @@ class PlacesApartError(Refusal):
 
 
 class NoPlacesError(Refusal):
-    """A graph without an index of places, on which nothing can be searched for by name."""
+    """A graph without an index of places, or with an empty one, on which nothing can be searched for by name."""
 
     code = "no_places"
 
-    def __init__(self, graph: str) -> None:
+    def __init__(self, graph: str, *, empty: bool = False) -> None:
         allowed = "a graph with an index of places, which `joulepath places build` gives it"
-        super().__init__("graph", graph, allowed, message=f"graph {graph!r} has no index of places, allowed: {allowed}")
+        lack = "an empty index" if empty else "no index"
+        super().__init__("graph", graph, allowed, message=f"graph {graph!r} has {lack} of places, allowed: {allowed}")
 
 
-class UnknownPlaceError(Refusal):
+class PlaceTextError(Refusal):
+    """A text that is not taken for a place; suggestions: places that it may have meant, the likeliest first.
+
+    others: further texts of the same request that are not taken either.
+    """
+
+    def __init__(self, field: str, text: str, allowed: str, suggestions: Sequence[PlaceOption]) -> None:
+        self.suggestions = suggestions
+        self.others: tuple[PlaceTextError, ...] = ()
+        super().__init__(field, text, allowed)
+
+    def __str__(self) -> str:
+        return "; ".join([super().__str__(), *map(str, self.others)])
+
+
+class UnknownPlaceError(PlaceTextError):
     """A text that no place of a graph fits; found: what is most like it."""
 
     code = "unknown_place"
 
-    def __init__(self, field: str, text: str, graph: str, found: list[str]) -> None:
-        like = f"; the most like it: {'; '.join(found)}" if found else "; nothing is like it"
-        super().__init__(field, text, f"a place on graph {graph!r}, or its coordinates{like}", subject=field)
+    def __init__(self, field: str, text: str, graph: str, found: Sequence[PlaceOption]) -> None:
+        like = f"; the most like it: {_options_text(found)}" if found else "; nothing is like it"
+        super().__init__(field, text, f"a place on graph {graph!r}, or its coordinates{like}", found)
 
 
-class AmbiguousPlaceError(Refusal):
+class AmbiguousPlaceError(PlaceTextError):
     """A text that several places fit as well, apart from each other."""
 
     code = "ambiguous_place"
 
-    def __init__(self, field: str, text: str, graph: str, found: list[str]) -> None:
-        allowed = f"a text that fits a single place on graph {graph!r}, or its coordinates; found: {'; '.join(found)}"
-        super().__init__(field, text, allowed)
+    def __init__(self, field: str, text: str, graph: str, found: Sequence[PlaceOption]) -> None:
+        found_text = _options_text(found)
+        allowed = f"a text that fits a single place on graph {graph!r}, or its coordinates; found: {found_text}"
+        super().__init__(field, text, allowed, found)
+
+
+def _options_text(found: Sequence[PlaceOption]) -> str:
+    return "; ".join(f"{place.label} (lat {place.lat:.5f}, lon {place.lon:.5f})" for place in found)
 
 
 def _graphs_text(names: list[str]) -> str:

@@ -16,7 +16,7 @@ from app.errors.diagnosing import (
     UploadsFullError,
 )
 from app.errors.problems import KINDS, MAX_FIELDS, field_problem, make_problem
-from app.errors.raised import NotReadyError
+from app.errors.raised import NotReadyError, PlaceTextError
 from app.errors.validation import validation_problem
 from app.schemas.problem import ErrorCode, FieldProblem, Problem
 from app.store.errors import DatabaseUnavailableError, StorageFullError
@@ -42,6 +42,9 @@ REQUEST_FIELDS: Final[Mapping[str, str]] = {
 
 
 def _refused_fields(error: Refusal) -> list[FieldProblem]:
+    if isinstance(error, PlaceTextError):
+        refused = (error, *error.others)[:MAX_FIELDS]
+        return [field_problem(text.field, text.value, text.allowed, text.suggestions) for text in refused]
     name = REQUEST_FIELDS.get(error.request_field, error.request_field)
     return [field_problem(name, error.value, error.allowed)]
 

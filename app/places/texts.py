@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Final, TypeVar
 
-from app.errors.raised import AmbiguousPlaceError, UnknownPlaceError
+from app.errors.raised import AmbiguousPlaceError, NoPlacesError, PlaceTextError, UnknownPlaceError
 from app.schemas.place import LatLon
 from app.schemas.places.named import NamedPlace, PlaceNamed, PlaceOption
 from app.schemas.range import RangeRequest
@@ -60,7 +60,9 @@ def with_places(sent: Asked, shelf: PlacesShelf, atlas: Atlas, default: str, mar
     if not texts:
         return _with(sent, asked, sent.graph)
     known = [_lat_lon(place) for place in asked.values() if not isinstance(place, str)]
-    indexes = shelf.chosen(sent.graph, default)
+    indexes = {graph: index for graph, index in shelf.chosen(sent.graph, default).items() if not index.is_empty}
+    if not indexes:
+        raise NoPlacesError(sent.graph or default, empty=True)
     holding = {
         graph: index
         for graph, index in indexes.items()
@@ -68,7 +70,16 @@ def with_places(sent: Asked, shelf: PlacesShelf, atlas: Atlas, default: str, mar
     }
     reads = {graph: _read(texts, index, known) for graph, index in (holding or indexes).items()}
     graph = max(reads, key=lambda graph: _worth(reads[graph]))
-    named = {read.field: _named(read, graph) for read in reads[graph]}
+    named: dict[str, PlaceOrText] = {}
+    refused: list[PlaceTextError] = []
+    for read in reads[graph]:
+        try:
+            named[read.field] = _named(read, graph)
+        except PlaceTextError as error:
+            refused.append(error)
+    if refused:
+        refused[0].others = tuple(refused[1:])
+        raise refused[0]
     return _with(sent, {**asked, **named}, graph)
 
 
@@ -112,11 +123,11 @@ def _as_good(found: list[FoundPlace]) -> list[FoundPlace]:
 
 def _named(read: _Read, graph: str) -> NamedPlace:
     if not read.found or read.found[0].match < LEAST_MATCH:
-        raise UnknownPlaceError(read.field, read.text, graph, [_shown(place) for place in read.found[:MOST_OPTIONS]])
+        raise UnknownPlaceError(read.field, read.text, graph, [_option(place) for place in read.found[:MOST_OPTIONS]])
     best = read.found[0]
     if _as_good(read.found):
         likely = [best, *_as_good(read.found)][:MOST_OPTIONS]
-        raise AmbiguousPlaceError(read.field, read.text, graph, [_shown(place) for place in likely])
+        raise AmbiguousPlaceError(read.field, read.text, graph, [_option(place) for place in likely])
     others = [place for place in read.found[1:] if place.match >= LEAST_OF_OPTION][:MOST_OPTIONS]
     return NamedPlace.of(
         PlaceNamed(
@@ -139,10 +150,6 @@ def _option(place: FoundPlace) -> PlaceOption:
         lon=round(place.lon, 7),
         match=round(place.match, 3),
     )
-
-
-def _shown(place: FoundPlace) -> str:
-    return f"{place.label()} (lat {place.lat:.5f}, lon {place.lon:.5f})"
 
 
 def _away_m(place: FoundPlace, other: FoundPlace) -> float:

@@ -7,6 +7,7 @@ from enum import StrEnum
 from pydantic import Field, JsonValue
 
 from app.schemas.base import Answered
+from app.schemas.places.named import PlaceOption
 
 
 class ErrorCode(StrEnum):
@@ -64,6 +65,11 @@ class FieldProblem(Answered):
     field: str = Field(description="path in the request, such as start.lat or links[3].id; empty for the whole of it")
     value: JsonValue = Field(description="what was sent, shortened; null where it was missing")
     allowed: str = Field(description="what would have been right")
+    suggestions: list[PlaceOption] = Field(
+        default=[],
+        exclude_if=lambda suggestions: not suggestions,
+        description="places that a text may have meant, the likeliest first; not there where there are none",
+    )
 
 
 class Problem(Answered):

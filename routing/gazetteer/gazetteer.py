@@ -71,6 +71,11 @@ class Gazetteer:
         except (KeyError, TypeError, ValueError) as error:
             raise self._damaged(f"damaged ({error})") from error
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether there is nothing that could be found."""
+        return not any(self.counts.values())
+
     def close(self) -> None:
         """Close all connections that are not in use."""
         with suppress(Empty):

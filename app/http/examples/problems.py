@@ -6,6 +6,7 @@ from typing import Any, Final
 
 from app.access.roles import HEALTH, READING, Role, need_of
 from app.errors.problems import KINDS, PROBLEM_TYPE, make_problem
+from app.schemas.places.named import PlaceOption
 from app.schemas.problem import ErrorCode, FieldProblem, Problem
 
 EXAMPLES: Final = {
@@ -172,6 +173,10 @@ EXAMPLES: Final = {
             value="Mill Road",
             allowed="a text that fits a single place on graph 'highlands', or its coordinates; found: Mill Road "
             "(lat 44.44010, lon -36.78100); Mill Road (lat 44.28380, lon -36.22980)",
+            suggestions=[
+                PlaceOption(label="Mill Road", kind="street", lat=44.4401, lon=-36.781, match=1.0),
+                PlaceOption(label="Mill Road", kind="street", lat=44.2838, lon=-36.2298, match=1.0),
+            ],
         ),
     ),
     ErrorCode.DIAGNOSIS_DAMAGED: (

@@ -53,6 +53,8 @@ def named(tmp_path_factory: pytest.TempPathFactory) -> Iterator[TestClient]:
     folder = tmp_path_factory.mktemp("graphs")
     save_graph(street_grid("grid", Terrain.ABSENT), folder / "grid", {PLACES_FILE: grid_index()})
     save_graph(street_grid("bare", Terrain.ABSENT), folder / "bare")
+    empty = index_bytes(content_of(Collected(), None, "empty"), "drawn")
+    save_graph(street_grid("empty", Terrain.ABSENT), folder / "empty", {PLACES_FILE: empty})
     settings = Settings(
         graph_dirs=(folder,), vehicle_dir=VEHICLES, database_url=database_in(folder), default_graph="grid"
     )
@@ -186,6 +188,15 @@ def test_a_graph_without_an_index_is_told_with_how_to_make_one(named: TestClient
     )
 
 
+def test_texts_on_a_graph_whose_index_is_empty_are_refused_with_how_to_fill_it(named: TestClient) -> None:
+    sent = SOC | {"start": "a", "goal": "b", "graph": "empty"}
+    problem = check_problem(named.post("/route", json=sent), 404, "no_places")
+    assert problem["detail"].startswith("graph 'empty' has an empty index of places, allowed: ")
+    assert (problem["errors"][0]["field"], problem["errors"][0]["value"]) == ("graph", "empty")
+    assert named.get("/search?q=a&graph=empty").json()["features"] == []
+    assert named.post("/route", json=SOC | {"start": "46.5, 8.0", "goal": "46.52N 8.02E", "graph": "empty"}).is_success
+
+
 def test_an_index_is_taken_in_once_it_is_there_and_a_damaged_one_told(
     named: TestClient, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
@@ -243,6 +254,34 @@ def test_what_several_places_fit_is_refused_with_what_was_found(named: TestClien
     found: Any = problem["errors"][0]
     assert (found["field"], found["value"]) == ("goal", "löwe")
     assert found["allowed"].count("Gasthof Löwe") == 2
+    suggested = found["suggestions"]
+    assert sorted(place["lat"] for place in suggested) == [46.5001, 46.5199]
+    assert all(place["label"].startswith("Gasthof Löwe") and place["kind"] == "point" for place in suggested)
+    picked = {"lat": suggested[1]["lat"], "lon": suggested[1]["lon"]}
+    assert named.post("/route", json=SOC | {"start": [8.01, 46.51], "goal": picked}).status_code == 200
+
+
+def test_all_texts_that_are_not_taken_are_named_with_what_they_may_mean(named: TestClient) -> None:
+    sent = SOC | {"start": "mittelstadt bahnhof", "via": ["mittelstadt"], "goal": "xyzzy"}
+    problem = check_problem(named.post("/route", json=sent), 422, "unknown_place")
+    first, last = problem["errors"]
+    assert (first["field"], first["value"], last["field"], last["value"]) == (
+        "start",
+        "mittelstadt bahnhof",
+        "goal",
+        "xyzzy",
+    )
+    assert [place["label"] for place in first["suggestions"]] == ["Mittelstadt, Schweiz"]
+    assert "suggestions" not in last
+    assert "start is mittelstadt bahnhof" in problem["detail"]
+    assert "goal is xyzzy" in problem["detail"]
+
+
+def test_other_problems_have_no_suggestions(named: TestClient) -> None:
+    problem = check_problem(
+        named.post("/route", json={"start": [8.0, 46.5], "goal": [8.0, 46.5]}), 422, "invalid_request"
+    )
+    assert all("suggestions" not in field for field in problem["errors"])
 
 
 @pytest.mark.parametrize("text", ["xyzzy", "\0", '"', "🦊", "' OR 1=1 --", "-", "\ud83e"])
