@@ -45,6 +45,17 @@ ROUTE_REQUESTS: Final[dict[str, Any]] = {
             "links": False,
         },
     },
+    "steps": {
+        "summary": "Between places named by a text, with what a driver is told along the way",
+        "value": {
+            "start": "Mill Street, Alsenwick",
+            "goal": "Maple Street, Valaford",
+            "soc": 0.8,
+            "vehicle": "hyundai-kona-64",
+            "steps": True,
+            "links": False,
+        },
+    },
     "pareto": {
         "summary": "Few routes between the fastest and the thriftiest, one within 5 % of any other way",
         "value": {
@@ -307,6 +318,7 @@ DIAGNOSIS_REQUESTS: Final[dict[str, Any]] = {
 ROUTE_ANSWER: Final = _answer("route")
 CHARGING_ANSWER: Final = _answer("route_charging")
 NO_PLAN_ANSWER: Final = _answer("route_no_plan")
+STEPS_ANSWER: Final = _answer("route_steps")
 ROUTE_FEATURES: Final = _answer("route_geojson")
 MATRIX_ANSWER: Final = _answer("matrix")
 RANGE_FEATURES: Final = _answer("range")

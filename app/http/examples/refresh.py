@@ -23,7 +23,7 @@ from app.service.service import Service
 from app.settings import Settings
 from app.stations.parameters import StationParameters
 
-SHOWN = {"links": 2, "vehicles": 3}
+SHOWN = {"links": 2, "vehicles": 3, "steps": 3, "alternatives": 2}
 SHOWN_POINTS = 4
 SHOWN_STATIONS = 2
 SHOWN_PLACES = 2
@@ -49,6 +49,7 @@ def _answers(service: Service) -> dict[str, Any]:
     eco = RouteRequest.model_validate(ROUTE_REQUESTS["eco"]["value"])
     journey = RouteRequest.model_validate(ROUTE_REQUESTS["charging"]["value"])
     impossible = RouteRequest.model_validate(ROUTE_REQUESTS["no plan"]["value"])
+    steps = RouteRequest.model_validate(ROUTE_REQUESTS["steps"]["value"])
     square = MatrixRequest.model_validate(MATRIX_REQUESTS["all to all"]["value"])
     bands = RangeRequest.model_validate(RANGE_REQUESTS["charges left"]["value"])
     chain = SimulateRequest.model_validate(SIMULATE_REQUESTS["chain"]["value"])
@@ -57,6 +58,7 @@ def _answers(service: Service) -> dict[str, Any]:
         "route": service.route(eco),
         "route_charging": service.route(journey),
         "route_no_plan": service.route(impossible),
+        "route_steps": service.route(steps),
         "matrix": service.matrix(square),
         "range": service.range(bands),
         "simulate": service.simulate(chain),

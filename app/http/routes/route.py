@@ -7,7 +7,7 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Header, Request, Response
 
 from app.http.admission import Cost
-from app.http.examples.answers import CHARGING_ANSWER, NO_PLAN_ANSWER, ROUTE_ANSWER, ROUTE_FEATURES, ROUTE_REQUESTS
+from app.http.examples.answers import CHARGING_ANSWER, NO_PLAN_ANSWER, ROUTE_ANSWER, ROUTE_FEATURES, ROUTE_REQUESTS, STEPS_ANSWER
 from app.http.examples.problems import BODY_CODES, SEARCH_CODES, TEXT_CODES, problems
 from app.http.json_body import BoundedRoute
 from app.http.routes.access import GEOJSON, JSON, RunningService, Searches, long_answer, prefers_geojson
@@ -29,6 +29,7 @@ router = APIRouter(route_class=BoundedRoute, tags=["route"])
                         "eco": {"summary": "Least energy", "value": ROUTE_ANSWER},
                         "charging": {"summary": "With charging stops", "value": CHARGING_ANSWER},
                         "no plan": {"summary": "Without a plan, and what would help", "value": NO_PLAN_ANSWER},
+                        "steps": {"summary": "Between named places, with steps", "value": STEPS_ANSWER},
                     }
                 },
                 GEOJSON: {
