@@ -7,7 +7,14 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Header, Request, Response
 
 from app.http.admission import Cost
-from app.http.examples.answers import CHARGING_ANSWER, NO_PLAN_ANSWER, ROUTE_ANSWER, ROUTE_FEATURES, ROUTE_REQUESTS, STEPS_ANSWER
+from app.http.examples.answers import (
+    CHARGING_ANSWER,
+    NO_PLAN_ANSWER,
+    ROUTE_ANSWER,
+    ROUTE_FEATURES,
+    ROUTE_REQUESTS,
+    STEPS_ANSWER,
+)
 from app.http.examples.problems import BODY_CODES, SEARCH_CODES, TEXT_CODES, problems
 from app.http.json_body import BoundedRoute
 from app.http.routes.access import GEOJSON, JSON, RunningService, Searches, long_answer, prefers_geojson
