@@ -7,7 +7,6 @@ from array import array
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any, Final
 
-import osmium
 import shapely
 
 from routing.gazetteer.entries import Box, Collected, Entry, House, Kind, Piece
@@ -15,7 +14,7 @@ from routing.gazetteer.importance import LEVELS, PLACES, STREETS, point_of_inter
 from routing.gazetteer.words import number_value
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Collection, Mapping, Sequence
 
 KEYS: Final = ("name", "place", "addr:housenumber", "addr:interpolation", "brand")
 _ANY_OF: Final = frozenset((*KEYS, "ref", "operator"))
@@ -42,8 +41,19 @@ class PlaceReader:
     def __init__(self) -> None:
         self.found = Collected()
         self._shapes: dict[int, Mapping[str, str]] = {}  # tags of relations that are areas
+        self._assembled: set[int] = set()
         self._numbered: dict[int, House] = {}
         self._interpolations: list[tuple[str, tuple[int, ...], tuple[tuple[int, int], ...]]] = []
+
+    @property
+    def areas(self) -> Collection[int]:
+        """Relations whose areas are wanted."""
+        return self._shapes.keys()
+
+    @property
+    def lines(self) -> Collection[int]:
+        """Ways that are wanted once more: none."""
+        return ()
 
     def add(self, entity: Any, tags: Mapping[str, str], places: Sequence[tuple[int, int]] | None) -> None:
         """Take an object and its tags. places: of the points of a road, where they were read."""
@@ -64,12 +74,24 @@ class PlaceReader:
         elif entity.is_relation():
             self._add_relation(entity.id, tags)
 
-    def finish(self, file: osmium.io.File | osmium.io.FileBuffer, country: str | None) -> Collected:
-        """All that was found, with the areas of relations, for which the file is read again where it has any."""
+    def add_area(self, relation: int, shape_wkb: str) -> None:
+        """Take the area of a relation, as well-known binary in hexadecimal."""
+        tags = self._shapes.get(relation)
+        if tags is None:
+            return
+        shape = shapely.from_wkb(shape_wkb)
+        if not shape.is_empty:
+            self._assembled.add(relation)
+            self._add_shape(relation, tags, shape)
+
+    def add_line(self, way: Any) -> None:
+        """Take a way that is wanted; none is."""
+
+    def finish(self, country: str | None) -> Collected:
+        """All that was found."""
         self.found.country = (country or "").lower()
         self._name_regions()
-        if self._shapes:
-            self._add_areas(file)
+        self.found.leave_out("areas of relations that the map has in part", len(self._shapes.keys() - self._assembled))
         self._interpolate()
         return self.found
 
@@ -197,28 +219,6 @@ class PlaceReader:
                 self.found.country_names = {"": tags["name"], **names_of(tags)}
         if len(of_level[4]) == 1 and len(coded) <= 1:
             self.found.state_names = {"": of_level[4][0]["name"], **names_of(of_level[4][0])}
-
-    def _add_areas(self, file: osmium.io.File | osmium.io.FileBuffer) -> None:
-        factory, seen = osmium.geom.WKBFactory(), set()
-        wanted = osmium.filter.IdFilter([relation for relation in self._shapes if relation >= 0])
-        try:
-            processor = osmium.FileProcessor(file).with_areas(wanted)
-            for area in processor.with_filter(osmium.filter.EntityFilter(osmium.osm.AREA)):
-                assert isinstance(area, osmium.osm.Area)
-                tags = None if area.from_way() else self._shapes.get(area.orig_id())
-                if tags is None:
-                    continue
-                try:
-                    shape = shapely.from_wkb(bytes.fromhex(factory.create_multipolygon(area)))
-                except (RuntimeError, ValueError):
-                    continue
-                if shape.is_empty:
-                    continue
-                seen.add(area.orig_id())
-                self._add_shape(area.orig_id(), tags, shape)
-        except (RuntimeError, ValueError, osmium.InvalidLocationError, shapely.errors.GEOSException):
-            pass  # a file that is not sorted: counted below
-        self.found.leave_out("areas of relations that the map has in part", len(self._shapes.keys() - seen))
 
     def _add_shape(self, osm_id: int, tags: Mapping[str, str], shape: shapely.geometry.base.BaseGeometry) -> None:
         middle = shape.representative_point()

@@ -17,6 +17,7 @@ from routing.graph.cut_roads import Extent
 from routing.graph.earth import E7
 from routing.graph.road_graph import PARTS_NAMED, LeftOutFerry
 from routing.graph.signs import NO_SIGN
+from routing.importers.beside import read_wanted
 from routing.importers.ferries import ferry_speed, is_ferry, line_length_m, takes_cars
 from routing.importers.osm_files import check_strings, deleted_objects, header_boxes, open_osm, region_boundary
 from routing.importers.roads import Restriction, Roads, WayBan, Ways
@@ -120,7 +121,8 @@ def read_osm(
     boxes = header_boxes(path, processor.header)
     region = None if lacking else region_boundary(file, reader.lon_e7, reader.lat_e7)
     if beside:
-        beside.finish(file, reader.country())
+        read_wanted(file, beside)
+        beside.finish(reader.country())
     return replace(reader.roads(path.name), extent=Extent(boxes, region, lacking))
 
 
