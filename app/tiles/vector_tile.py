@@ -1,4 +1,4 @@
-"""Lines and points with attributes in the wire format of Mapbox Vector Tile 2.1.
+"""Points, lines and areas with attributes in the wire format of Mapbox Vector Tile 2.1.
 
 Source: Mapbox Vector Tile specification 2.1, sections 4.1 to 4.4, and the encoding of Protocol Buffers: a message is a
 row of fields, each a key (number << 3 | wire type) with a varint or with a length and bytes.
@@ -22,8 +22,10 @@ EXTENT: Final = 4096  # units along a tile's side
 VERSION: Final = 2
 POINT: Final = 1  # section 4.3.4.2
 LINESTRING: Final = 2  # section 4.3.4.3
+POLYGON: Final = 3  # section 4.3.4.4
 MOVE_TO_ONE: Final = 1 << 3 | 1  # command 1, once (section 4.3.1)
 LINE_TO: Final = 2
+CLOSE_PATH: Final = 1 << 3 | 7
 SEVEN_BIT_STEPS: Final = np.array([1 << 7, 1 << 14, 1 << 21, 1 << 28], np.uint32)  # a varint grows by a byte at each
 
 AttributeValue = str | int | bool
@@ -47,7 +49,18 @@ def encode_tile(layer_name: str, lines: TileLines) -> bytes:
     """A tile of one layer, or no bytes where it has no lines."""
     if not lines.attributes:
         return b""
-    return _layer(layer_name, LINESTRING, lines.attributes, _geometries(lines))
+    return _layer(layer_name, LINESTRING, lines.attributes, _geometries(lines, closed=False))
+
+
+def encode_areas(layer_name: str, rings: TileLines) -> bytes:
+    """A tile of one layer of areas, or no bytes where there are none.
+
+    Parts are rings without their last point, three points or more each, the outer ones turning from x to y and followed
+    by their holes, which turn the other way (section 4.3.3.3).
+    """
+    if not rings.attributes:
+        return b""
+    return _layer(layer_name, POLYGON, rings.attributes, _geometries(rings, closed=True))
 
 
 def encode_points(
@@ -83,18 +96,20 @@ def _layer(
     return _bytes_field(3, b"".join(layer))
 
 
-def _geometries(lines: TileLines) -> list[bytes]:
-    """Commands of each line (section 4.3): the cursor starts at 0, 0 and goes on from part to part."""
+def _geometries(lines: TileLines, *, closed: bool) -> list[bytes]:
+    """Commands of each line or area (section 4.3): the cursor starts at 0, 0 and goes on from part to part."""
     count = np.diff(lines.part_first)
     begins_line = np.diff(lines.part_line, prepend=-1) > 0
     steps = np.diff(lines.points, axis=0, prepend=0)
     at_begin = lines.part_first[:-1][begins_line]
     steps[at_begin] = lines.points[at_begin]
-    # a part of n points takes 2n + 2 numbers: MoveTo, one step, LineTo, n - 1 steps
-    part_at = np.concatenate(([0], np.cumsum(2 * count + 2)))
+    # a part of n points takes 2n + 2 numbers: MoveTo, one step, LineTo, n - 1 steps; ClosePath is one more
+    part_at = np.concatenate(([0], np.cumsum(2 * count + 2 + closed)))
     numbers = np.empty(int(part_at[-1]), np.uint32)
     numbers[part_at[:-1]] = MOVE_TO_ONE
     numbers[part_at[:-1] + 3] = (count - 1) << 3 | LINE_TO
+    if closed:
+        numbers[part_at[1:] - 1] = CLOSE_PATH
     rank = np.arange(lines.points.shape[0]) - np.repeat(lines.part_first[:-1], count)
     step_at = np.repeat(part_at[:-1] + 1, count) + 2 * rank + (rank > 0)
     zigzag = (steps << 1) ^ (steps >> 63)

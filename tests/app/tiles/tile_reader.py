@@ -13,7 +13,7 @@ Point = tuple[int, int]
 
 @dataclass(frozen=True)
 class Feature:
-    """A line or a point: its geometry as numbers and as parts, and its attributes."""
+    """A line, a point or an area: its geometry as numbers and as parts, and its attributes."""
 
     commands: list[int]
     attributes: dict[str, object]
@@ -32,9 +32,14 @@ class Feature:
         """Points of each part, by the commands of section 4.3."""
         parts: list[list[Point]] = []
         x = y = 0
-        numbers = iter(self.commands)
+        numbers, closed = iter(self.commands), 0
         for command in numbers:
             kind, count = command & 7, command >> 3
+            if kind == 7:  # ClosePath, of areas
+                assert (self.kind, count) == (3, 1)
+                assert len(parts[-1]) > 2
+                closed += 1
+                continue
             assert kind in (1, 2)
             assert count > 0
             assert kind == 2 or count == 1
@@ -46,6 +51,7 @@ class Feature:
                     parts.append([])
                 parts[-1].append((x, y))
         assert all(len(part) > 1 for part in parts)
+        assert closed == (len(parts) if self.kind == 3 else 0)
         return parts
 
 
@@ -78,7 +84,7 @@ def read_layer(content: bytes) -> Layer:
         if number == 2 and isinstance(value, bytes):
             parts = dict(fields(value))
             kind = parts[3]
-            assert kind in (1, 2)  # POINT, LINESTRING
+            assert kind in (1, 2, 3)  # POINT, LINESTRING, POLYGON
             assert isinstance(kind, int)
             tags = list(varints(parts.get(2, b"")))
             attributes = {keys[k]: values[v] for k, v in zip(tags[::2], tags[1::2], strict=True)}
