@@ -21,6 +21,8 @@ STYLE_FORMS = "https://HOST/PATH, http://HOST/PATH or /PATH on this host"
 ORIGIN_FORMS = "https://HOST, http://HOST or either with :PORT, separated by commas"
 _ORIGIN_FORM = re.compile(r"https?://[A-Za-z0-9.*-]+(:[0-9]+)?\Z|https?://\[[0-9a-fA-F:]+\](:[0-9]+)?\Z")
 _STYLE_FORM = re.compile(r"(https?://[A-Za-z0-9.-]+(:[0-9]+)?)?/[!-~]*\Z")
+ADDRESS_FORMS = "https://HOST/PATH or http://HOST/PATH, without a query"
+_ADDRESS_FORM = re.compile(r"https?://[A-Za-z0-9.-]+(:[0-9]+)?(/[A-Za-z0-9._~/%-]*)?\Z")
 HOST_FORMS = "names such as energy.example.org, *.example.org, 192.0.2.7 or [2001:db8::7], without a port"
 NETWORK_FORMS = "addresses or networks such as 10.0.0.7 or 10.0.0.0/8, separated by commas; * for all"
 _HOST_FORM = re.compile(r"(\*\.)?[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*\.?\Z|\[[0-9a-fA-F:.]+\]\Z")
@@ -149,6 +151,11 @@ class Settings(BaseSettings):
     cors_origins: Annotated[tuple[str, ...], NoDecode] = Field(
         default=(), description="web origins that may call the service from a browser; * for all"
     )
+    public_url: str | None = Field(
+        default=None,
+        description="address of the service as its clients reach it, in answers that name whole addresses; without it, "
+        "that of the request",
+    )
     map_style_url: str | None = Field(
         default=None,
         description="MapLibre style of the web map's ground; without it, the graph's own roads and heights",
@@ -186,6 +193,15 @@ class Settings(BaseSettings):
         if not _STYLE_FORM.match(value):
             raise refusal("", value, STYLE_FORMS)
         return value
+
+    @field_validator("public_url")
+    @classmethod
+    def _whole_address(cls, value: str | None) -> str | None:
+        if not value:
+            return None
+        if not _ADDRESS_FORM.match(value):
+            raise refusal("", value, ADDRESS_FORMS)
+        return value.rstrip("/")
 
     @field_validator("map_origins")
     @classmethod

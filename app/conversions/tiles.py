@@ -6,10 +6,12 @@ from typing import TYPE_CHECKING, Final
 from urllib.parse import quote
 
 from app.schemas.tiles import GraphTileJSON, HeightTilesNote, VectorLayer
+from app.tiles.ground import NAMES_FROM_ZOOM as WATER_NAMES_FROM_ZOOM
 from app.tiles.heights import TILE_SIZE
 from app.tiles.roads import CLASS_NAMES, DETAILS_FROM_ZOOM, LAYER, MAX_ZOOM, MIN_ZOOM, NAMES_FROM_ZOOM
 from app.tiles.stations import LAYER as STATIONS
 from app.tiles.stations import NAMES_FROM_ZOOM as DETAILS_OF_STATIONS_FROM_ZOOM
+from routing.ground.kinds import Layer
 
 if TYPE_CHECKING:
     from app.tiles.shelf import GraphTiles
@@ -44,11 +46,25 @@ STATION_LAYER: Final = VectorLayer(
     },
 )
 
+_CLASS: Final = "what it is; classes as in docs/tiles.md"
+_NAME: Final = f"name, where it has one; from zoom {WATER_NAMES_FROM_ZOOM}; name:de, name:en … where they differ"
+GROUND_LAYERS: Final = {
+    Layer.LANDCOVER: ("areas of woods, grass, fields, rock, sand, ice", {"class": _CLASS}),
+    Layer.LANDUSE: ("built-up areas", {"class": _CLASS}),
+    Layer.WATER: ("areas of water", {"class": _CLASS, "name": _NAME}),
+    Layer.WATERWAY: ("rivers, canals and streams as lines", {"class": _CLASS, "name": _NAME}),
+    Layer.BOUNDARY: ("administrative borders as lines", {"admin_level": "2 for countries, up to 6"}),
+    Layer.PLACE: (
+        "one point a place, the most important ones first",
+        {"class": "city, town, village …", "rank": "0 for the most important", "name": "name; name:de, name:en …"},
+    ),
+}
 
-def tile_json(tiles: GraphTiles, path_prefix: str) -> GraphTileJSON:
-    """What a map needs to know of a graph's tiles; path_prefix goes before their addresses."""
+
+def tile_json(tiles: GraphTiles, root_address: str) -> GraphTileJSON:
+    """What a map needs to know of a graph's tiles; root_address: of the service, without a slash at the end."""
     meta = tiles.graph.meta
-    root = f"{path_prefix}/graphs/{quote(meta.name, safe='')}"
+    root = f"{root_address}/graphs/{quote(meta.name, safe='')}"
     heights = None
     if tiles.heights is not None:
         heights = HeightTilesNote(
@@ -68,9 +84,23 @@ def tile_json(tiles: GraphTiles, path_prefix: str) -> GraphTileJSON:
         minzoom=MIN_ZOOM,
         maxzoom=MAX_ZOOM,
         bounds=meta.bbox,
-        vector_layers=[ROAD_LAYER, STATION_LAYER] if len(tiles.stations) else [ROAD_LAYER],
+        vector_layers=[
+            *_ground_layers(tiles),
+            ROAD_LAYER,
+            *([STATION_LAYER] if len(tiles.stations) else []),
+        ],
         heights=heights,
     )
+
+
+def _ground_layers(tiles: GraphTiles) -> list[VectorLayer]:
+    if tiles.ground is None:
+        return []
+    return [
+        VectorLayer(id=str(layer), description=described, minzoom=MIN_ZOOM, maxzoom=MAX_ZOOM, fields=fields)
+        for layer, (described, fields) in GROUND_LAYERS.items()
+        if layer in tiles.ground.counts()
+    ]
 
 
 def _attribution(tiles: GraphTiles) -> str:

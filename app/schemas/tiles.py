@@ -24,7 +24,9 @@ class VectorLayer(Answered):
 class HeightTilesNote(Answered):
     """Heights as a raster-dem source of a map."""
 
-    tiles: list[str] = Field(description="address of a tile with {z}, {x} and {y}, from the root of the host")
+    tiles: list[str] = Field(
+        description="address of a tile with {z}, {x} and {y}, whole, so that a page of any origin can use it"
+    )
     encoding: Literal["terrarium"] = Field(description="height [m] = 256 R + G + B / 256 − 32768")
     tileSize: int = Field(description="pixels along a side")  # noqa: N815 (the name that maps read)
     minzoom: int
@@ -39,7 +41,9 @@ class GraphTileJSON(Answered):
     name: str
     attribution: str
     scheme: Literal["xyz"]
-    tiles: list[str] = Field(description="address of a tile with {z}, {x} and {y}, from the root of the host")
+    tiles: list[str] = Field(
+        description="address of a tile with {z}, {x} and {y}, whole, so that a page of any origin can use it"
+    )
     minzoom: int
     maxzoom: int
     bounds: Bounds = Field(description="west, south, east, north [deg]")

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Final
 from app import VERSION
 from app.tiles.cache import TileCache
 from app.tiles.errors import HeightsAbsentError
+from app.tiles.ground import GroundTiles
 from app.tiles.heights import HeightTiles
 from app.tiles.roads import RoadTiles
 from app.tiles.stations import StationTiles
 from routing.graph.road_graph import Terrain, meta_fields
+from routing.ground.files import open_ground
 from routing.stations.files import NO_STATIONS
 from routing.stations.selection import StationIndex
 
@@ -25,6 +27,7 @@ if TYPE_CHECKING:
     from app.caches import CacheFigures
     from app.tiles.address import TileAddress
     from routing.graph.road_graph import RoadGraph
+    from routing.ground.files import GroundFile
 
 CACHE_BYTES: Final = 64 * 1024 * 1024
 DIGEST_BYTES: Final = 8
@@ -39,24 +42,33 @@ SHOWN_ARRAYS: Final = (
 class GraphTiles:
     """Tiles of one graph, each made once while it is kept.
 
-    digest: names the contents of all of them, in hexadecimal; it changes with what they show of the graph and its
-    stations and with the version of the program. heights: none where the graph has no terrain.
+    digest: names the contents of all of them, in hexadecimal; it changes with what they show of the graph, its
+    ground and its stations, and with the version of the program. heights: none where the graph has no terrain.
     """
 
-    def __init__(self, graph: RoadGraph, cache: TileCache, stations: StationIndex | None = None) -> None:
-        self.graph = graph
+    def __init__(
+        self,
+        graph: RoadGraph,
+        cache: TileCache,
+        stations: StationIndex | None = None,
+        ground: GroundFile | None = None,
+    ) -> None:
+        self.graph, self.ground = graph, ground
         self.stations = stations if stations is not None else StationIndex(NO_STATIONS)
         self._stations = StationTiles(self.stations)
-        self.digest = tiles_digest(graph, self._stations)
+        self.digest = tiles_digest(graph, self._stations, ground)
+        self._ground = None if ground is None else GroundTiles(ground)
         self._cache = cache
         self._roads = RoadTiles(graph)
         self.heights = None if graph.meta.terrain is Terrain.ABSENT else HeightTiles(graph)
 
     def roads_gzip(self, address: TileAddress) -> bytes:
-        """Roads and stations of one tile as a vector tile, compressed by gzip; without any, that of no bytes."""
+        """Ground, roads and stations of one tile as a vector tile, packed by gzip; without any, that of no bytes."""
 
         def packed() -> bytes:
-            return gzip.compress(self._roads.tile(address) + self._stations.tile(address), compresslevel=6, mtime=0)
+            ground = b"" if self._ground is None else self._ground.tile(address)
+            layers = ground + self._roads.tile(address) + self._stations.tile(address)
+            return gzip.compress(layers, compresslevel=6, mtime=0)
 
         return self._cache.get((self.digest, "roads", address), packed)
 
@@ -90,7 +102,8 @@ class TileShelf:
         with self._lock:
             known = self._by_name.get(name)
             if known is None or known.graph is not graph or known.stations is not stations:
-                known = self._by_name[name] = GraphTiles(graph, self._cache, stations)
+                ground = open_ground(self._atlas.folder(name))
+                known = self._by_name[name] = GraphTiles(graph, self._cache, stations, ground)
             return known
 
     def forget(self, names: Iterable[str]) -> None:
@@ -106,7 +119,7 @@ class TileShelf:
             tiles.heights.surface()
 
 
-def tiles_digest(graph: RoadGraph, stations: StationTiles | None = None) -> str:
+def tiles_digest(graph: RoadGraph, stations: StationTiles | None = None, ground: GroundFile | None = None) -> str:
     """A name for the contents of a graph's tiles.
 
     It reads all that tiles show: 0.1 s a million links from memory, once a process. Sizes and times of files would be
@@ -122,4 +135,6 @@ def tiles_digest(graph: RoadGraph, stations: StationTiles | None = None) -> str:
         digest.update(graph.ferries.link.data)
     if stations is not None:
         stations.digest_into(digest)
+    if ground is not None:
+        digest.update(ground.digest())
     return digest.hexdigest()

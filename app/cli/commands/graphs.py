@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from routing.graph.road_graph import CutOffPart, RoadGraph
+    from routing.ground.making import GroundBeside
     from routing.stations.importing import StationsBeside
 
 graphs = typer.Typer(no_args_is_help=True, help="The road networks that requests can name.")
@@ -59,10 +60,13 @@ def import_map(
     from routing.gazetteer.making import places_beside
     from routing.gazetteer.osm import PlaceReader
     from routing.graph.files import save_graph
+    from routing.ground.making import ground_beside
+    from routing.ground.osm import GroundReader
+    from routing.importers.beside import ReadTogether
     from routing.importers.region import DEFAULT_SMOOTHING_M, import_region
     from routing.stations.importing import stations_beside
 
-    reader = PlaceReader()
+    reader, ground_reader = PlaceReader(), GroundReader()
     tiles = [*(dem or []), *(more_dem or [])]
     length_m = DEFAULT_SMOOTHING_M if smoothing_m is None else smoothing_m
     place = out or _own_folder(name or map_path.name.partition(".")[0])
@@ -73,7 +77,7 @@ def import_map(
             name or place.name,
             smoothing_m=length_m,
             ferries=ferries,
-            beside=reader,
+            beside=ReadTogether(reader, ground_reader),
             progress=reporter(progress),
         )
         stations = stations_beside(map_path, graph, place)
@@ -82,10 +86,14 @@ def import_map(
         found = reader.found if reader.found.pieces else None  # a GraphML has nothing but its roads
         beside = places_beside(graph, stations.stations, found)
         report("index places", 1.0)
-    save_graph(graph, place, {**stations.files, **beside.files})
+        report("draw ground", 0.0)
+        ground = ground_beside(graph, ground_reader.found)
+        report("draw ground", 1.0)
+    save_graph(graph, place, {**stations.files, **beside.files, **ground.files})
     _say_written(place, graph.node_count, graph.road_link_count, graph.meta.dropped)
     _say_stations(stations)
     say_places(beside.counts, beside.left_out, beside.size_bytes)
+    _say_ground(ground)
     _say_cut_off(graph.meta.cut_off)
     _say_cut_roads(None if graph.cut_node is None else graph.cut_node.size)
     _say_ferries(graph)
@@ -225,6 +233,15 @@ def _say_stations(beside: StationsBeside) -> None:
     console.print(f"  charging stations: {beside.report.kept}", style="dim", highlight=False)
     for line in report_lines(beside.stations, beside.report, beside.read):
         console.print(f"    {line}", style="dim", markup=False, highlight=False)
+
+
+def _say_ground(beside: GroundBeside) -> None:
+    console = Console(stderr=True, soft_wrap=True)
+    counts = ", ".join(f"{layer} {count}" for layer, count in beside.counts.items()) or "none in the map"
+    size = f" ({beside.size_bytes / 1e6:.1f} MB)" if beside.files else ""
+    console.print(f"  ground: {counts}{size}", style="dim", highlight=False)
+    for reason, count in beside.left_out.items():
+        console.print(f"    left out, {reason}: {count}", style="dim", markup=False, highlight=False)
 
 
 def _say_cut_roads(places: int | None) -> None:

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Path, Response
+from fastapi import APIRouter, Path, Request, Response
 
 from app.http.examples.answers import GRAPH_DETAIL, GRAPH_LIST
 from app.http.examples.problems import problems
-from app.http.routes.access import RunningService, answer
+from app.http.routes.access import UNCHANGED, RunningService, answer, kept_answer
 from app.schemas.graph import GraphDetail, GraphList, GraphsReloaded
 from app.schemas.problem import ErrorCode
 
@@ -21,12 +21,13 @@ router = APIRouter(tags=["graphs"])
     response_model=GraphList,
     responses={
         200: {"content": {"application/json": {"example": GRAPH_LIST}}},
+        **UNCHANGED,
         **problems("/graphs", ErrorCode.NOT_READY),
     },
 )
-def list_graphs(service: RunningService) -> Response:
+def list_graphs(request: Request, service: RunningService) -> Response:
     """The road networks that requests can name, with the source and licence of their data."""
-    return answer(service.list_graphs())
+    return kept_answer(request, service.list_graphs())
 
 
 @router.get(
@@ -35,15 +36,17 @@ def list_graphs(service: RunningService) -> Response:
     response_model=GraphDetail,
     responses={
         200: {"content": {"application/json": {"example": GRAPH_DETAIL}}},
+        **UNCHANGED,
         **problems("/graphs/atlantis", ErrorCode.UNKNOWN_GRAPH, ErrorCode.INVALID_REQUEST, ErrorCode.NOT_READY),
     },
 )
 def show_graph(
     name: Annotated[str, Path(max_length=200, description="graph name", examples=["highlands"])],
+    request: Request,
     service: RunningService,
 ) -> Response:
     """Heights, lengths by road class, and what the import left out."""
-    return answer(service.show_graph(name))
+    return kept_answer(request, service.show_graph(name))
 
 
 @router.post(

@@ -8,7 +8,7 @@ from fastapi import APIRouter, Header, Query, Request, Response
 
 from app.http.examples.answers import REVERSE_ANSWER, REVERSE_NOMINATIM, SEARCH_ANSWER, SEARCH_NOMINATIM
 from app.http.examples.problems import problems
-from app.http.routes.access import GEOJSON, JSON, GeoJSONResponse, RunningService, long_answer
+from app.http.routes.access import GEOJSON, JSON, UNCHANGED, GeoJSONResponse, RunningService, long_answer
 from app.places.answer import NominatimCollection, NominatimError, NominatimPlace, PhotonCollection
 from app.places.parameters import ReverseParameters, SearchParameters
 from app.schemas.problem import ErrorCode
@@ -42,6 +42,7 @@ def _answers(geojson: dict[str, Any], nominatim: object, listed: dict[str, Any])
             SEARCH_NOMINATIM,
             {"type": "array", "items": {"$ref": "#/components/schemas/NominatimPlace"}},
         ),
+        **UNCHANGED,
         **problems("/search", *CODES),
     },
 )
@@ -76,6 +77,7 @@ def search_places(
                 ]
             },
         ),
+        **UNCHANGED,
         **problems("/reverse", *CODES),
     },
 )

@@ -13,7 +13,7 @@ from app.http.admission import Cost
 from app.http.examples.answers import RANGE_FEATURES, RANGE_REQUESTS
 from app.http.examples.problems import BODY_CODES, SEARCH_CODES, TEXT_CODES, problems
 from app.http.json_body import BoundedRoute
-from app.http.routes.access import GEOJSON, GeoJSONResponse, RunningService, Searches, long_answer
+from app.http.routes.access import GEOJSON, UNCHANGED, GeoJSONResponse, RunningService, Searches, long_answer
 from app.schemas.range import RangeFeatureCollection, RangeParameters, RangeRequest
 from energy.errors import ConditionsError
 
@@ -26,7 +26,7 @@ FOUND: dict[int | str, dict[str, Any]] = {200: {"content": {GEOJSON: {"example":
     "/range",
     summary="The area that can be reached, as GeoJSON",
     response_model=RangeFeatureCollection,
-    responses={**FOUND, **problems("/range", *SEARCH_CODES)},
+    responses={**FOUND, **UNCHANGED, **problems("/range", *SEARCH_CODES)},
 )
 async def find_range(
     sent: Annotated[RangeParameters, Query()], request: Request, service: RunningService, searches: Searches

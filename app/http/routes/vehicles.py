@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Body, Path, Response
+from fastapi import APIRouter, Body, Path, Request, Response
 
 from app.http.examples.answers import VEHICLE_BODIES, VEHICLE_DETAIL, VEHICLE_LIST, VEHICLE_STORED
 from app.http.examples.problems import problems
 from app.http.json_body import BoundedRoute
-from app.http.routes.access import JSON, RunningService, answer
+from app.http.routes.access import JSON, UNCHANGED, RunningService, kept_answer
 from app.schemas.problem import ErrorCode
 from app.schemas.vehicles.answer import AnyVehicleDetail, VehicleList
 from app.schemas.vehicles.services import NewVehicleBody
@@ -35,15 +35,16 @@ NewId = Annotated[
     response_model=VehicleList,
     responses={
         200: {"content": {"application/json": {"example": VEHICLE_LIST}}},
+        **UNCHANGED,
         **problems("/vehicles", ErrorCode.NOT_READY),
     },
 )
-def list_vehicles(service: RunningService) -> Response:
+def list_vehicles(request: Request, service: RunningService) -> Response:
     """The vehicles that requests can name by id, bundled and stored, in the order of their ids.
 
     Without the database those that are bundled, with a warning.
     """
-    return answer(service.list_vehicles())
+    return kept_answer(request, service.list_vehicles())
 
 
 @router.get(
@@ -52,6 +53,7 @@ def list_vehicles(service: RunningService) -> Response:
     response_model=AnyVehicleDetail,
     responses={
         200: {"content": {"application/json": {"example": VEHICLE_DETAIL}}},
+        **UNCHANGED,
         **problems(
             "/vehicles/delorean",
             ErrorCode.UNKNOWN_VEHICLE,
@@ -62,12 +64,12 @@ def list_vehicles(service: RunningService) -> Response:
         ),
     },
 )
-def show_vehicle(id: AnyId, service: RunningService) -> Response:
+def show_vehicle(id: AnyId, request: Request, service: RunningService) -> Response:
     """Every number that the energy model uses.
 
     Without `id` (and with `sources` or without) the answer can be sent as an inline vehicle, or stored by PUT.
     """
-    return answer(service.show_vehicle(id))
+    return kept_answer(request, service.show_vehicle(id))
 
 
 @router.put(

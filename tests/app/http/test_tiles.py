@@ -6,8 +6,10 @@ import gzip
 from typing import TYPE_CHECKING, Any
 
 import pytest
+from pydantic import ValidationError
 from starlette.testclient import TestClient
 
+from app.settings import Settings
 from app.tiles.address import TileAddress
 from tests.app.expected import check_problem
 from tests.app.tiles.tile_reader import read_tile
@@ -71,8 +73,8 @@ def test_tile_json_of_a_graph_without_terrain_has_no_heights(client: TestClient)
 def test_tile_json_behind_a_path_prefix_names_it(app: FastAPI) -> None:
     prefixed = TestClient(app, root_path="/energy")
     described = prefixed.get("/energy/graphs/grid/tiles.json").json()
-    assert described["tiles"][0].startswith("/energy/graphs/grid/tiles/{z}/{x}/{y}.mvt?v=")
-    assert described["heights"]["tiles"][0].startswith("/energy/graphs/grid/heights/")
+    assert described["tiles"][0].startswith("http://testserver/energy/graphs/grid/tiles/{z}/{x}/{y}.mvt?v=")
+    assert described["heights"]["tiles"][0].startswith("http://testserver/energy/graphs/grid/heights/")
     assert prefixed.get(described["tiles"][0].format(z=10, x=534, y=362)).status_code == 200
 
 
@@ -159,3 +161,44 @@ def test_address_of_the_tests_is_the_tile_of_the_grid() -> None:
     west, south, east, north = TileAddress(10, 534, 362).bounds_deg()
     assert west < 8.0 < 8.02 < east
     assert south < 46.5 < 46.52 < north
+
+
+def test_tile_json_names_whole_addresses_that_clients_reach(app: FastAPI, client: TestClient) -> None:
+    service = app.state.service
+    settings = service.settings
+    assert client.get("/graphs/grid/tiles.json").json()["tiles"][0].startswith("http://testserver/graphs/grid/tiles/")
+    service.settings = settings.model_copy(update={"public_url": "https://maps.example/energy"})
+    try:
+        found = client.get("/graphs/grid/tiles.json").json()
+    finally:
+        service.settings = settings
+    assert found["tiles"][0].startswith("https://maps.example/energy/graphs/grid/tiles/{z}/{x}/{y}.mvt?v=")
+    assert found["heights"]["tiles"][0].startswith("https://maps.example/energy/graphs/grid/heights/")
+
+
+@pytest.mark.parametrize("address", ["maps.example", "ftp://maps.example", "https://maps.example/?key=1"])
+def test_public_address_is_a_whole_one(address: str) -> None:
+    with pytest.raises(ValidationError, match="https://HOST/PATH"):
+        Settings(public_url=address)
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["/graphs", "/graphs/grid", "/vehicles", "/vehicles/hyundai-kona-64", "/graphs/grid/tiles.json"],
+)
+def test_lists_are_not_sent_again_to_who_has_them(client: TestClient, path: str) -> None:
+    first = client.get(path)
+    assert first.headers["cache-control"] == "no-cache"
+    again = client.get(path, headers={"If-None-Match": first.headers["etag"]})
+    assert (again.status_code, again.content, again.headers["etag"]) == (304, b"", first.headers["etag"])
+    other = client.get(path, headers={"If-None-Match": 'W/"0123"'})
+    assert other.content == first.content
+
+
+def test_a_range_is_not_sent_again_to_who_has_it(client: TestClient) -> None:
+    asked = {"lat": 46.51, "lon": 8.01, "soc": 0.5, "graph": "grid"}
+    first = client.get("/range", params=asked)
+    assert first.status_code == 200
+    tag = {"If-None-Match": first.headers["etag"]}
+    assert client.get("/range", params=asked, headers=tag).status_code == 304
+    assert client.get("/range", params={**asked, "soc": 0.4}, headers=tag).status_code == 200

@@ -15,8 +15,9 @@ const FIT_PX = 60;
 const FIT_ZOOM = 15;
 const LEAST_ROOM_PX = 40; // below which a map is too low to show anything under its legend
 
-/** The whole address of a tile template, whose braces stay; below the page's prefix also where a proxy hides that from the service. */
-function addressOf(path) {
+/** The address of a tile template at the page's own host, whose braces stay; below the page's prefix also where a proxy hides that from the service. */
+function addressOf(template) {
+  const path = template.replace(/^https?:\/\/[^/]+/, "");
   const prefix = new URL(".", document.baseURI).pathname;
   const below = path.startsWith("/") && !path.startsWith(prefix) ? prefix + path.slice(1) : path;
   return new URL(below, document.baseURI).href.replaceAll("%7B", "{").replaceAll("%7D", "}");
