@@ -5,6 +5,7 @@ from __future__ import annotations
 import gzip
 import hashlib
 import json
+import logging
 from threading import Lock
 from typing import TYPE_CHECKING, Final
 
@@ -15,6 +16,7 @@ from app.tiles.ground import GroundTiles
 from app.tiles.heights import HeightTiles
 from app.tiles.roads import RoadTiles
 from app.tiles.stations import StationTiles
+from routing.errors import GraphFormatError
 from routing.graph.road_graph import Terrain, meta_fields
 from routing.ground.files import open_ground
 from routing.stations.files import NO_STATIONS
@@ -29,6 +31,7 @@ if TYPE_CHECKING:
     from routing.graph.road_graph import RoadGraph
     from routing.ground.files import GroundFile
 
+LOG: Final = logging.getLogger(__name__)
 CACHE_BYTES: Final = 64 * 1024 * 1024
 DIGEST_BYTES: Final = 8
 TILE_FORMAT: Final = 1  # to be counted up when the same graph is drawn otherwise: browsers keep tiles for a year
@@ -102,9 +105,17 @@ class TileShelf:
         with self._lock:
             known = self._by_name.get(name)
             if known is None or known.graph is not graph or known.stations is not stations:
-                ground = open_ground(self._atlas.folder(name))
+                ground = self._ground_of(name)
                 known = self._by_name[name] = GraphTiles(graph, self._cache, stations, ground)
             return known
+
+    def _ground_of(self, name: str) -> GroundFile | None:
+        """The ground of a graph; none where it can't be read, since roads are more than nothing."""
+        try:
+            return open_ground(self._atlas.folder(name))
+        except GraphFormatError as error:
+            LOG.warning("%s; the map shows no ground", error)
+            return None
 
     def forget(self, names: Iterable[str]) -> None:
         """Let go of what tiles of graphs need, which are made anew when they are asked for."""

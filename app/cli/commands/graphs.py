@@ -170,6 +170,7 @@ def check_graphs(
     from routing.errors import GraphFormatError
     from routing.graph.files import load_version
     from routing.graph.folders import graph_folders
+    from routing.ground.files import open_ground
     from routing.stations.files import load_stations
 
     known = {} if names else graph_folders(Settings().graph_dirs)
@@ -182,6 +183,7 @@ def check_graphs(
         try:
             graph, version = load_version(folder)
             stations = len(load_stations(folder, graph).stations)
+            open_ground(folder)
         except GraphFormatError as error:
             wrong += 1
             Console(stderr=True, soft_wrap=True).print(f"{name}: {error}", style="red", markup=False, highlight=False)

@@ -8,12 +8,18 @@ import numpy as np
 import pytest
 import shapely
 
+from app.atlas import Atlas
+from app.sharing.sources import GraphsOnDisk
 from app.tiles.address import TileAddress
 from app.tiles.ground import GroundTiles
+from app.tiles.shelf import TileShelf
+from routing.graph.files import save_graph
+from routing.graph.road_graph import Terrain
 from routing.ground.features import RawGround
 from routing.ground.files import GROUND_FILE, GroundFile, ground_bytes
 from routing.ground.kinds import Layer
 from routing.ground.levels import ground_of
+from tests.app.conftest import street_grid
 from tests.app.tiles.tile_reader import Layer as ReadLayer
 from tests.app.tiles.tile_reader import read_tile
 
@@ -96,6 +102,15 @@ def test_places_in_the_tile_come_by_rank(layers: dict[str, ReadLayer]) -> None:
     places = layers["place"].features
     assert [place.attributes["name"] for place in places] == ["Stadt", "Dorf"]
     assert places[1].point[0] == pytest.approx(0.3 * 4096, abs=2)
+
+
+def test_ground_that_cannot_be_read_leaves_the_roads(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    save_graph(street_grid("grid", Terrain.ABSENT), tmp_path / "grid")
+    (tmp_path / "grid" / GROUND_FILE).write_bytes(b"torn")
+    atlas = Atlas(GraphsOnDisk(lambda: {"grid": tmp_path / "grid"}), snap_limit_m=1000.0, label_limit=None)
+    tiles = TileShelf(atlas).graph_tiles("grid")
+    assert tiles.ground is None
+    assert GROUND_FILE in caplog.text
 
 
 def test_a_tile_elsewhere_has_no_bytes(tmp_path: Path) -> None:
