@@ -78,6 +78,16 @@ ROUTERS: Final = (
     health.router,
     metrics.router,
 )
+TAGS: Final = (
+    ("route", "routes, plans with charging stops, and matrices of energy and time"),
+    ("range", "areas that can be reached"),
+    ("simulate", "the energy of a speed profile or of a row of links, without a map"),
+    ("places", "places by their name, and names of places"),
+    ("vehicles", "vehicles that requests can name: bundled and stored ones"),
+    ("graphs", "road networks, their charging stations, and their tiles"),
+    ("diagnoses", "why recordings differ from the model"),
+    ("health", "whether the service is alive and ready, and what it did"),
+)
 PAGES: Final = ("/docs", "/redoc")
 # the bundled pages need inline scripts; nothing may come from another host
 PAGE_POLICY: Final = (
@@ -145,6 +155,9 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
         lifespan=lifespan,
         separate_input_output_schemas=False,
         swagger_ui_parameters={"validatorUrl": "none"},
+        generate_unique_id_function=operation_id,
+        servers=[{"url": chosen.public_url or "/", "description": "this service"}],
+        openapi_tags=[{"name": name, "description": described} for name, described in TAGS],
         telemetry={"logs": False},  # which would hold what was sent; requests and stages are traced
     )
     app.state.metrics = Metrics(app.state)
@@ -174,6 +187,12 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
 
     app.openapi = openapi  # type: ignore[method-assign]  # the documented way to extend the document
     return app
+
+
+def operation_id(route: APIRoute) -> str:
+    """The name of an operation in generated clients, as findRoute: that of its function."""
+    first, *further = route.name.split("_")
+    return first + "".join(word.capitalize() for word in further)
 
 
 def reload_soon(service: Service) -> None:
@@ -216,6 +235,8 @@ def openapi_document(app: FastAPI, keys_demanded: bool = False) -> dict[str, Any
         summary=app.summary,
         description=app.description,
         license_info=app.license_info,
+        servers=app.servers,
+        tags=app.openapi_tags,
         routes=app.routes,
         separate_input_output_schemas=False,
     )

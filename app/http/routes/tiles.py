@@ -75,7 +75,7 @@ def show_tiles(name: GraphName, request: Request, service: RunningService) -> Re
 
 @router.get(
     "/graphs/{name}/tiles/{z}/{x}/{y}.mvt",
-    summary="Roads of one tile",
+    summary="Ground, roads and stations of one tile",
     response_class=Response,
     responses={
         **_tile_answers(
@@ -85,7 +85,7 @@ def show_tiles(name: GraphName, request: Request, service: RunningService) -> Re
         **problems("/graphs/atlantis/tiles/8/101/92.mvt", *SHARED),
     },
 )
-def show_roads(
+def show_vector_tile(
     name: GraphName,
     z: Annotated[int, Path(ge=MIN_ZOOM, le=MAX_ZOOM, description="zoom level", examples=[8])],
     x: Column,
@@ -95,7 +95,7 @@ def show_roads(
     v: Digest = None,
     if_none_match: KnownTag = None,
 ) -> Response:
-    """The road network as a vector tile, generalised for its zoom level; less important classes from closer levels."""
+    """Ground, roads and charging stations as a vector tile, generalised for its zoom level."""
     address = TileAddress(z, x, y)
     tiles = service.tiles.graph_tiles(name)
     # the test of the compressing middleware, so that it never meets an answer that it would compress itself
@@ -119,7 +119,7 @@ def show_roads(
         **problems("/graphs/atlantis/heights/8/101/92.png", *SHARED, ErrorCode.NOT_FOUND),
     },
 )
-def show_heights(
+def show_height_tile(
     name: GraphName,
     z: Annotated[int, Path(ge=0, le=HEIGHTS_MAX_ZOOM, description="zoom level", examples=[8])],
     x: Column,

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import jsonschema_rs
 import pytest
 
+from app.main import create_app
 from app.schemas.problem import ErrorCode
 
 if TYPE_CHECKING:
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 
     from fastapi import FastAPI
     from starlette.testclient import TestClient
+
+    from app.settings import Settings
 
 
 def operations(document: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
@@ -43,6 +46,22 @@ def test_every_operation_has_summary_description_and_error_responses(app: FastAP
         assert operation["description"], name
         if name != "GET /healthz":
             assert "503" in operation["responses"], name
+
+
+def test_operations_have_names_that_read_well_and_a_tag_that_is_described(app: FastAPI) -> None:
+    document = app.openapi()
+    names = [operation["operationId"] for _, operation in operations(document)]
+    assert len(set(names)) == len(names)
+    assert all(re.fullmatch(r"[a-z]+([A-Z][a-z]*)*", name) for name in names)
+    assert {"findRoute", "findRange", "listStations", "searchPlaces"} <= set(names)
+    described = {tag["name"] for tag in document["tags"] if tag["description"]}
+    assert all(set(operation["tags"]) <= described for _, operation in operations(document))
+
+
+def test_document_names_the_server(app: FastAPI, settings: Settings) -> None:
+    assert [server["url"] for server in app.openapi()["servers"]] == ["/"]
+    elsewhere = create_app(settings.model_copy(update={"public_url": "https://maps.example/energy"}))
+    assert elsewhere.openapi()["servers"][0]["url"] == "https://maps.example/energy"
 
 
 def test_every_error_response_is_a_problem_with_examples_of_known_codes(app: FastAPI) -> None:
