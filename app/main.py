@@ -25,6 +25,7 @@ from app.errors.handlers import install_error_handlers
 from app.errors.problems import PROBLEM_TYPE
 from app.http.admission import Admission
 from app.http.body_limit import BodyLimit
+from app.http.descriptions import describe
 from app.http.examples.problems import gate_codes, problems
 from app.http.gate import Gate, SecurityHeaders
 from app.http.metrics import Metrics
@@ -249,6 +250,7 @@ def openapi_document(app: FastAPI, keys_demanded: bool = False) -> dict[str, Any
         schemas.setdefault(name, schema)
     for unused in ("HTTPValidationError", "ValidationError"):
         schemas.pop(unused, None)
+    describe(schemas)
     for operations in document["paths"].values():
         for operation in operations.values():
             for status, response in operation["responses"].items():

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import jsonschema_rs
 import pytest
 
+from app.http.descriptions import MEANT
 from app.main import create_app
 from app.schemas.problem import ErrorCode
 
@@ -56,6 +57,33 @@ def test_operations_have_names_that_read_well_and_a_tag_that_is_described(app: F
     assert {"findRoute", "findRange", "listStations", "searchPlaces"} <= set(names)
     described = {tag["name"] for tag in document["tags"] if tag["description"]}
     assert all(set(operation["tags"]) <= described for _, operation in operations(document))
+
+
+def test_every_schema_and_every_property_is_described(app: FastAPI) -> None:
+    schemas = app.openapi()["components"]["schemas"]
+    named = [
+        *(name for name, schema in schemas.items() if name != "JsonValue" and not schema.get("description")),
+        *(
+            f"{name}.{field}"
+            for name, schema in schemas.items()
+            for field, said in schema.get("properties", {}).items()
+            if not said.get("description")
+        ),
+    ]
+    assert named == []
+
+
+def test_every_parameter_is_described(app: FastAPI) -> None:
+    for name, operation in operations(app.openapi()):
+        for parameter in operation.get("parameters", ()):
+            assert parameter.get("description") or parameter["schema"].get("description"), (name, parameter["name"])
+
+
+def test_what_is_described_for_all_schemas_is_used(app: FastAPI) -> None:
+    fields = {
+        field for schema in app.openapi()["components"]["schemas"].values() for field in schema.get("properties", {})
+    }
+    assert set(MEANT) <= fields
 
 
 def test_document_names_the_server(app: FastAPI, settings: Settings) -> None:
