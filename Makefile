@@ -26,9 +26,10 @@ RECORDINGS ?= $(wildcard ../shared/data/recordings/bmw-i3)
 BROWSERS := chromium chromium-browser google-chrome
 BROWSER_PACKAGES := chromium fonts-dejavu-core
 DATABASE_PACKAGES := postgresql
+NODE_PACKAGES := nodejs npm
 CANDIDATES = $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python)
 
-.PHONY: help serve test test-jit test-nojit browser postgresql nginx fuzz soak lint check format bench prove lock clean
+.PHONY: help serve test test-jit test-nojit browser node postgresql nginx fuzz soak lint check format bench prove lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
@@ -39,7 +40,7 @@ serve: $(VENV)/.runtime ## Serve the HTTP interface on http://127.0.0.1:8000
 test: test-jit test-nojit ## Run all tests in PROCESSES processes, then the small ones again without compilation
 
 # A file's tests stay in one process, so that what its fixtures make is made once. PROCESSES=0: no other, for a debugger.
-test-jit: $(VENV)/.dev browser postgresql nginx
+test-jit: $(VENV)/.dev $(VENV)/.clients browser postgresql nginx
 	$(BIN)/python -m pytest --numprocesses $(PROCESSES) --dist loadfile $(PYTEST_ARGS)
 
 # Takes about 20 s, of which most is collecting, which every process would do for itself.
@@ -75,6 +76,16 @@ postgresql: ## Install Debian's PostgreSQL for the tests of the store, where it 
 	fi; \
 	echo "make: there is no PostgreSQL for the tests of the store. Install it (Debian: apt install $(DATABASE_PACKAGES))" \
 		"or name the folder of its programs: JOULEPATH_POSTGRESQL_BIN=/path/to/bin" >&2
+
+node: ## Install Debian's Node.js for the clients in TypeScript, where it is missing and root asks
+	@if command -v node >/dev/null && command -v npm >/dev/null; then exit 0; fi; \
+	if [ "$$(id -u)" = 0 ] && command -v apt-get >/dev/null; then \
+		echo "make: installing Node.js for the tests of clients"; \
+		export DEBIAN_FRONTEND=noninteractive; \
+		apt-get update -qq && apt-get install -qq -y --no-install-recommends $(NODE_PACKAGES) >/dev/null && exit 0; \
+	fi; \
+	echo "make: there is no Node.js for the tests of clients. Install it (Debian: apt install $(NODE_PACKAGES))" >&2; \
+	exit 1
 
 # Unpacked instead of installed, so that none is started.
 nginx: $(VENV)/.created ## Bring Debian's nginx into .venv for the tests of deploy/, where it is missing
@@ -127,6 +138,15 @@ $(VENV)/.runtime: requirements.lock pyproject.toml $(VENV)/.created
 
 $(VENV)/.dev: requirements-dev.lock $(VENV)/.runtime
 	$(PIP) install --quiet --require-hashes --requirement requirements-dev.lock
+	touch $@
+
+# What generates clients from the OpenAPI document, in environments of its own, since it wants other versions.
+$(VENV)/.clients: $(wildcard tests/app/clients/*/*lock*) $(VENV)/.created | node
+	$(BIN)/python -m venv $(VENV)/clients/python
+	$(VENV)/clients/python/bin/python -m pip --disable-pip-version-check install --quiet --require-hashes \
+		--requirement tests/app/clients/python/requirements.lock
+	cp tests/app/clients/typescript/package.json tests/app/clients/typescript/package-lock.json $(VENV)/clients
+	npm ci --prefix $(VENV)/clients --silent --no-audit --no-fund --ignore-scripts
 	touch $@
 
 $(VENV)/.created:
