@@ -47,7 +47,8 @@ def test_python_client_drives_the_service(
     assert json.loads(found) == expected
     run(
         [sys.executable, "-m", "mypy", "--strict", "--python-executable", programs / "python",
-         "--config-file", os.devnull, "--cache-dir", tmp_path / "cache", "--follow-imports", "silent", HERE / "python/drive.py"],
+         "--config-file", os.devnull, "--cache-dir", tmp_path / "cache", "--follow-imports", "silent",
+         HERE / "python/drive.py"],
         tmp_path,
         MYPYPATH=str(tmp_path / "client"),
         PATH=os.environ["PATH"],
