@@ -19,6 +19,10 @@ COPY routing routing
 COPY energy energy
 COPY data data
 COPY web web
+COPY docs docs
+COPY CHANGELOG.md CONTRIBUTING.md ./
+COPY deploy deploy
+RUN python -m docs.manual
 RUN pip wheel --no-index --no-deps --no-build-isolation --wheel-dir dist . && pip install --no-index --no-deps dist/*.whl
 
 FROM ${PYTHON_IMAGE}

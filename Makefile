@@ -29,13 +29,15 @@ DATABASE_PACKAGES := postgresql
 NODE_PACKAGES := nodejs npm
 CANDIDATES = $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python)
 
-.PHONY: help serve test test-jit test-nojit browser node postgresql nginx fuzz soak lint check format bench prove lock clean
+.PHONY: help serve manual test test-jit test-nojit browser node postgresql nginx fuzz soak lint check format bench prove lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
 
-serve: $(VENV)/.runtime ## Serve the HTTP interface on http://127.0.0.1:8000
+serve: $(VENV)/.runtime $(VENV)/.manual ## Serve the HTTP interface on http://127.0.0.1:8000
 	$(BIN)/joulepath serve --host $(HOST) --port $(PORT) $(ARGS)
+
+manual: $(VENV)/.manual ## Build the manual that the service shows at /manual
 
 test: test-jit test-nojit ## Run all tests in PROCESSES processes, then the small ones again without compilation
 
@@ -123,11 +125,11 @@ prove: $(VENV)/.dev ## Prove the diagnosis where the cause is known and conceale
 
 lock: $(VENV)/.created ## Resolve the dependencies anew into both lock files
 	$(PIP) install --quiet uv
-	$(LOCK) --upgrade --extra build --extra postgresql --output-file requirements.lock
-	$(LOCK) --upgrade --extra build --extra dev --extra proof --constraints requirements.lock --output-file requirements-dev.lock
+	$(LOCK) --upgrade --extra build --extra manual --extra postgresql --output-file requirements.lock
+	$(LOCK) --upgrade --extra build --extra dev --extra manual --extra proof --constraints requirements.lock --output-file requirements-dev.lock
 
 clean: ## Remove the environment, caches and build output
-	rm -rf $(VENV) build dist .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf $(VENV) build dist manual .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 # The stamps lie inside .venv, so that removing it starts over; a newer lock or pyproject.toml installs again.
@@ -138,6 +140,10 @@ $(VENV)/.runtime: requirements.lock pyproject.toml $(VENV)/.created
 
 $(VENV)/.dev: requirements-dev.lock $(VENV)/.runtime
 	$(PIP) install --quiet --require-hashes --requirement requirements-dev.lock
+	touch $@
+
+$(VENV)/.manual: $(VENV)/.runtime $(wildcard docs/*.md docs/*/*.md docs/manual/*.py *.md)
+	$(BIN)/python -m docs.manual
 	touch $@
 
 # What generates clients from the OpenAPI document, in environments of its own, since it wants other versions.

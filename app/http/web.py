@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Final
 from urllib.parse import urlsplit
 
 from fastapi import Request, Response
-from fastapi.responses import JSONResponse
+from fastapi.responses import JSONResponse, RedirectResponse
 from starlette.exceptions import HTTPException
 from starlette.staticfiles import StaticFiles
 
@@ -23,6 +23,12 @@ if TYPE_CHECKING:
     from app.settings import Settings
 
 WEB_FOLDER: Final = bundled_folder("web")
+MANUAL_FOLDER: Final = bundled_folder("manual")  # which `make manual` makes
+# pages of the manual: its theme has scripts and styles in the page; nothing may come from another host
+MANUAL_POLICY: Final = (
+    "default-src 'none'; script-src 'self' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; "
+    "font-src 'self'; connect-src 'self'; base-uri 'none'; form-action 'self'; frame-ancestors 'self'"
+)
 LIBRARY_FILES: Final = frozenset({"maplibre-gl.js", "maplibre-gl.css"})
 READING: Final = ["GET", "HEAD"]
 REVALIDATED: Final = "no-cache"  # kept by the browser, which asks each time whether it changed
@@ -107,3 +113,17 @@ def install_web(app: FastAPI, settings: Settings) -> None:
         return JSONResponse(shown, headers={"Cache-Control": REVALIDATED})
 
     app.mount("/web", files, name="web")
+    _install_manual(app)
+
+
+def _install_manual(app: FastAPI) -> None:
+    """Serve the manual below /manual, where it was built."""
+
+    @app.api_route("/manual", methods=READING, include_in_schema=False)
+    async def manual(request: Request) -> Response:
+        if not MANUAL_FOLDER.is_dir():
+            raise HTTPException(404, "the manual is not built; `make manual` builds it")
+        return RedirectResponse(f"{request.scope.get('root_path', '')}/manual/docs/index.html")
+
+    if MANUAL_FOLDER.is_dir():
+        app.mount("/manual", WebFiles(MANUAL_FOLDER, MANUAL_POLICY), name="manual")

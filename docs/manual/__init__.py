@@ -1,0 +1,1 @@
+"""The manual as a site, built out of the pages of the repository and from the code."""
