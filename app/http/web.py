@@ -122,7 +122,7 @@ def _install_manual(app: FastAPI) -> None:
     @app.api_route("/manual", methods=READING, include_in_schema=False)
     async def manual(request: Request) -> Response:
         if not MANUAL_FOLDER.is_dir():
-            raise HTTPException(404, "the manual is not built; `make manual` builds it")
+            raise HTTPException(404)
         return RedirectResponse(f"{request.scope.get('root_path', '')}/manual/docs/index.html")
 
     if MANUAL_FOLDER.is_dir():
