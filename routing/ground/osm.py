@@ -11,8 +11,9 @@ from routing.ground.features import RawGround
 from routing.ground.kinds import KEYS, PLACES, Layer, area_kind, border_level, line_kind
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Collection, Mapping, Sequence
 
+_KEYS: Final = frozenset(KEYS)
 LANGUAGES: Final = ("de", "en", "es", "fr", "it", "pt")  # of names that are kept beside the local one
 LONGEST_NAME: Final = 100  # characters
 UNDEFINED: Final = 2**31 - 1  # what osmium has for a coordinate that it does not know
@@ -36,20 +37,16 @@ class GroundReader:
         self._border_of: dict[int, int] = {}  # ways of borders that may have no tags of their own
         self._wkb = osmium.geom.WKBFactory()
 
-    def add(self, entity: Any, known_tags: Mapping[str, str] | None = None) -> Mapping[str, str] | None:
-        """Take an object; its tags where they were read."""
-        tags = known_tags
-        if tags is None:
-            if not any(key in entity.tags for key in KEYS):
-                return None
-            tags = {tag.k: tag.v for tag in entity.tags}
+    def add(self, entity: Any, tags: Mapping[str, str], places: Sequence[tuple[int, int]] | None) -> None:
+        """Take an object and its tags."""
+        if _KEYS.isdisjoint(tags):
+            return
         if entity.is_way():
             self._add_way(entity, tags)
         elif entity.is_node():
             self._add_node(entity, tags)
         elif entity.is_relation():
             self._add_relation(entity, tags)
-        return tags
 
     @property
     def areas(self) -> Collection[int]:
