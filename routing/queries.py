@@ -94,6 +94,8 @@ class RangeQuery:
     outermost band.
     limits: instead of these, where bands are by energy [J], time [s] or distance [m]: the most that is taken, a band
     each, > 0. Times are those of the fastest ways, distances those of the shortest, whatever the battery holds.
+    tolerance_m: how far outlines may be moved for fewer points, >= 0; None: by a cell of the grid that they are drawn
+    on, of which there are a few hundred across.
     """
 
     origin: Point
@@ -110,6 +112,7 @@ class RangeQuery:
     outline: Outline = Outline.ROADS
     by: By = By.CHARGE
     limits: tuple[float, ...] = ()
+    tolerance_m: float | None = 0.0
 
 
 @dataclass(frozen=True, slots=True)

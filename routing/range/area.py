@@ -85,8 +85,8 @@ class ReachableArea:
     """One band: its polygons and how well they tell reachable nodes from others.
 
     rings: of the area. tolerance_m: how far the boundary may have been moved for fewer points. off_road_m: how far off
-    a road it lies where there are no other roads. false_in_frac: share of the covered nodes that can't be reached.
-    false_out_frac: share of the reachable nodes that are left out.
+    a road it lies where there are no other roads. cell_m: of the grid that it is drawn on. false_in_frac: share of the
+    covered nodes that can't be reached. false_out_frac: share of the reachable nodes that are left out.
     """
 
     area: shapely.MultiPolygon
@@ -97,6 +97,7 @@ class ReachableArea:
     false_in_frac: float
     false_out_frac: float
     off_road_m: float
+    cell_m: float
 
 
 class AreaMaker:
@@ -183,6 +184,7 @@ class AreaMaker:
             false_in_frac=(covered - both) / max(covered, 1),
             false_out_frac=(reached - both) / max(reached, 1),
             off_road_m=_off_road_cells(cell_m) * cell_m,
+            cell_m=cell_m,
         )
 
 

@@ -16,6 +16,8 @@ from routing.range.rings import rings_of
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from numpy.typing import NDArray
+
     from routing.graph.road_graph import RoadGraph
     from routing.places import Point
     from routing.range.area import ReachableArea, RoadEnergies
@@ -55,9 +57,7 @@ def filled_areas(
     scale = METRE_PER_DEGREE * np.array((np.cos(np.radians(origin.lat_deg)), 1.0))
     home = np.array((origin.lon_deg, origin.lat_deg))
     tolerance_m = SIMPLER * filling.gap_m
-    ashore = np.zeros(graph.node_count, np.bool_)
-    ashore[graph.tail[~graph.is_ferry()]] = True
-    ashore[graph.head[~graph.is_ferry()]] = True
+    ashore = nodes_ashore(graph)
     filled: list[ReachableArea] = []
     wholes: list[shapely.MultiPolygon] = []
     for (energies, budget_j), drawn in zip(cases, areas, strict=True):
@@ -87,6 +87,14 @@ def filled_areas(
             )
         )
     return tuple(filled)
+
+
+def nodes_ashore(graph: RoadGraph) -> NDArray[np.bool_]:
+    """Which nodes are on a road and not on ferries alone, bool (N,)."""
+    ashore = np.zeros(graph.node_count, np.bool_)
+    ashore[graph.tail[~graph.is_ferry()]] = True
+    ashore[graph.head[~graph.is_ferry()]] = True
+    return ashore
 
 
 def _without_holes(part: shapely.Polygon, least_m2: float) -> shapely.Polygon:

@@ -21,10 +21,11 @@ from routing.queries import LIMIT_UNITS, RANGE_PROBABILITIES, By, Outline, Trip,
 from routing.range.antimeridian import half_turned_point, turned_back, turned_back_lines
 from routing.range.area import AreaMaker, RoadEnergies, energies_of_reach
 from routing.range.bands import RangeAnswer, RangeBand
-from routing.range.filled import filled_areas, filling_of
+from routing.range.filled import filled_areas, filling_of, nodes_ashore
 from routing.range.map_edge import map_edge
 from routing.range.reach import RoadDistances, bearing_reach_m
 from routing.range.rings import rings_of
+from routing.range.simplified import SIMPLER_CELLS, simplified_areas, without_straight_points
 from routing.range.way_back import BackCharges, ReverseSearch
 from routing.route.best_path import RouteSearch, method_name
 from routing.route.checks import check_charge
@@ -107,10 +108,15 @@ class RangeSearch:
         self._distances.reach(node_m, energies, 0.0, [place], homeward=False)
         bearing_reach_m(drawn.rings, home)
         drawn.rings.coordinates_json()
+        simplified_areas(
+            self._drawn, home, [(energies, 0.0)], [drawn], drawn.cell_m, np.ones(graph.node_count, np.bool_)
+        )
 
     def check(self, query: RangeQuery) -> None:
         """Raise QueryError where a query asks for what can't be, or can't be searched."""
         check_charge(query.soc_frac, query.reserve_soc_frac)
+        if query.tolerance_m is not None and not 0.0 <= query.tolerance_m < math.inf:
+            raise QueryError("tolerance_m", query.tolerance_m, "at least 0")
         if query.trip is not Trip.OUT and query.link_model is LinkModel.PRINTED:
             raise QueryError("link_model", "'printed'", f"'integrated' with {query.trip.value}")
         least_n = self._search.space_of(query, query.vehicle).least_load_n
@@ -158,14 +164,21 @@ class RangeSearch:
         filling = filling_of(areas[0]) if query.outline is Outline.FILLED else None
         if filling is not None:
             areas = filled_areas(self._drawn, home, cases, areas, filling, found.cases_a_level)
+        exact = areas
+        tolerance_m = SIMPLER_CELLS * areas[0].cell_m if query.tolerance_m is None else query.tolerance_m
+        if tolerance_m > 0.0:
+            counted = np.ones(self.graph.node_count, np.bool_) if filling is None else nodes_ashore(self._drawn)
+            areas = simplified_areas(self._drawn, home, cases, areas, tolerance_m, counted)
         soc_j = query.soc_frac * query.vehicle.usable_capacity_wh * JOULE_PER_WH
         homeward = query.trip is Trip.REVERSE
         within = np.logical_or.reduce([energies.node_energy_j <= budget for energies, budget in cases])
         node_m = self._distances.of_nodes(starts, within, homeward=homeward)
         bands = []
-        for band, drawn in zip(found.bands, areas, strict=True):
+        for band, drawn, outline in zip(found.bands, areas, exact, strict=True):
             area = turned_back(drawn.area) if is_turned else drawn.area
             edge = map_edge(self._drawn, self._rim.rim(), band.energies, band.budget, drawn)
+            if edge is not None and tolerance_m > 0.0:
+                edge = replace(edge, line=without_straight_points(edge.line))
             bands.append(
                 RangeBand(
                     soc_left_frac=band.left_frac,
@@ -180,7 +193,7 @@ class RangeSearch:
                     probability_frac=band.probability_frac,
                     map_edge=replace(edge, line=turned_back_lines(edge.line)) if edge and is_turned else edge,
                     edge_left_j=None if edge is None or band.left_frac is None else soc_j - edge.least_energy_j,
-                    bearing_reach_m=bearing_reach_m(drawn.rings, home),
+                    bearing_reach_m=bearing_reach_m(outline.rings, home),
                     road_reach=self._distances.reach(node_m, band.energies, band.budget, starts, homeward=homeward),
                 )
             )
