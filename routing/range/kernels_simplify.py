@@ -23,10 +23,10 @@ ROUNDS = 4  # of growing tolerance, so that what matters least goes first
 class Outlines(NamedTuple):
     """All rings, one behind the other, without the first point of each repeated at its end.
 
-    x, y: int64 (P,) places in whole units, of which a triangle is below 2^30 wide, so that it is told exactly. before, after: int64
-    (P,), the points beside each in its ring; a point that is its own neighbour is never left out. ring: int32 (P,).
-    first, size, point_count: int64 (R,), where a ring begins, how many points it had, and how many it still has.
-    twin: int64 (P,), the next point at the same place, round and round. kept: bool (P,).
+    x, y: int64 (P,) places in whole units; a triangle is below 2^30 of them wide, so that it is told exactly. before,
+    after: int64 (P,), the points beside each in its ring; a point that is its own neighbour is never left out. ring:
+    int32 (P,). first, size, point_count: int64 (R,), where a ring begins, how many points it had, and how many it still
+    has. twin: int64 (P,), the next point at the same place, round and round. kept: bool (P,).
     """
 
     x: NDArray[np.int64]
