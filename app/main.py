@@ -15,7 +15,6 @@ from fastapi.routing import APIRoute
 from fastapi_offline import FastAPIOffline
 from pydantic.json_schema import models_json_schema
 from starlette.datastructures import MutableHeaders
-from starlette.middleware.cors import CORSMiddleware
 from starlette.middleware.gzip import GZipMiddleware
 
 from app import VERSION
@@ -25,6 +24,7 @@ from app.errors.handlers import install_error_handlers
 from app.errors.problems import PROBLEM_TYPE
 from app.http.admission import Admission
 from app.http.body_limit import BodyLimit
+from app.http.cors import CrossOrigin
 from app.http.descriptions import describe
 from app.http.examples.problems import gate_codes, problems
 from app.http.gate import Gate, SecurityHeaders
@@ -172,12 +172,7 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
     app.add_middleware(BodyLimit, limit_bytes=chosen.body_limit_bytes, upload_limit_bytes=chosen.diagnosis_limit_bytes)
     app.add_middleware(GZipMiddleware, minimum_size=COMPRESSED_BYTES, compresslevel=COMPRESSION)
     app.add_middleware(Gate, settings=chosen)
-    app.add_middleware(
-        CORSMiddleware,
-        allow_origins=chosen.cors_origins,
-        allow_methods=["GET", "POST", "PUT", "DELETE"],
-        allow_headers=["*"],
-    )
+    app.add_middleware(CrossOrigin, origins=chosen.cors_origins)
     app.add_middleware(SecurityHeaders)
     app.add_middleware(Observed, metrics=app.state.metrics, log_client=chosen.log_client)  # the outermost
 

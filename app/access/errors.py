@@ -31,6 +31,15 @@ class WrongOriginError(AccessError):
         super().__init__(field, value, allowed, message=f"{field} is {value!r}, allowed: {allowed}")
 
 
+class RefusedPreflightError(AccessError):
+    """A browser asks for a page of another origin whether it may call, and it may not."""
+
+    code = "wrong_origin"
+
+    def __init__(self, field: str, value: str, allowed: str) -> None:
+        super().__init__(field, value, allowed, message=f"{field} is {value!r}, allowed: {allowed}")
+
+
 class UnauthorizedError(AccessError):
     """No key was sent, or one that is not known."""
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final, Literal
 
+from app.conversions.lean.colours import MARKERS
 from app.schemas.place import LatLon, PlaceFeature, PlaceProperties, PointGeometry, Position
 from routing.places import Point
 
@@ -57,6 +58,7 @@ def place_feature(point: SnappedPoint, kind: Literal["start", "via", "goal", "or
             link_id=point.link_idx,
             offset_m=point.offset_m,
             road_name=point.road_name,
+            **{"marker-color": MARKERS[kind]},
         ),
     )
 

@@ -9,6 +9,9 @@ from shapely import to_ragged_array
 
 from app.conversions.conditions import conditions_from
 from app.conversions.graph import terrain_note
+from app.conversions.lean.colours import band_colours
+from app.conversions.lean.digits import compacted
+from app.conversions.lean.selection import asks_for, picked_collection, selection_of
 from app.conversions.place import DECIMALS, place_feature, point_from_place
 from app.conversions.route import search_stats
 from app.schemas.as_json import as_json, written
@@ -65,6 +68,9 @@ def request_from_parameters(sent: RangeParameters) -> RangeRequest:
         outline=sent.outline,
         by=sent.by,
         limits=limits_from_text(sent.limits),
+        tolerance_m=sent.tolerance_m,
+        fields=None if sent.fields is None else sent.fields.split(","),
+        compact=sent.compact,
     )
 
 
@@ -92,6 +98,7 @@ def range_query(sent: RangeRequest, vehicle: AnyVehicle) -> RangeQuery:
         outline=sent.outline,
         by=sent.by,
         limits=tuple(limit * LIMIT_UNITS[sent.by] for limit in sent.limits or ()),
+        tolerance_m=sent.tolerance_m,
     )
 
 
@@ -102,7 +109,18 @@ def range_features(answer: RangeAnswer, understood: RangeRequest, graph: RoadGra
 
 def range_json(answer: RangeAnswer, understood: RangeRequest, graph: RoadGraph) -> bytes:
     """The JSON of range_features, made without an object for each point, which would take longer than the search."""
-    return as_json(_features(answer, understood, graph, lambda rings: written(rings.coordinates_json())))
+    selection = selection_of(understood.fields)
+    coordinates_of = _written if asks_for(selection, "features", "geometry") else _left_out
+    document = picked_collection(_features(answer, understood, graph, coordinates_of), selection)
+    return as_json(document if understood.compact is False else compacted(document))
+
+
+def _written(rings: AreaRings) -> object:
+    return written(rings.coordinates_json())
+
+
+def _left_out(rings: AreaRings) -> list[object]:
+    return []
 
 
 def _features(
@@ -110,7 +128,10 @@ def _features(
 ) -> RangeFeatureCollection:
     return RangeFeatureCollection(
         features=[
-            *(_band(band, understood.by, coordinates_of) for band in answer.bands),
+            *(
+                _band(band, understood.by, coordinates_of, colour)
+                for band, colour in zip(answer.bands, band_colours(_levels(answer)), strict=True)
+            ),
             place_feature(answer.origin, "origin"),
         ],
         places=named_places([understood.origin]),
@@ -124,7 +145,12 @@ def _features(
     )
 
 
-def _band(band: RangeBand, by: By, coordinates_of: Coordinates) -> BandFeature:
+def _levels(answer: RangeAnswer) -> list[float]:
+    """What bands are ordered by, growing inwards: charge left, or the less that is taken."""
+    return [-(band.limit or 0.0) if band.soc_left_frac is None else band.soc_left_frac for band in answer.bands]
+
+
+def _band(band: RangeBand, by: By, coordinates_of: Coordinates, colour: str) -> BandFeature:
     bearing_km, roads = (band.bearing_reach_m / 1000.0).round(DECIMALS_OF_KM), band.road_reach
     return BandFeature(
         # checking each number takes longer than the search
@@ -146,6 +172,8 @@ def _band(band: RangeBand, by: By, coordinates_of: Coordinates) -> BandFeature:
             reach_by_bearing_km=bearing_km.tolist(),
             road_nearest_km=None if roads.nearest_m is None else roads.nearest_m / 1000.0,
             road_farthest_km=roads.farthest_m / 1000.0,
+            stroke=colour,
+            fill=colour,
         ),
     )
 

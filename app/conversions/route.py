@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, Final
 
@@ -11,8 +12,13 @@ from app.conversions.charging.plans import no_plan_answer, plan_answer, planning
 from app.conversions.conditions import conditions_from
 from app.conversions.graph import terrain_note
 from app.conversions.guidance.steps import step_answers
+from app.conversions.lean.colours import MARKERS, route_colour
+from app.conversions.lean.digits import compacted
+from app.conversions.lean.lines import drawn, line_of
+from app.conversions.lean.selection import Selection, asks_for, feature, part_of, picked, selection_of
 from app.conversions.place import DECIMALS, lat_lon, place_feature, point_from_place, snapped
-from app.schemas.as_json import as_json
+from app.schemas.as_json import as_json, fields_of
+from app.schemas.lean.form import GeometryFormat, Overview
 from app.schemas.places.named import named_places
 from app.schemas.route import (
     ParetoAnswer,
@@ -23,6 +29,7 @@ from app.schemas.route import (
 )
 from energy.force.parts import PART_NAMES
 from energy.units import JOULE_PER_KWH, JOULE_PER_M_PER_KWH_PER_100KM, JOULE_PER_WH, KMH_PER_MPS
+from routing.errors import QueryError
 from routing.guidance.steps import steps_of
 from routing.queries import ParetoSettings, RouteQuery
 from routing.weights import NAMED_WEIGHTS, Weights
@@ -85,63 +92,111 @@ def route_response(
 def route_json(
     answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph, planned: PlannedStops | None = None
 ) -> bytes:
-    """The JSON of route_response, made without an object for each link, which would take several times as long."""
-    return as_json(_response(answer, understood, graph, planned, np.asarray))
+    """The JSON of route_response with what is asked for, in the form and the digits that are.
+
+    Made without an object for each link, which would take several times as long.
+    """
+    selection = selection_of(understood.fields)
+    lines, routes_asked = understood.geometry_format, part_of(selection, "routes")
+    document = _answered(answer, understood, graph, planned)
+    if asks_for(selection, "routes"):
+        document["routes"] = [
+            {
+                **_properties(drawing, charging, understood, graph, routes_asked),
+                "geometry": _geometry(drawing, understood, lines, routes_asked, np.asarray),
+            }
+            for drawing, charging in zip(
+                _drawings(answer, understood), _stops_of(answer, understood, graph, planned), strict=True
+            )
+        ]
+    document = picked(document, selection)
+    return as_json(compacted(document) if understood.compact else document)
 
 
 def route_features_json(
     answer: RouteAnswer, understood: RouteRequest, graph: RoadGraph, planned: PlannedStops | None = None
 ) -> bytes:
-    """The same as GeoJSON: the JSON of a RouteFeatureCollection."""
+    """The same as GeoJSON: the JSON of a RouteFeatureCollection; raises QueryError where lines are to be texts."""
+    if understood.geometry_format is not GeometryFormat.GEOJSON:
+        raise QueryError("geometry_format", repr(understood.geometry_format.value), "'geojson' in GeoJSON")
+    selection = selection_of(understood.fields)
+    asked = part_of(selection, "routes")
+    features: list[dict[str, Any]] = []
     stops = _stops_of(answer, understood, graph, planned)
-    features = [
-        *(
-            {
-                "type": "Feature",
-                "geometry": _line(route, np.asarray),
-                "properties": _properties(route, charging, understood, graph),
-            }
-            for route, charging in zip(answer.routes, stops, strict=True)
-        ),
-        *(
-            feature
-            for route, charging in zip(answer.routes, stops, strict=True)
-            if charging is not None
-            for feature in (*_leg_features(route), *_stop_features(route, charging))
-        ),
-        place_feature(answer.start, "start"),
-        *(place_feature(place, "via") for place in answer.via),
-        place_feature(answer.goal, "goal"),
-    ]
-    fields = _answered(answer, understood, graph, planned)
-    return as_json(fields | {"type": "FeatureCollection", "features": features})
+    drawings = _drawings(answer, understood)
+    colours = [route_colour(route.name, k, feasible=route.feasible) for k, route in enumerate(answer.routes)]
+    lines = GeometryFormat.GEOJSON
+    if asks_for(selection, "routes"):
+        for drawing, charging, colour in zip(drawings, stops, colours, strict=True):
+            properties = _properties(drawing, charging, understood, graph, asked) | {"stroke": colour}
+            features.append(feature(_geometry(drawing, understood, lines, asked, np.asarray), properties, asked))
+    for drawing, charging, colour in zip(drawings, stops, colours, strict=True):
+        if charging is not None and asks_for(asked, "legs"):
+            features += _leg_features(drawing, understood, colour, part_of(asked, "legs"))
+        if charging is not None and asks_for(asked, "charging", "stops"):
+            features += _stop_features(drawing.route, charging, part_of(asked, "charging", "stops"))
+    if asks_for(selection, "snapped"):
+        features += [
+            {"type": "Feature", "geometry": found.geometry, "properties": fields_of(found.properties)}
+            for found in (
+                place_feature(answer.start, "start"),
+                *(place_feature(place, "via") for place in answer.via),
+                place_feature(answer.goal, "goal"),
+            )
+        ]
+    document = picked(_answered(answer, understood, graph, planned), selection)
+    document |= {"type": "FeatureCollection", "features": features}
+    return as_json(document if understood.compact is False else compacted(document))
 
 
-def _leg_features(route: Route) -> list[dict[str, object]]:
+@dataclass(frozen=True, slots=True)
+class _Drawing:
+    """A route, and the same with its line as it is drawn; kept: as in lean.lines.drawn."""
+
+    route: Route
+    drawn: Route
+    kept: NDArray[np.int64] | None
+
+
+def _drawings(answer: RouteAnswer, understood: RouteRequest) -> list[_Drawing]:
+    return [_Drawing(route, *drawn(route, understood.overview)) for route in answer.routes]
+
+
+def _geometry(
+    drawing: _Drawing, understood: RouteRequest, form: GeometryFormat, asked: Selection, coordinates: Coordinates
+) -> object:
+    """The line of a route, None where none is asked for."""
+    if understood.overview is Overview.NONE or not asks_for(asked, "geometry"):
+        return None
+    return line_of(drawing.drawn.geometry.round(DECIMALS), form, coordinates)
+
+
+def _leg_features(drawing: _Drawing, understood: RouteRequest, colour: str, asked: Selection) -> list[dict[str, Any]]:
     """The fields of a LegFeature for each leg that something is driven on."""
-    features: list[dict[str, object]] = []
+    route = drawing.drawn
+    features: list[dict[str, Any]] = []
     for k, leg in enumerate(route.legs):
         if leg.first_link is None or leg.last_link is None:
             continue
         begin = 0 if leg.first_link == 0 else route.links.geometry_end_idx[leg.first_link - 1]
         line = route.geometry[begin : route.links.geometry_end_idx[leg.last_link] + 1]
-        features.append(
-            {
-                "type": "Feature",
-                "geometry": {"type": "LineString", "coordinates": line.round(DECIMALS)},
-                "properties": {**_leg(leg), "kind": "leg", "route": route.name, "leg": k},
-            }
+        geometry = (
+            None
+            if understood.overview is Overview.NONE
+            else line_of(line.round(DECIMALS), GeometryFormat.GEOJSON, np.asarray)
         )
+        properties = picked(_leg(leg), asked) | {"kind": "leg", "route": route.name, "leg": k, "stroke": colour}
+        features.append({"type": "Feature", "geometry": geometry, "properties": properties})
     return features
 
 
-def _stop_features(route: Route, charging: Mapping[str, Any]) -> list[dict[str, object]]:
+def _stop_features(route: Route, charging: Mapping[str, Any], asked: Selection) -> list[dict[str, Any]]:
     """The fields of a ChargingStopFeature for each stop, then of a ChargingHaltFeature for each halt."""
     return [
         {
             "type": "Feature",
             "geometry": {"type": "Point", "coordinates": [stop["at"]["lon"], stop["at"]["lat"]]},
-            "properties": {**stop, "kind": kind, "route": route.name},
+            "properties": picked(stop, asked) | {"kind": kind, "route": route.name, "marker-color": MARKERS[kind]},
         }
         for kind in ("stop", "halt")
         for stop in charging[f"{kind}s"]
@@ -154,11 +209,16 @@ def _response(
     graph: RoadGraph,
     planned: PlannedStops | None,
     coordinates: Coordinates,
-) -> dict[str, object]:
-    """The fields of a RouteResponse in their order; coordinates: as which form of an array they are given."""
+) -> dict[str, Any]:
+    """All fields of a RouteResponse in their order; coordinates: as which form of an array they are given."""
     routes = [
-        {**_properties(route, charging, understood, graph), "geometry": _line(route, coordinates)}
-        for route, charging in zip(answer.routes, _stops_of(answer, understood, graph, planned), strict=True)
+        {
+            **_properties(drawing, charging, understood, graph, None),
+            "geometry": _geometry(drawing, understood, understood.geometry_format, None, coordinates),
+        }
+        for drawing, charging in zip(
+            _drawings(answer, understood), _stops_of(answer, understood, graph, planned), strict=True
+        )
     ]
     return _answered(answer, understood, graph, planned) | {"routes": routes}
 
@@ -191,11 +251,6 @@ def _answered(
         "planning": None if planned is None else planning_stats(planned.stats),
         "terrain": terrain_note(graph),
     }
-
-
-def _line(route: Route, coordinates: Coordinates) -> dict[str, object]:
-    """The fields of a LineString."""
-    return {"type": "LineString", "coordinates": coordinates(route.geometry.round(DECIMALS))}
 
 
 def _weights(weights: Weights) -> dict[str, float]:
@@ -260,10 +315,20 @@ def rows_of(
 
 
 def _properties(
-    route: Route, charging: Mapping[str, object] | None, understood: RouteRequest, graph: RoadGraph
-) -> dict[str, object]:
-    """The fields of RouteProperties in their order; charging: those of a ChargingPlanAnswer."""
+    drawing: _Drawing,
+    charging: Mapping[str, object] | None,
+    understood: RouteRequest,
+    graph: RoadGraph,
+    asked: Selection,
+) -> dict[str, Any]:
+    """The fields of RouteProperties in their order; charging: those of a ChargingPlanAnswer.
+
+    asked: for which of them; lists of links and steps are made only where they are.
+    """
+    route = drawing.route
     remedy = route.remedy
+    with_links = understood.links and asks_for(asked, "links")
+    with_steps = understood.steps and asks_for(asked, "steps")
     return {
         "name": route.name,
         "weights": None if route.weights is None else _weights(route.weights),
@@ -292,8 +357,8 @@ def _properties(
         "hot_links": [_hot_links(stretch) for stretch in route.hot_links],
         "charging": charging,
         "legs": [_leg(leg) for leg in route.legs],
-        "links": _links(route.links) if understood.links else None,
-        "steps": step_answers(steps_of(graph, route, asked=_asked(understood))) if understood.steps else None,
+        "links": link_rows(drawing.drawn.links) if with_links else None,
+        "steps": step_answers(steps_of(graph, route, asked=_asked(understood)), drawing.kept) if with_steps else None,
     }
 
 
@@ -355,7 +420,7 @@ def _leg(leg: RouteLeg) -> dict[str, object]:
     }
 
 
-def _links(links: DrivenLinks) -> list[dict[str, object]]:
+def link_rows(links: DrivenLinks) -> list[dict[str, object]]:
     """The fields of RouteLinkAnswer in their order, one dictionary a link."""
     results = links.results
     columns = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from typing import TYPE_CHECKING
 
 import orjson
@@ -12,8 +13,21 @@ if TYPE_CHECKING:
 
 
 def as_json(answer: BaseModel | Mapping[str, object]) -> bytes:
-    """What pydantic's `model_dump_json` writes of models without aliases, of dictionaries with such, and of arrays."""
+    """What pydantic's `model_dump_json` writes of models by their aliases, of dictionaries with such, and of arrays."""
     return orjson.dumps(answer, default=_fields, option=orjson.OPT_SERIALIZE_NUMPY)
+
+
+def fields_of(model: BaseModel) -> dict[str, object]:
+    """The fields of a model in their order, as they are named in JSON."""
+    aliases = _aliases(type(model))
+    if not aliases:
+        return vars(model)  # which dict(model) would look at one by one
+    return {aliases.get(name, name): value for name, value in vars(model).items()}
+
+
+@cache
+def _aliases(model: type[BaseModel]) -> dict[str, str]:
+    return {name: field.alias for name, field in model.model_fields.items() if field.alias is not None}
 
 
 def written(json: bytes) -> orjson.Fragment:
@@ -23,5 +37,5 @@ def written(json: bytes) -> orjson.Fragment:
 
 def _fields(value: object) -> dict[str, object]:
     if isinstance(value, BaseModel):
-        return vars(value)  # its fields in order, which dict(value) would look at one by one
+        return fields_of(value)
     raise TypeError(type(value).__name__)

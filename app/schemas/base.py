@@ -24,7 +24,7 @@ class Sent(BaseModel):
 class Answered(BaseModel):
     """A part of an answer."""
 
-    model_config = ConfigDict(frozen=True)
+    model_config = ConfigDict(frozen=True, serialize_by_alias=True)
 
 
 def refusal(field: str, value: object, allowed: str) -> PydanticCustomError:

@@ -387,6 +387,7 @@ class ChargingStopProperties(ChargingStopAnswer):
 
     kind: Literal["stop"] = "stop"
     route: str = Field(description="name of its route")
+    marker_color: str = Field(alias="marker-color", description="colour of the marker, by simplestyle-spec")
 
 
 class ChargingHaltProperties(ChargingHaltAnswer):

@@ -6,9 +6,11 @@ from typing import Annotated, ClassVar, TypeVar
 
 from pydantic import Field, model_validator
 
-from app.schemas.base import Answered, Fraction
+from app.schemas.base import Answered, Flag, Fraction
 from app.schemas.drive import SearchRequest
 from app.schemas.graph import TerrainNote
+from app.schemas.lean.form import COMPACT_MEANS
+from app.schemas.lean.names import Picked, check_names
 from app.schemas.place import MAX_PLACES, Place, Snapped
 from app.schemas.route import WeightsSent
 from routing.route.matrix import NotDriven
@@ -32,6 +34,8 @@ class MatrixRequest(SearchRequest):
         "stops",
         "conditions",
         "effects",
+        "fields",
+        "compact",
     )
 
     sources: list[Place] = Field(min_length=1, max_length=MAX_PLACES, description="places of departure")
@@ -40,10 +44,13 @@ class MatrixRequest(SearchRequest):
     )
     soc: Fraction = Field(description="state of charge at departure of each drive, 0..1")
     weights: WeightsSent | None = Field(default=None, description="own weighting; default energy only")
+    fields: Picked = None
+    compact: Flag | None = Field(default=None, description=COMPACT_MEANS)
 
     @model_validator(mode="after")
     def _reserve_within_charge(self) -> MatrixRequest:
         self.check_reserve()
+        check_names(self.fields, MatrixResponse)
         return self
 
 

@@ -143,6 +143,7 @@ class PlaceProperties(Answered):
     link_id: int
     offset_m: float
     road_name: str
+    marker_color: str = Field(alias="marker-color", description="colour of the marker, by simplestyle-spec")
 
 
 class PlaceFeature(Answered):

@@ -7,10 +7,13 @@ from typing import Annotated, ClassVar, Literal
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, NaiveDatetime, Tag, field_validator, model_validator
 from pydantic_core import PydanticCustomError
 
-from app.schemas.base import Answered, Count, Flag, Fraction, refusal
+from app.schemas.base import Answered, Count, Flag, Fraction, Number, refusal
 from app.schemas.conditions import condition_field
 from app.schemas.drive import GRAPH_MEANS, SearchRequest
 from app.schemas.graph import TerrainNote
+from app.schemas.lean.form import COMPACT_MEANS
+from app.schemas.lean.formats import RangeFormat
+from app.schemas.lean.names import MOST_FIELDS, MOST_NAME_CHARS, PICKED_MEANS, Picked, check_names
 from app.schemas.learned_effects import MAX_EFFECTS_ID_CHARS
 from app.schemas.place import MultiLineStringGeometry, MultiPolygonGeometry, PlaceFeature, PlaceOrText, refuse_swapped
 from app.schemas.places.named import PLACES_MEANS, PlaceNamed
@@ -20,6 +23,11 @@ from energy.conditions import RoadSurface
 from routing.queries import By, Outline
 
 MAX_BANDS = 20
+MOST_TOLERANCE_M = 100_000.0
+TOLERANCE_MEANS = (
+    "how far outlines may be moved so that they have fewer points [m]; bands stay within each other; 0 for none; "
+    "without it, 1.25 cells of the grid that they are drawn on, about two pixels of a map of the whole area"
+)
 REVERSE_MEANS = "true gives the area from which the origin is reached, departing there with soc"
 ROUND_TRIP_MEANS = "true gives what can be driven to from the origin and back, with a stop there; not with reverse"
 BY_MEANS = "what the bands are of; energy, time and distance take limits in place of bands"
@@ -75,6 +83,9 @@ class RangeRequest(SearchRequest):
         "outline",
         "by",
         "limits",
+        "tolerance_m",
+        "fields",
+        "compact",
     )
 
     origin: PlaceOrText
@@ -93,6 +104,14 @@ class RangeRequest(SearchRequest):
     limits: list[BandLimit] | None = Field(
         default=None, min_length=1, max_length=MAX_BANDS, description=LIMITS_MEAN, examples=[None]
     )
+    tolerance_m: Number | None = Field(default=None, ge=0, le=MOST_TOLERANCE_M, description=TOLERANCE_MEANS)
+    fields: Picked = None
+    compact: Flag | None = Field(default=None, description=COMPACT_MEANS)
+
+    @model_validator(mode="after")
+    def _fields_are_known(self) -> RangeRequest:
+        check_names(self.fields, RangeFeatureCollection)
+        return self
 
     @model_validator(mode="after")
     def _limits_go_with_what_they_are_of(self) -> RangeRequest:
@@ -182,6 +201,16 @@ class RangeParameters(ConditionsParameters):
         default=None, max_length=400, json_schema_extra={"pattern": LIMITS_PATTERN}, description=LIMITS_MEAN
     )
 
+    tolerance_m: float | None = Field(default=None, ge=0, le=MOST_TOLERANCE_M, description=TOLERANCE_MEANS)
+    fields: str | None = Field(
+        default=None,
+        max_length=MOST_FIELDS * MOST_NAME_CHARS,
+        description=f"{PICKED_MEANS}; separated by commas",
+        examples=["features.properties.area_km2,features.properties.soc_left"],
+    )
+    compact: bool | None = Field(default=None, description=COMPACT_MEANS)
+    format: RangeFormat | None = Field(default=None, description="format of the answer, whatever Accept says")
+
     @model_validator(mode="before")
     @classmethod
     def _not_swapped(cls, value: object) -> object:
@@ -262,13 +291,15 @@ class BandProperties(Answered):
         description="along roads to the nearest place where the charge ends; null where it ends nowhere"
     )
     road_farthest_km: float = Field(description="along roads to the farthest place in reach")
+    stroke: str = Field(description="colour of the outline, by simplestyle-spec")
+    fill: str = Field(description="colour of the area, by simplestyle-spec")
 
 
 class BandFeature(Answered):
     """GeoJSON Feature of one band."""
 
     type: Literal["Feature"] = "Feature"
-    geometry: MultiPolygonGeometry
+    geometry: MultiPolygonGeometry | None = Field(description="null where fields leave it out")
     properties: BandProperties
 
 

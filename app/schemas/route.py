@@ -18,6 +18,8 @@ from app.schemas.charging import (
 from app.schemas.drive import SearchRequest
 from app.schemas.graph import TerrainNote
 from app.schemas.guidance.steps import StepAnswer
+from app.schemas.lean.form import COMPACT_MEANS, GeometryFormat, Overview
+from app.schemas.lean.names import Picked, check_names
 from app.schemas.place import LatLon, LineString, PlaceFeature, PlaceOrText, Snapped
 from app.schemas.places.named import PLACES_MEANS, PlaceNamed
 from energy.chain.chain import StopRule
@@ -81,6 +83,10 @@ class RouteRequest(SearchRequest):
         "uncertainty",
         "links",
         "steps",
+        "geometry_format",
+        "overview",
+        "fields",
+        "compact",
     )
 
     start: PlaceOrText
@@ -107,6 +113,16 @@ class RouteRequest(SearchRequest):
     uncertainty: Flag = Field(default=False, description="true adds quantiles of energy and arrival charge")
     links: Flag = Field(default=True, description="false leaves the list of links out of the answer")
     steps: Flag = Field(default=False, description="true adds what a driver is told along each route")
+    geometry_format: GeometryFormat = Field(
+        default=GeometryFormat.GEOJSON,
+        description="how lines are written: as GeoJSON, or as a text in the polyline encoding with 5 or 6 decimals",
+    )
+    overview: Overview = Field(
+        default=Overview.FULL,
+        description="lines in full, simplified to what a map of the whole route shows, or none",
+    )
+    fields: Picked = None
+    compact: Flag | None = Field(default=None, description=COMPACT_MEANS)
 
     @model_validator(mode="after")
     def _one_weighting(self) -> RouteRequest:
@@ -119,6 +135,7 @@ class RouteRequest(SearchRequest):
         self.check_reserve()
         if self.charging is not None:
             self._check_charging(self.charging)
+        check_names(self.fields, RouteResponse)
         return self
 
     def _check_charging(self, charging: ChargingRequest) -> None:
@@ -152,12 +169,15 @@ class RouteRequest(SearchRequest):
             )
 
 
-_PART_FIELDS: Final[Any] = {part.value: (float, Field(description=part.meaning)) for part in Part}
+_PART_FIELDS: Final[Any] = {part.value: (float, Field(default=0.0, description=part.meaning)) for part in Part}
 _FloatByPart: Any = create_model("_FloatByPart", __base__=Answered, **_PART_FIELDS)
 
 
 class EnergyPartsKwh(_FloatByPart):  # type: ignore[misc]  # its fields are those of energy.force.parts.Part
-    """Battery energy by cause [kWh]; the parts add up to the whole. Those of effects are 0 while the effect is off."""
+    """Battery energy by cause [kWh]; the parts add up to the whole. Those of effects are 0 while the effect is off.
+
+    In compact answers those that are 0 are left out.
+    """
 
 
 class EnergyPartsWh(EnergyPartsKwh):
@@ -184,7 +204,9 @@ class RouteLinkAnswer(Answered):
     )
     grade: float = Field(description="rise over length")
     height_end_m: float = Field(description="height of its end above sea [m]; 0 on a graph without terrain")
-    geometry_end: int = Field(description="position in geometry.coordinates of the point at which it ends")
+    geometry_end: int = Field(
+        description="position in the line's points of that at which it ends, or of the next one with a simplified line"
+    )
     speed_limit_kmh: float
     speed_end_kmh: float = Field(
         description="speed carried into the next link, given no stop [km/h]; 0 where it comes to rest for certain"
@@ -292,7 +314,9 @@ class RouteProperties(Answered):
 class RouteFound(RouteProperties):
     """One route."""
 
-    geometry: LineString
+    geometry: LineString | str | None = Field(
+        description="the line; a text in the polyline encoding with geometry_format, null with overview none"
+    )
 
 
 class SnappedEnds(Answered):
@@ -358,12 +382,18 @@ class RouteResponse(RouteAnswered):
     routes: list[RouteFound]
 
 
+class RouteFeatureProperties(RouteProperties):
+    """What a LineString feature says of a route."""
+
+    stroke: str = Field(description="colour of the line, by simplestyle-spec")
+
+
 class RouteFeature(Answered):
     """GeoJSON Feature of one route."""
 
     type: Literal["Feature"] = "Feature"
-    geometry: LineString
-    properties: RouteProperties
+    geometry: LineString | None = Field(description="null with overview none, or where fields leave it out")
+    properties: RouteFeatureProperties
 
 
 class LegProperties(RouteLegAnswer):
@@ -372,13 +402,14 @@ class LegProperties(RouteLegAnswer):
     kind: Literal["leg"] = "leg"
     route: str = Field(description="name of its route")
     leg: int = Field(description="position in its legs")
+    stroke: str = Field(description="colour of the line, by simplestyle-spec")
 
 
 class LegFeature(Answered):
     """GeoJSON Feature of a leg."""
 
     type: Literal["Feature"] = "Feature"
-    geometry: LineString
+    geometry: LineString | None = Field(description="null with overview none")
     properties: LegProperties
 
 

@@ -29,9 +29,12 @@ from app.conversions.simulation import (
 )
 from app.conversions.vehicle_check import vehicle_check
 from app.conversions.way_limits import area_limits, course_limits, route_limits
+from app.exports.answers import RANGE_FILES, ROUTE_FILES
+from app.exports.content import RangeContent, RouteContent
 from app.observation import INLINE, Stage, note_labels, note_subject, stage
 from app.schemas.drive import DriveRequest
 from app.schemas.graph import GraphDetail, GraphList, GraphsReloaded, RefusedGraph
+from app.schemas.lean.formats import AnswerFormat
 from app.schemas.matrix import MatrixRequest, MatrixResponse
 from app.schemas.range import RangeFeatureCollection, RangeRequest
 from app.schemas.route import RouteRequest, RouteResponse
@@ -200,6 +203,16 @@ class Service:
         with stage(Stage.WRITE):
             return route_features_json(*answered)
 
+    def route_in(self, form: AnswerFormat, sent: RouteRequest) -> bytes:
+        """Routes for a request in a format."""
+        if form is AnswerFormat.JSON:
+            return self.route_json(sent)
+        if form is AnswerFormat.GEOJSON:
+            return self.route_geojson(sent)
+        content = RouteContent(*self._answered_route(sent))
+        with stage(Stage.WRITE):
+            return ROUTE_FILES[form](content)
+
     def _answered_route(self, sent: RouteRequest) -> tuple[RouteAnswer, RouteRequest, RoadGraph, PlannedStops | None]:
         with stage(Stage.SEARCH if sent.charging is None else Stage.PLAN):
             return self._found_route(sent)
@@ -254,6 +267,14 @@ class Service:
         answer, understood, graph = self._answered_range(sent)
         with stage(Stage.WRITE):
             return range_json(answer, understood, graph)
+
+    def range_in(self, form: AnswerFormat, sent: RangeRequest) -> bytes:
+        """The reachable area for a request in one of RANGE_FORMATS."""
+        if form is AnswerFormat.GEOJSON:
+            return self.range_json(sent)
+        content = RangeContent(*self._answered_range(sent))
+        with stage(Stage.WRITE):
+            return RANGE_FILES[form](content)
 
     @stage(Stage.SEARCH)
     def _answered_range(self, sent: RangeRequest) -> tuple[RangeAnswer, RangeRequest, RoadGraph]:

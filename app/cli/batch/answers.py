@@ -12,8 +12,11 @@ from fastapi.exceptions import RequestValidationError
 from pydantic import ValidationError
 
 from app.cli.batch.opening import opened
+from app.conversions.lean.selection import lean_answer
 from app.errors.problems import make_problem
 from app.errors.table import problem_of
+from app.schemas.lean.form import GeometryFormat
+from app.schemas.place import LineString
 from app.schemas.problem import ErrorCode, FieldProblem
 from app.schemas.route import RouteRequest
 
@@ -61,7 +64,10 @@ def _answered(service: Service, row: RequestRow, defaults: Mapping[str, Any], *,
         field = FieldProblem(field="", value=None, allowed="a row that can be read")
         return _refused(row, make_problem(ErrorCode.MALFORMED_JSON, row.fault, [field], PATH), flat=flat)
     try:
-        response = service.route(RouteRequest.model_validate({**defaults, **row.body}))
+        sent = RouteRequest.model_validate({**defaults, **row.body})
+        if flat:  # whose geometry is binary
+            sent = sent.model_copy(update={"geometry_format": GeometryFormat.GEOJSON})
+        response = service.route(sent)
     except ValidationError as error:
         return _refused(row, problem_of(RequestValidationError(error.errors()), PATH), flat=flat)
     except Exception as error:  # as over HTTP, whatever fails is the answer of its own row only
@@ -70,7 +76,10 @@ def _answered(service: Service, row: RequestRow, defaults: Mapping[str, Any], *,
             LOG.exception("row %d", row.number)
         return _refused(row, problem, flat=flat)
     infeasible = sum(not route.feasible for route in response.routes)
-    lines = _records(row, response) if flat else (_line(row, response=response.model_dump(mode="json")),)
+    if flat:
+        return RowAnswer(_records(row, response), None, len(response.routes), infeasible)
+    answer = lean_answer(response.model_dump(mode="json"), sent.fields, sent.compact)
+    lines = (_line(row, response=answer),)
     return RowAnswer(lines, None, len(response.routes), infeasible)
 
 
@@ -110,7 +119,9 @@ def _records(row: RequestRow, response: RouteResponse) -> tuple[dict[str, Any], 
             "climb_m": route.climb_m,
             "descent_m": route.descent_m,
             **_charging_columns(route.charging),
-            "geometry": shapely.to_wkb(shapely.LineString(route.geometry.coordinates)),
+            "geometry": shapely.to_wkb(shapely.LineString(route.geometry.coordinates))
+            if isinstance(route.geometry, LineString)
+            else None,
         }
         for route in response.routes
     )

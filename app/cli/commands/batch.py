@@ -13,7 +13,15 @@ import typer
 from rich.console import Console
 
 from app.cli.commands.effects import EffectsOption, UncertainOption, effects_choice, refuse_uncertain
-from app.cli.commands.output import GraphOption, JsonOption, print_json, print_notes, service_for
+from app.cli.commands.lean import (
+    CompactOption,
+    FieldsOption,
+    MatrixFormatOption,
+    asked_parts,
+    chosen_format,
+    print_bytes,
+)
+from app.cli.commands.output import GraphOption, JsonOption, print_notes, service_for
 from app.cli.commands.progress import stage_bars, whole_reporter
 from app.cli.commands.queries import (
     ConditionOption,
@@ -26,6 +34,7 @@ from app.cli.commands.queries import (
     weights_from_text,
 )
 from app.errors.raised import CommandError
+from app.schemas.lean.formats import MATRIX_FORMATS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -72,6 +81,9 @@ def matrix(
     out: Annotated[
         Path | None, typer.Option(metavar="FILE.csv|.parquet", help="write one line a pair of places")
     ] = None,
+    fields: FieldsOption = None,
+    compact: CompactOption = None,
+    form: MatrixFormatOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Energy, time, distance and charge of the drives from many places to many."""
@@ -79,8 +91,10 @@ def matrix(
     from app.cli.batch.requests import named_places
     from app.cli.batch.results import PAIR_KINDS, check_results_name
     from app.cli.batch.scheduling import dask_distributed
+    from app.exports.answers import matrix_in
 
     dask_distributed()
+    chosen = chosen_format(form, as_json, MATRIX_FORMATS)
     if out is not None:
         check_results_name(out, PAIR_KINDS, [places, *([] if targets is None else [targets])])
     sources = named_places(places)
@@ -96,12 +110,13 @@ def matrix(
         "stops": stops,
         "conditions": conditions_from_pairs(condition),
         "effects": effects_choice(effects),
+        **asked_parts(fields, compact),
     }
     answer = _searched(body, graph, scheduler, threads, apply_uncertain=apply_uncertain)
     if out is not None:
         write_pairs(out, answer, sources, reached)
-    if as_json:
-        print_json(answer)
+    if chosen is not None:
+        print_bytes(matrix_in(chosen, answer))
         return
     from app.cli import tables
 

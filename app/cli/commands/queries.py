@@ -45,6 +45,20 @@ from app.cli.commands.effects import (
     refuse_uncertain,
 )
 from app.cli.commands.json_files import json_in
+from app.cli.commands.lean import (
+    CompactOption,
+    FieldsOption,
+    GeometryFormatOption,
+    LinksOption,
+    OverviewOption,
+    RangeFormatOption,
+    RouteFormatOption,
+    StepsOption,
+    ToleranceOption,
+    asked_parts,
+    chosen_format,
+    print_bytes,
+)
 from app.cli.commands.output import (
     GraphOption,
     JsonOption,
@@ -55,6 +69,7 @@ from app.cli.commands.output import (
     service_for,
 )
 from app.errors.raised import CommandError
+from app.schemas.lean.formats import RANGE_FORMATS, ROUTE_FORMATS
 from routing.errors import QueryError
 
 if TYPE_CHECKING:
@@ -104,7 +119,6 @@ def route(
         bool, typer.Option("--compare", help="show the routes by the vehicle's file beside those with --effects")
     ] = False,
     uncertainty: UncertaintyOption = False,
-    steps: Annotated[bool, typer.Option("--steps", help="what a driver is told along each route")] = False,
     charging: ChargingOption = False,
     arrive_soc: ArriveSocOption = None,
     goal_soc: GoalSocOption = None,
@@ -126,6 +140,13 @@ def route(
     speed_cap: SpeedCapOption = None,
     most_stops: MostStopsOption = None,
     more_plans: PlansOption = None,
+    steps: StepsOption = False,
+    links: LinksOption = True,
+    geometry_format: GeometryFormatOption = "geojson",
+    overview: OverviewOption = "full",
+    fields: FieldsOption = None,
+    compact: CompactOption = None,
+    form: RouteFormatOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """Routes from one place to another, with charging stops where these are asked for."""
@@ -133,6 +154,7 @@ def route(
 
     if compare and (effects is None or pareto is not None):
         raise CommandError("--compare is set, allowed: with --effects, without --pareto")
+    chosen = chosen_format(form, as_json, ROUTE_FORMATS)
     service = service_for(graph)
     sent = RouteRequest.model_validate(
         {
@@ -172,17 +194,21 @@ def route(
             "conditions": conditions_from_pairs(condition),
             "effects": effects_choice(effects),
             "uncertainty": uncertainty,
+            "links": links,
             "steps": steps,
+            "geometry_format": geometry_format,
+            "overview": overview,
+            **asked_parts(fields, compact),
         }
     )
     if compare:
         _compare(service, sent, as_json)
         return
     refuse_uncertain(service, sent.effects, apply_uncertain)
-    answer = service.route(sent)
-    if as_json:
-        print_json(answer)
+    if chosen is not None:
+        print_bytes(service.route_in(chosen, sent))
         return
+    answer = service.route(sent)
     console = Console()
     print_places(answer.places)
     console.print(tables.routes_table(answer))
@@ -258,11 +284,16 @@ def reachable(
     effects: EffectsOption = None,
     apply_uncertain: UncertainOption = False,
     uncertainty: UncertaintyOption = False,
+    tolerance_m: ToleranceOption = None,
+    fields: FieldsOption = None,
+    compact: CompactOption = None,
+    form: RangeFormatOption = None,
     as_json: JsonOption = False,
 ) -> None:
     """The area that can be reached."""
     from app.schemas.range import RangeRequest, limits_from_text
 
+    chosen = chosen_format(form, as_json, RANGE_FORMATS)
     service = service_for(graph)
     sent = RangeRequest.model_validate(
         {
@@ -282,13 +313,15 @@ def reachable(
             "conditions": conditions_from_pairs(condition),
             "effects": effects_choice(effects),
             "uncertainty": uncertainty,
+            "tolerance_m": tolerance_m,
+            **asked_parts(fields, compact),
         }
     )
     refuse_uncertain(service, sent.effects, apply_uncertain)
-    answer = service.range(sent)
-    if as_json:
-        print_json(answer)
+    if chosen is not None:
+        print_bytes(service.range_in(chosen, sent))
         return
+    answer = service.range(sent)
     console = Console()
     print_places(answer.places)
     console.print(tables.bands_table(answer))

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
 
 from app.conversions.place import DECIMALS
 from energy.units import JOULE_PER_KWH, KMH_PER_MPS
@@ -11,18 +13,28 @@ from routing.guidance.instructions import instruction_of
 if TYPE_CHECKING:
     from collections.abc import Iterable
 
+    from numpy.typing import NDArray
+
     from routing.guidance.step import Intersection, Lane, Step
 
 BEARING_DIGITS: Final = 1  # of degrees
 SPEED_DIGITS: Final = 9  # of km/h, so that a cap comes back as it was sent
 
 
-def step_answers(steps: Iterable[Step]) -> list[dict[str, object]]:
-    """The fields of a StepAnswer in their order, one dictionary a step."""
-    return [_step(step) for step in steps]
+def step_answers(steps: Iterable[Step], kept: NDArray[np.int64] | None = None) -> list[dict[str, object]]:
+    """The fields of a StepAnswer in their order, one dictionary a step.
+
+    kept: positions of the points of the route's line that are answered, None where all are.
+    """
+    answers = [_step(step) for step in steps]
+    if kept is not None:
+        for name in ("geometry_first", "geometry_last"):
+            for answer, position in zip(answers, np.searchsorted(kept, [a[name] for a in answers]), strict=True):
+                answer[name] = int(position)
+    return answers
 
 
-def _step(step: Step) -> dict[str, object]:
+def _step(step: Step) -> dict[str, Any]:
     return {
         "type": step.type,
         "modifier": step.modifier,

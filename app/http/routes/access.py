@@ -13,10 +13,12 @@ from isal import igzip
 from app.errors.raised import NotReadyError
 from app.http.admission import Admission
 from app.observation import Stage, stage
-from app.schemas.as_json import as_json
+from app.schemas.lean.formats import MEDIA_TYPES, AnswerFormat
 from app.service.service import Service
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from pydantic import BaseModel
 
 # what endpoints depend on is async, since plain functions would each be run on a thread of their own
@@ -63,17 +65,27 @@ def answer(model: BaseModel, media_type: str = JSON) -> Response:
     return Response(model.model_dump_json(), media_type=media_type)
 
 
+def answer_in(request: Request, form: AnswerFormat, body: bytes, name: str) -> Response:
+    """A body in a format; a browser saves all but JSON and GeoJSON as a file of that name."""
+    headers = {"Vary": "Accept"}
+    if form not in (AnswerFormat.JSON, AnswerFormat.GEOJSON):
+        headers["Content-Disposition"] = f'attachment; filename="{name}.{form.value}"'
+    return long_answer(request, body, MEDIA_TYPES[form], headers)
+
+
 def kept_answer(request: Request, model: BaseModel) -> Response:
     """A schema as a response to GET that clients may keep and ask again for, as `long_answer` sends it."""
     return long_answer(request, model.model_dump_json().encode())
 
 
-def long_answer(request: Request, body: bytes, media_type: str = JSON) -> Response:
+def long_answer(
+    request: Request, body: bytes, media_type: str = JSON, headers: Mapping[str, str] | None = None
+) -> Response:
     """A body as a response, compressed here where the client takes that, so that it is not on the event loop.
 
     Answers to GET have a weak tag of their contents, and are not sent again to who has them: 304.
     """
-    response = _packed(request, body, media_type)
+    response = _packed(request, body, media_type, headers)
     if request.method == "GET":
         same = _MEASURED.sub(b"", body)
         tag = f'"{hashlib.blake2b(same, digest_size=TAG_BYTES).hexdigest()}"'
@@ -90,42 +102,16 @@ def root_address(request: Request, service: Service) -> str:
     return service.settings.public_url or own.rstrip("/")
 
 
-def _packed(request: Request, body: bytes, media_type: str) -> Response:
+def _packed(request: Request, body: bytes, media_type: str, headers: Mapping[str, str] | None) -> Response:
     # the test of the compressing middleware, which leaves alone what is compressed
     if len(body) < COMPRESSED_BYTES or "gzip" not in request.headers.get("Accept-Encoding", ""):
-        return Response(body, media_type=media_type)
+        return Response(body, media_type=media_type, headers=headers)
     with stage(Stage.WRITE):
         packed = igzip.compress(body, COMPRESSION, mtime=0)
-    return Response(packed, media_type=media_type, headers={"Vary": "Accept-Encoding", "Content-Encoding": "gzip"})
-
-
-def long_json_answer(request: Request, model: BaseModel) -> Response:
-    """A schema as a response, as `long_answer` sends it."""
-    with stage(Stage.WRITE):
-        body = as_json(model)
-    return long_answer(request, body)
-
-
-def prefers_geojson(accept: str) -> bool:
-    """Whether an Accept header ranks application/geo+json above application/json (RFC 9110 section 12.5.1)."""
-    ranks = {GEOJSON: 0.0, JSON: 0.0}
-    for part in accept.split(","):
-        name, *parameters = (piece.strip().lower() for piece in part.split(";"))
-        if name in ranks:
-            ranks[name] = max(ranks[name], _quality(parameters))
-    return ranks[GEOJSON] > ranks[JSON] or (
-        ranks[GEOJSON] > 0.0 and ranks[GEOJSON] == ranks[JSON] and accept.find(GEOJSON) < accept.find(JSON)
-    )
-
-
-def _quality(parameters: list[str]) -> float:
-    for parameter in parameters:
-        if parameter.startswith("q="):
-            try:
-                return float(parameter[2:])
-            except ValueError:
-                return 0.0
-    return 1.0
+    packing = {"Vary": "Accept-Encoding", "Content-Encoding": "gzip"}
+    if headers is not None:
+        packing = {**headers, **packing, "Vary": f"{headers.get('Vary', '')}, Accept-Encoding".removeprefix(", ")}
+    return Response(packed, media_type=media_type, headers=packing)
 
 
 def has_tag(if_none_match: str | None, tag: str) -> bool:

@@ -7,10 +7,13 @@ from typing import Annotated
 from fastapi import APIRouter, Body, Request, Response
 from starlette.concurrency import run_in_threadpool
 
+from app.exports.answers import matrix_in
 from app.http.examples.answers import MATRIX_ANSWER, MATRIX_REQUESTS
 from app.http.examples.problems import BODY_CODES, SEARCH_CODES, problems
 from app.http.json_body import BoundedRoute
-from app.http.routes.access import RunningService, Searches, long_json_answer
+from app.http.routes.access import JSON, RunningService, Searches, answer_in
+from app.http.routes.formats import Accepted, MatrixFormatAsked, file_contents
+from app.schemas.lean.formats import MATRIX_FORMATS, accepted_format
 from app.schemas.matrix import MatrixRequest, MatrixResponse
 
 router = APIRouter(route_class=BoundedRoute, tags=["route"])
@@ -21,7 +24,7 @@ router = APIRouter(route_class=BoundedRoute, tags=["route"])
     summary="Energy, time, distance and charge of the drives from many places to many",
     response_model=MatrixResponse,
     responses={
-        200: {"content": {"application/json": {"example": MATRIX_ANSWER}}},
+        200: {"content": {JSON: {"example": MATRIX_ANSWER}, **file_contents(MATRIX_FORMATS)}},
         **problems("/matrix", *SEARCH_CODES, *BODY_CODES),
     },
 )
@@ -30,6 +33,8 @@ async def find_matrix(
     request: Request,
     service: RunningService,
     searches: Searches,
+    form: MatrixFormatAsked = None,
+    accept: Accepted = JSON,
 ) -> Response:
     """Each entry is what `POST /route` answers for its source and target: by default the drive of least energy.
 
@@ -38,4 +43,5 @@ async def find_matrix(
     as `sources[3]`.
     """
     found = await searches.run_parts(request, lambda: service.matrix_work(sent), len(sent.sources))
-    return await run_in_threadpool(lambda: long_json_answer(request, found))
+    chosen = form or accepted_format(accept, MATRIX_FORMATS)
+    return await run_in_threadpool(lambda: answer_in(request, chosen, matrix_in(chosen, found), "matrix"))

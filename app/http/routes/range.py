@@ -13,13 +13,17 @@ from app.http.admission import Cost
 from app.http.examples.answers import RANGE_FEATURES, RANGE_REQUESTS
 from app.http.examples.problems import BODY_CODES, SEARCH_CODES, TEXT_CODES, problems
 from app.http.json_body import BoundedRoute
-from app.http.routes.access import GEOJSON, UNCHANGED, GeoJSONResponse, RunningService, Searches, long_answer
+from app.http.routes.access import GEOJSON, UNCHANGED, GeoJSONResponse, RunningService, Searches, answer_in
+from app.http.routes.formats import Accepted, RangeFormatAsked, file_contents
+from app.schemas.lean.formats import RANGE_FORMATS, AnswerFormat, accepted_format
 from app.schemas.range import RangeFeatureCollection, RangeParameters, RangeRequest
 from energy.errors import ConditionsError
 
 router = APIRouter(route_class=BoundedRoute, tags=["range"], default_response_class=GeoJSONResponse)
 
-FOUND: dict[int | str, dict[str, Any]] = {200: {"content": {GEOJSON: {"example": RANGE_FEATURES}}}}
+FOUND: dict[int | str, dict[str, Any]] = {
+    200: {"content": {GEOJSON: {"example": RANGE_FEATURES}, **file_contents(RANGE_FORMATS)}}
+}
 
 
 @router.get(
@@ -29,7 +33,11 @@ FOUND: dict[int | str, dict[str, Any]] = {200: {"content": {GEOJSON: {"example":
     responses={**FOUND, **UNCHANGED, **problems("/range", *SEARCH_CODES)},
 )
 async def find_range(
-    sent: Annotated[RangeParameters, Query()], request: Request, service: RunningService, searches: Searches
+    sent: Annotated[RangeParameters, Query()],
+    request: Request,
+    service: RunningService,
+    searches: Searches,
+    accept: Accepted = GEOJSON,
 ) -> Response:
     """One MultiPolygon for each band of charge left on arrival, the outermost first, and the origin on its road."""
     try:
@@ -37,9 +45,7 @@ async def find_range(
     except ValidationError as error:
         raise RequestValidationError(error.errors()) from error
     try:
-        return await searches.run(
-            request, lambda: long_answer(request, service.range_json(long_form), GEOJSON), Cost.MIDDLE
-        )
+        return await _answered(long_form, sent.format, accept, request, service, searches)
     except ConditionsError as error:  # names a field of the long form
         raise ConditionsError(error.field.removeprefix("conditions."), error.value, error.allowed) from error
 
@@ -58,6 +64,22 @@ async def find_range_of_body(
     request: Request,
     service: RunningService,
     searches: Searches,
+    form: RangeFormatAsked = None,
+    accept: Accepted = GEOJSON,
 ) -> Response:
     """The same as GET /range, asked for with a body."""
-    return await searches.run(request, lambda: long_answer(request, service.range_json(sent), GEOJSON), Cost.MIDDLE)
+    return await _answered(sent, form, accept, request, service, searches)
+
+
+async def _answered(
+    sent: RangeRequest,
+    form: AnswerFormat | None,
+    accept: str,
+    request: Request,
+    service: RunningService,
+    searches: Searches,
+) -> Response:
+    chosen = form or accepted_format(accept, RANGE_FORMATS)
+    return await searches.run(
+        request, lambda: answer_in(request, chosen, service.range_in(chosen, sent), "range"), Cost.MIDDLE
+    )

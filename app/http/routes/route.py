@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated
 
-from fastapi import APIRouter, Body, Header, Request, Response
+from fastapi import APIRouter, Body, Request, Response
 
 from app.http.admission import Cost
 from app.http.examples.answers import (
@@ -17,7 +17,9 @@ from app.http.examples.answers import (
 )
 from app.http.examples.problems import BODY_CODES, SEARCH_CODES, TEXT_CODES, problems
 from app.http.json_body import BoundedRoute
-from app.http.routes.access import GEOJSON, JSON, RunningService, Searches, long_answer, prefers_geojson
+from app.http.routes.access import GEOJSON, JSON, RunningService, Searches, answer_in
+from app.http.routes.formats import Accepted, RouteFormatAsked, file_contents
+from app.schemas.lean.formats import ROUTE_FORMATS, accepted_format
 from app.schemas.problem import ErrorCode
 from app.schemas.route import RouteRequest, RouteResponse
 
@@ -43,6 +45,7 @@ router = APIRouter(route_class=BoundedRoute, tags=["route"])
                     "schema": {"$ref": "#/components/schemas/RouteFeatureCollection"},
                     "example": ROUTE_FEATURES,
                 },
+                **file_contents(ROUTE_FORMATS),
             }
         },
         **problems("/route", *SEARCH_CODES, *BODY_CODES, *TEXT_CODES, ErrorCode.NO_PATH),
@@ -53,9 +56,8 @@ async def find_route(
     request: Request,
     service: RunningService,
     searches: Searches,
-    accept: Annotated[
-        str, Header(description="application/geo+json for a FeatureCollection instead", examples=["application/json"])
-    ] = "application/json",
+    form: RouteFormatAsked = None,
+    accept: Accepted = JSON,
 ) -> Response:
     """One route for each weighting, by default the one that takes the least energy, or a Pareto set of time and energy.
 
@@ -66,6 +68,7 @@ async def find_route(
     # a graph that the vehicle has not met under these conditions is made ready first
     known = isinstance(sent.vehicle, str | None) and sent.conditions is None and sent.effects is None
     cost = Cost.LONG if sent.pareto is not None or sent.charging is not None else Cost.SHORT if known else Cost.MIDDLE
-    if prefers_geojson(accept):
-        return await searches.run(request, lambda: long_answer(request, service.route_geojson(sent), GEOJSON), cost)
-    return await searches.run(request, lambda: long_answer(request, service.route_json(sent), JSON), cost)
+    chosen = form or accepted_format(accept, ROUTE_FORMATS)
+    return await searches.run(
+        request, lambda: answer_in(request, chosen, service.route_in(chosen, sent), "route"), cost
+    )

@@ -188,16 +188,18 @@ def test_plan_is_written_as_its_schema_writes_it(
     schema: type[RouteResponse | RouteFeatureCollection],
     change: dict[str, object],
 ) -> None:
-    response = charged.post("/route", json=ROUTE | change, headers={"Accept": media_type})
+    response = charged.post("/route", json=ROUTE | {"compact": False} | change, headers={"Accept": media_type})
     assert response.status_code == 200, response.text
     assert schema.model_validate_json(response.content).model_dump_json() == response.text
 
 
 def test_geojson_has_lines_for_legs_and_points_for_stops(charged: TestClient) -> None:
-    response = charged.post("/route", json=body(via=[FAR_CORNER]), headers={"Accept": "application/geo+json"})
+    asked = body(via=[FAR_CORNER]) | {"compact": False}
+    response = charged.post("/route", json=asked, headers={"Accept": "application/geo+json"})
     features = response.json()["features"]
     plain = timeless(ask(charged, via=[FAR_CORNER]))
     route = features[0]
+    assert route["properties"].pop("stroke") == "#0b7a55"
     assert {**route["properties"], "geometry": route["geometry"]} == plain["routes"][0]
     legs = [feature for feature in features if feature["properties"].get("kind") == "leg"]
     stops = [feature for feature in features if feature["properties"].get("kind") == "stop"]

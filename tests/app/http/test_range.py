@@ -226,7 +226,7 @@ def test_range_that_the_charge_ends_says_nothing_of_the_maps_edge(client: TestCl
 
 
 def test_range_tells_how_far_it_reaches_in_24_directions(client: TestClient) -> None:
-    answer = ask(client, f"{ORIGIN}&soc=0.006")
+    answer = ask(client, f"{ORIGIN}&soc=0.006&tolerance_m=0")
     (band,) = bands_of(answer)
     lon, lat = answer["features"][-1]["geometry"]["coordinates"]
     said, area = band["properties"], shape(band["geometry"])

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 from shapely.geometry import shape
 
-from app.http.routes.access import prefers_geojson
+from app.schemas.lean.formats import ROUTE_FORMATS, accepted_format
 from app.schemas.route import RouteFeatureCollection, RouteRequest, RouteResponse
 
 if TYPE_CHECKING:
@@ -117,11 +117,12 @@ def test_route_below_the_reserve_is_not_feasible(client: TestClient) -> None:
 
 def test_route_as_geojson_says_the_same(client: TestClient) -> None:
     plain = ask(client)
-    response = client.post("/route", json=ROUTE, headers={"Accept": "application/geo+json"})
+    response = client.post("/route", json=ROUTE | {"compact": False}, headers={"Accept": "application/geo+json"})
     assert response.headers["content-type"] == "application/geo+json"
     collection = response.json()
     line, start, goal = collection["features"]
     assert line["geometry"] == plain["routes"][0]["geometry"]
+    assert line["properties"].pop("stroke") == "#0b7a55"
     assert {**line["properties"], "geometry": line["geometry"]} == plain["routes"][0]
     assert (start["properties"]["kind"], goal["properties"]["kind"]) == ("start", "goal")
     assert start["geometry"]["coordinates"] == line["geometry"]["coordinates"][0]
@@ -151,7 +152,8 @@ def test_route_is_written_as_its_schema_writes_it(
     schema: type[RouteResponse | RouteFeatureCollection],
     change: dict[str, object],
 ) -> None:
-    response = client.post("/route", json=ROUTE | change, headers={"Accept": media_type})
+    body = ROUTE | {"compact": False} | change
+    response = client.post("/route", json=body, headers={"Accept": media_type})
     assert response.status_code == 200, response.text
     assert response.headers["content-type"] == media_type
     assert schema.model_validate_json(response.content).model_dump_json() == response.text
@@ -171,7 +173,7 @@ def test_route_is_written_as_its_schema_writes_it(
     ],
 )
 def test_accept_header_ranks_geojson_as_the_client_says(accept: str, expected: bool) -> None:
-    assert prefers_geojson(accept) is expected
+    assert (accepted_format(accept, ROUTE_FORMATS) == "geojson") is expected
 
 
 def test_answer_names_the_terrain_it_rests_on(client: TestClient) -> None:
@@ -457,7 +459,7 @@ def test_pareto_set_from_a_place_to_itself_is_one_route_of_nothing(client: TestC
 
 
 def test_pareto_set_as_geojson_says_the_same(client: TestClient) -> None:
-    body = ROUTE | {"pareto": {"epsilon_frac": 0.001}, "links": False}
+    body = ROUTE | {"pareto": {"epsilon_frac": 0.001}, "links": False, "compact": False}
     plain = client.post("/route", json=body).json()
     collection = client.post("/route", json=body, headers={"Accept": "application/geo+json"}).json()
     assert collection["pareto"] == plain["pareto"]

@@ -1,0 +1,1 @@
+"""Answers with no more than is asked for: chosen parts, few digits, short lines."""

@@ -1,0 +1,1 @@
+"""What a request wants to have of its answer: form of lines, parts, digits."""
