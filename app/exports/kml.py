@@ -7,13 +7,13 @@ from xml.etree.ElementTree import Element
 
 import shapely
 
-from  import road_point
 from app.conversions.lean.colours import MARKERS, band_colours, route_colour
 from app.conversions.lean.lines import drawn
 from app.conversions.place import DECIMALS
 from app.exports.content import data_note, summary_of
 from app.exports.tables import BAND_FIGURES, ROUTE_FIGURES, band_rows, route_rows
 from app.exports.xml import add, document
+from routing.graph.snap import road_point
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping

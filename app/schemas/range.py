@@ -267,7 +267,7 @@ class BandProperties(Answered):
     probability: float | None = Field(
         description="that a place at its edge is reached with that charge; null unless uncertainty was asked for"
     )
-    area_km2: float
+    area_km2: float = Field(description="of the exact outline, before it has fewer points [km²]")
     tolerance_m: float = Field(description="how far the boundary may have been moved, so that it has fewer points [m]")
     node_count: int = Field(description="nodes of the graph that are reached")
     false_in_share: float = Field(description="share of the nodes in the drawn area that can't be reached")

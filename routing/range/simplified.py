@@ -9,7 +9,6 @@ import numpy as np
 import shapely
 
 from routing.graph.earth import E7, METRE_PER_DEGREE
-from routing.range.area import area_of_rings_m2
 from routing.range.kernels_simplify import Outlines, Squares, leave_out_points
 from routing.range.rings import AreaRings, shape_of
 
@@ -65,7 +64,7 @@ def simplified_areas(
 ) -> tuple[ReachableArea, ...]:
     """Areas of cases as simplified_rings makes them, with their shares counted anew.
 
-    counted: bool (N,), the nodes that the shares are of.
+    counted: bool (N,), the nodes that the shares are of. area_m2 stays that of the exact outline.
     """
     simpler = simplified_rings([area.rings for area in areas], origin, tolerance_m)
     found = []
@@ -77,7 +76,6 @@ def simplified_areas(
                 drawn,
                 area=shape,
                 rings=rings,
-                area_m2=area_of_rings_m2(rings),
                 tolerance_m=drawn.tolerance_m + (1.0 + ROUNDING_FRAC) * tolerance_m,
                 false_in_frac=false_in,
                 false_out_frac=false_out,
