@@ -66,10 +66,10 @@ def filled_areas(
         closed = shapely.union(shapely.buffer(wide, -0.5 * filling.gap_m), flat)
         whole = shapely.MultiPolygon([_without_holes(part, filling.hole_m2) for part in shapely.get_parts(closed)])
         if len(wholes) >= cases_a_level:
-            whole = _multi(shapely.intersection(whole, wholes[-cases_a_level]))
+            whole = multi_polygon(shapely.intersection(whole, wholes[-cases_a_level]))
         wholes.append(whole)
         lonlat = shapely.transform(whole, lambda place_m: place_m / scale + home)
-        shape = _multi(shapely.set_precision(lonlat, 1e-7))
+        shape = multi_polygon(shapely.set_precision(lonlat, 1e-7))
         rings = rings_of(shape)
         shapely.prepare(shape)
         covered = shapely.contains_xy(shape, graph.node_lon_deg, graph.node_lat_deg)
@@ -103,7 +103,7 @@ def _without_holes(part: shapely.Polygon, least_m2: float) -> shapely.Polygon:
     return shapely.Polygon(part.exterior, kept)
 
 
-def _multi(shape: shapely.Geometry) -> shapely.MultiPolygon:
+def multi_polygon(shape: shapely.Geometry) -> shapely.MultiPolygon:
     """Polygons with shells counter-clockwise and holes clockwise."""
     parts = [part for part in shapely.get_parts(shape) if isinstance(part, shapely.Polygon) and not part.is_empty]
     return shapely.MultiPolygon([orient(part) for part in parts])

@@ -168,7 +168,8 @@ class RangeSearch:
         tolerance_m = SIMPLER_CELLS * areas[0].cell_m if query.tolerance_m is None else query.tolerance_m
         if tolerance_m > 0.0:
             counted = np.ones(self.graph.node_count, np.bool_) if filling is None else nodes_ashore(self._drawn)
-            areas = simplified_areas(self._drawn, home, cases, areas, tolerance_m, counted)
+            within = None if filling is None else found.cases_a_level
+            areas = simplified_areas(self._drawn, home, cases, areas, tolerance_m, counted, within)
         soc_j = query.soc_frac * query.vehicle.usable_capacity_wh * JOULE_PER_WH
         homeward = query.trip is Trip.REVERSE
         within = np.logical_or.reduce([energies.node_energy_j <= budget for energies, budget in cases])

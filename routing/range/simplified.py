@@ -9,8 +9,9 @@ import numpy as np
 import shapely
 
 from routing.graph.earth import E7, METRE_PER_DEGREE
+from routing.range.filled import multi_polygon
 from routing.range.kernels_simplify import Outlines, Squares, leave_out_points
-from routing.range.rings import AreaRings, shape_of
+from routing.range.rings import AreaRings, rings_of, shape_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -61,15 +62,20 @@ def simplified_areas(
     areas: Sequence[ReachableArea],
     tolerance_m: float,
     counted: NDArray[np.bool_],
+    within: int | None = None,
 ) -> tuple[ReachableArea, ...]:
     """Areas of cases as simplified_rings makes them, with their shares counted anew.
 
-    counted: bool (N,), the nodes that the shares are of. area_m2 stays that of the exact outline.
+    counted: bool (N,), the nodes that the shares are of. area_m2 stays that of the exact outline. within: by how many
+    cases before it lies the area that each is cut to, where lines already cross by a rounding; None where none do.
     """
     simpler = simplified_rings([area.rings for area in areas], origin, tolerance_m)
-    found = []
+    found: list[ReachableArea] = []
     for (energies, budget_j), drawn, rings in zip(cases, areas, simpler, strict=True):
         shape = shape_of(rings)
+        if within is not None and len(found) >= within:
+            shape = multi_polygon(shapely.intersection(shape, found[-within].area, grid_size=1.0 / E7))
+            rings = rings_of(shape)
         false_in, false_out = _shares(graph, drawn, shape, counted, energies.node_energy_j <= budget_j, tolerance_m)
         found.append(
             replace(
