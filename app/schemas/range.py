@@ -206,7 +206,6 @@ class RangeParameters(ConditionsParameters):
         default=None,
         max_length=MOST_FIELDS * MOST_NAME_CHARS,
         description=f"{PICKED_MEANS}; separated by commas",
-        examples=["features.properties.area_km2,features.properties.soc_left"],
     )
     compact: bool | None = Field(default=None, description=COMPACT_MEANS)
     format: RangeFormat | None = Field(default=None, description="format of the answer, whatever Accept says")

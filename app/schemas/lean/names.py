@@ -19,7 +19,8 @@ WHOLE: Final = frozenset({"geometry", "map_edge", "request"})  # which are not a
 MOST_NAMED: Final = 3  # names that an unknown one may stand for
 LEAST_LIKE: Final = 0.6
 PICKED_MEANS: Final = (
-    "dotted names of what the answer is to have, such as routes.distance_m (docs/answers.md); all of it without"
+    "dotted names of what the answer is to have, such as routes.distance_m (docs/answers.md); what is not named is "
+    "missing then, also where the schema of whole answers demands it"
 )
 Picked = Annotated[
     list[Annotated[str, Field(max_length=MOST_NAME_CHARS)]] | None,
