@@ -89,7 +89,9 @@ def test_routes_are_those_of_http(graph: Graph, leaf: Vehicle, soc: float) -> No
 @pytest.mark.parametrize("by", [{}, {"by": "energy", "limits": [0.2, 0.1]}, {"by": "time", "limits": [1.0]}])
 def test_areas_are_those_of_http(graph: Graph, leaf: Vehicle, by: dict[str, Any]) -> None:
     area = joulepath.range(graph, leaf, origin=START, soc_frac=0.01, **by)
-    asked = RangeRequest.model_validate({"origin": sent(START), "soc": 0.01, "vehicle": "nissan-leaf"} | by)
+    asked = RangeRequest.model_validate(
+        {"origin": sent(START), "soc": 0.01, "vehicle": "nissan-leaf", "tolerance_m": 0} | by
+    )
     found = graph.planner.range(range_query(asked, leaf.model))
     answered = range_features(found, asked, graph.planner.graph).model_dump(mode="json")["features"]
     for band, shown in zip(area.bands, answered[:-1], strict=True):

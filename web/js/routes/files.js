@@ -8,9 +8,9 @@ import { gpxText } from "./gpx.js";
 
 const GEOJSON = "application/geo+json";
 
-/** The answer that is shown, as the service writes it in GeoJSON. Throws ApiError. */
+/** The answer that is shown, as the service writes it in GeoJSON, with all digits. Throws ApiError. */
 export async function saveAnswer({ request }) {
-  saveGeoJson("routes.geojson", await call("route", { body: request, accept: GEOJSON }));
+  saveGeoJson("routes.geojson", await call("route", { body: { ...request, compact: false }, accept: GEOJSON }));
 }
 
 /** The route that is looked at, as GPX. */
