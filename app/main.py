@@ -27,6 +27,7 @@ from app.http.body_limit import BodyLimit
 from app.http.cors import CrossOrigin
 from app.http.descriptions import describe
 from app.http.examples.problems import gate_codes, problems
+from app.http.faces.installing import install_faces
 from app.http.gate import Gate, SecurityHeaders
 from app.http.metrics import Metrics
 from app.http.observed import Observed
@@ -165,6 +166,7 @@ def create_app(settings: Settings | None = None, service: Service | None = None)
     for router in ROUTERS:
         app.include_router(router)
 
+    install_faces(app, chosen)
     install_web(app, chosen)
 
     app.add_middleware(PagePolicy)

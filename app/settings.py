@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, get_args
 
 from pydantic import Field, field_validator
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
@@ -28,6 +28,7 @@ NETWORK_FORMS = "addresses or networks such as 10.0.0.7 or 10.0.0.0/8, separated
 _HOST_FORM = re.compile(r"(\*\.)?[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*\.?\Z|\[[0-9a-fA-F:.]+\]\Z")
 DATABASE_FILE = "vehicles.sqlite"
 MOST_WORKERS = 256
+FaceName = Literal["osrm"]
 DATABASE_FORMS = "sqlite:///PATH or postgresql://USER:PASSWORD@HOST/NAME"
 
 
@@ -80,6 +81,13 @@ class Settings(BaseSettings):
     )
     matrix_limit_places: int = Field(
         default=100, ge=1, le=MAX_PLACES, description="most sources, and most targets, of one matrix"
+    )
+    faces: Annotated[tuple[FaceName, ...], NoDecode] = Field(
+        default=get_args(FaceName),
+        description="other engines that are spoken too: osrm; empty for none",
+    )
+    faces_soc: float = Field(
+        default=0.8, ge=0, le=1, description="state of charge at departure of requests to faces that name none"
     )
     body_limit_bytes: int = Field(default=4 * 1024 * 1024, ge=1024, description="largest request body [B]")
     recordings_dir: Path | None = Field(
@@ -234,7 +242,7 @@ class Settings(BaseSettings):
     def _split_paths(cls, value: object) -> object:
         return tuple(Path(part) for part in value.split(os.pathsep) if part) if isinstance(value, str) else value
 
-    @field_validator("cors_origins", "map_origins", "allowed_hosts", "trusted_proxies", mode="before")
+    @field_validator("cors_origins", "map_origins", "allowed_hosts", "trusted_proxies", "faces", mode="before")
     @classmethod
     def _split_origins(cls, value: object) -> object:
         return tuple(part.strip() for part in value.split(",") if part.strip()) if isinstance(value, str) else value

@@ -111,6 +111,10 @@ class Planner:
         """Where a place meets the roads; raises PointOutsideMapError, PointFarFromRoadError as queries do."""
         return self._roads.snap(field, place, self._snap_limit_m)[0]
 
+    def near(self, field: str, place: Point, count: int) -> list[SnappedPoint]:
+        """The places on the roads nearest to one, the nearest first, at most count; raises as snap does."""
+        return self._roads.near(field, place, self._snap_limit_m, count)
+
     def holds(self, places: Sequence[Point]) -> bool:
         """Whether each of the places is as near to a road as queries need."""
         try:

@@ -36,6 +36,9 @@ LARGE_UNITS: Final = 20.0
 PUBLIC: Final = frozenset({"/", "/docs", "/redoc", "/openapi.json", "/favicon.ico"})
 PUBLIC_BELOW: Final = ("/web/", "/docs/", "/static-offline-docs/")
 SEARCHES: Final = frozenset({"/route", "/range", "/simulate"})
+FACES: Final = ("/osrm/", "/ors/v2/", "/valhalla/")  # other engines' addresses
+FACE_MATRICES: Final = ("/osrm/table/", "/ors/v2/matrix/", "/valhalla/sources_to_targets")
+FACE_STATES: Final = frozenset({"/ors/v2/health", "/ors/v2/status", "/valhalla/status"})
 
 _ANYBODY: Final = Need(None, PAGE_UNITS)
 _READ: Final = Need(Role.READ, 1.0)
@@ -51,6 +54,10 @@ def need_of(method: str, path: str) -> Need:
     """What a request needs; what is not known here and changes something is for admins."""
     if path in SEARCHES:
         return _SEARCH
+    if path.startswith(FACES) and (method in READING or method == "POST"):
+        if path in FACE_STATES:
+            return _READ
+        return _LARGE_SEARCH if path.startswith(FACE_MATRICES) else _SEARCH
     if method in READING:
         if path in PUBLIC or path.startswith(PUBLIC_BELOW):
             return _ANYBODY

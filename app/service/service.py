@@ -42,6 +42,7 @@ from app.schemas.simulation import SimulateRequest, SimulateResponse
 from app.schemas.vehicles.check import VehicleChecks
 from app.service.driving import drive, profiles, warm_up
 from app.service.fleet import Fleet
+from app.service.found import FoundRoutes
 from app.service.graph_choice import graph_for
 from app.service.learned import LearnedEffectsShelf, warnings_of, warnings_of_way
 from app.service.matrices import MatrixWork, check_places
@@ -212,6 +213,10 @@ class Service:
         content = RouteContent(*self._answered_route(sent))
         with stage(Stage.WRITE):
             return ROUTE_FILES[form](content)
+
+    def found_routes(self, sent: RouteRequest) -> FoundRoutes:
+        """Routes for a request, to be written in another form."""
+        return FoundRoutes(*self._answered_route(sent))
 
     def _answered_route(self, sent: RouteRequest) -> tuple[RouteAnswer, RouteRequest, RoadGraph, PlannedStops | None]:
         with stage(Stage.SEARCH if sent.charging is None else Stage.PLAN):

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
-from routing.graph.earth import METRE_PER_DEGREE
+from routing.graph.earth import E7, METRE_PER_DEGREE
 from routing.graph.kernels_nearest import FAN, Boxes, Lines, foot_on_line, nearest_link
 from routing.places import Point
 
@@ -43,6 +43,23 @@ class RoadTree:
         """
         east_m = METRE_PER_DEGREE * float(np.cos(np.radians(point.lat_deg)))
         return int(nearest_link(self.boxes, self._lines, point.lon_deg, point.lat_deg, east_m, METRE_PER_DEGREE))
+
+    def near(self, point: Point, count: int) -> list[int]:
+        """Links of the roads nearest to a point, at most count, the nearest first; in O(R).
+
+        Distances are those to the boxes of roads first, so that only roads that may be among them are looked at.
+        """
+        east_m = METRE_PER_DEGREE * float(np.cos(np.radians(point.lat_deg)))
+        box = self.boxes.box[: self.boxes.road.size] / E7
+        low, high = np.array((point.lon_deg, point.lat_deg)) - box[:, 2:], box[:, :2] - (point.lon_deg, point.lat_deg)
+        away_m = np.hypot(*(np.maximum(np.maximum(low, high), 0.0) * (east_m, METRE_PER_DEGREE)).T)
+        found: list[tuple[float, int]] = []
+        for k in np.argsort(away_m, kind="stable").tolist():
+            if len(found) >= count and away_m[k] > found[count - 1][0]:
+                break
+            link = int(self.boxes.road[k])
+            found = sorted([*found, (self.foot(link, point)[1], link)])[:count]
+        return [link for _, link in found]
 
 
 def _packed(graph: RoadGraph) -> Boxes:

@@ -80,6 +80,23 @@ class RoadIndex:
             positions += [LinkPosition(copy, place.offset_m) for copy in self._graph.copies_of(place.link_idx)]
         return SnappedPoint(point, on_road, distance_m, link_idx, offset_m, name), tuple(positions)
 
+    def near(self, field: str, point: Point, limit_m: float, count: int) -> list[SnappedPoint]:
+        """The nearest place on each of the nearest roads, at most count, the nearest first and none beyond limit_m.
+
+        Raises as snap does, where no road is so near.
+        """
+        nearest = self.snap(field, point, limit_m)[0]
+        here, roads = beside(point, self._graph.meta.bbox), self._indexed()
+        places = [nearest]
+        for link_idx in roads.near(here, count):
+            share, distance_m, on_road = roads.foot(link_idx, here)
+            if link_idx == nearest.link_idx or distance_m > limit_m or len(places) == count:
+                continue
+            offset_m = share * float(self._graph.length_m[link_idx])
+            name = self._graph.names[int(self._graph.name_idx[link_idx])]
+            places.append(SnappedPoint(point, on_road, distance_m, link_idx, offset_m, name))
+        return places
+
     def _outside(
         self, field: str, point: Point, limit_m: float, nearest: NearestRoad | None = None
     ) -> PointOutsideMapError:

@@ -1,0 +1,23 @@
+"""Which faces the application has."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from app.http.faces.osrm.routes import router as osrm
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from fastapi import APIRouter, FastAPI
+
+    from app.settings import FaceName, Settings
+
+FACES: Final[Mapping[FaceName, APIRouter]] = {"osrm": osrm}
+
+
+def install_faces(app: FastAPI, settings: Settings) -> None:
+    """Serve the faces that the settings name."""
+    for name in settings.faces:
+        if name in FACES:
+            app.include_router(FACES[name])
