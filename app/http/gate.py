@@ -173,8 +173,11 @@ def listening_settings(settings: Settings, host: str) -> Settings:
 
 
 def _sent_key(headers: Mapping[bytes, str]) -> str:
+    """The key of a request; openrouteservice's clients send it without the scheme."""
     scheme, _, value = headers.get(b"authorization", "").partition(" ")
-    return value.strip() if scheme.lower() == "bearer" else headers.get(b"x-api-key", "").strip()
+    if scheme.lower() == "bearer":
+        return value.strip()
+    return headers.get(b"x-api-key", "").strip() or ("" if value else scheme)
 
 
 def _answer_headers(error: AccessError) -> dict[str, str]:

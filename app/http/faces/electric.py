@@ -63,6 +63,9 @@ class ElectricParameters(ConditionsParameters):
         return own | ({"conditions": given} if given else {}) | ({"charging": {}} if self.charging else {})
 
 
+OWN_PARAMETERS: Final = frozenset(ElectricParameters.model_fields)
+
+
 def profile_fields(profile: str, plain: frozenset[str]) -> dict[str, Any] | None:
     """Vehicle and charge that a profile name says: {} for a plain one such as `driving`, None for what is neither."""
     if profile in plain:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from app.http.faces.ors.routes import router as ors
 from app.http.faces.osrm.routes import router as osrm
 
 if TYPE_CHECKING:
@@ -13,7 +14,7 @@ if TYPE_CHECKING:
 
     from app.settings import FaceName, Settings
 
-FACES: Final[Mapping[FaceName, APIRouter]] = {"osrm": osrm}
+FACES: Final[Mapping[FaceName, APIRouter]] = {"osrm": osrm, "ors": ors}
 
 
 def install_faces(app: FastAPI, settings: Settings) -> None:

@@ -69,3 +69,11 @@ def test_roles_hold_each_other() -> None:
         [True, True, False],
         [True, True, True],
     ]
+
+
+@pytest.mark.parametrize("path", ["/osrm/route/v1/driving/8,46;9,46", "/ors/v2/directions/driving-car/json"])
+def test_faces_cost_as_much_as_what_they_ask_and_are_for_readers(path: str) -> None:
+    for method in ("GET", "POST"):
+        assert need_of(method, path) == need_of("POST", "/route")
+    assert need_of("POST", "/ors/v2/matrix/ev@0.5") == need_of("POST", "/matrix")
+    assert need_of("DELETE", path).role is Role.ADMIN

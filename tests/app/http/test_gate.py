@@ -68,6 +68,18 @@ def test_without_a_key_everything_but_health_page_and_description_is_refused(gua
     refused(guarded.post("/reload"), ErrorCode.UNAUTHORIZED)
 
 
+def test_faces_of_other_engines_need_a_key_which_may_come_without_a_scheme(
+    guarded: TestClient, keys: tuple[Path, dict[Role, str]]
+) -> None:
+    key = keys[1][Role.READ]
+    sent = {"coordinates": [[8.001, 46.5], [8.011, 46.51]]}
+    address = "/ors/v2/directions/driving-car"
+    refused(guarded.post(address, json=sent), ErrorCode.UNAUTHORIZED)
+    refused(guarded.get("/osrm/nearest/v1/driving/8.001,46.5"), ErrorCode.UNAUTHORIZED)
+    refused(guarded.post(address, json=sent, headers={"Authorization": "no-such-key"}), ErrorCode.UNAUTHORIZED)
+    assert guarded.post(address, json=sent, headers={"Authorization": key}).status_code == 200
+
+
 def test_every_endpoint_says_in_its_description_what_it_answers_without_a_key(guarded: TestClient) -> None:
     paths = guarded.get("/openapi.json").json()["paths"]
     for path, operations in paths.items():

@@ -7,7 +7,14 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
 from app.http.faces.answering import number_from, read, whole_from
-from app.http.faces.electric import PROFILE_FORM, Electric, ElectricParameters, electric_from, profile_fields
+from app.http.faces.electric import (
+    OWN_PARAMETERS,
+    PROFILE_FORM,
+    Electric,
+    ElectricParameters,
+    electric_from,
+    profile_fields,
+)
 from app.http.faces.osrm.errors import OsrmCode, OsrmError
 from app.http.faces.polylines import decoded
 
@@ -21,7 +28,6 @@ GENERAL: Final = frozenset(
         "format",
     }
 )
-OWN: Final = frozenset(ElectricParameters.model_fields)
 FORMATS: Final = ("json", "flatbuffers")
 LONGEST: Final = 200  # of a text that a message repeats
 A_PLACE: Final = {"bearings": "value,range", "radiuses": "a number from 0, or unlimited", "approaches": "unrestricted"}
@@ -44,14 +50,14 @@ class OsrmRequest:
             raise OsrmError(OsrmCode.INVALID_VALUE, "profile", self.profile[:LONGEST], allowed)
         sent = self.own
         if sent is None:
-            given = {name: value for name, value in self.options.items() if name in OWN}
+            given = {name: value for name, value in self.options.items() if name in OWN_PARAMETERS}
             sent = read(ElectricParameters, given).long_form() if given else None
         return electric_from(said, sent, usual_soc)
 
     def check_options(self, further: frozenset[str]) -> None:
         """Refuse options that there are not, or that can't be heeded; further: those of the service."""
         for name, value in self.options.items():
-            if name not in GENERAL | OWN | further:
+            if name not in GENERAL | OWN_PARAMETERS | further:
                 known = ", ".join(sorted(GENERAL | further))
                 raise OsrmError(OsrmCode.INVALID_QUERY, name[:LONGEST], value[:LONGEST], f"one of {known}")
         if self.options.get("format", "json") != "json":

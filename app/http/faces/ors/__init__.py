@@ -1,0 +1,1 @@
+"""openrouteservice, version 2: directions, isochrones and matrix (docs/faces.md)."""
