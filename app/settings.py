@@ -28,7 +28,7 @@ NETWORK_FORMS = "addresses or networks such as 10.0.0.7 or 10.0.0.0/8, separated
 _HOST_FORM = re.compile(r"(\*\.)?[A-Za-z0-9_-]+(\.[A-Za-z0-9_-]+)*\.?\Z|\[[0-9a-fA-F:.]+\]\Z")
 DATABASE_FILE = "vehicles.sqlite"
 MOST_WORKERS = 256
-FaceName = Literal["osrm", "ors"]
+FaceName = Literal["osrm", "ors", "valhalla"]
 DATABASE_FORMS = "sqlite:///PATH or postgresql://USER:PASSWORD@HOST/NAME"
 
 
@@ -84,7 +84,7 @@ class Settings(BaseSettings):
     )
     faces: Annotated[tuple[FaceName, ...], NoDecode] = Field(
         default=get_args(FaceName),
-        description="other engines that are spoken too, separated by commas: osrm, ors; empty for none",
+        description="other engines that are spoken too, separated by commas: osrm, ors, valhalla; empty for none",
     )
     faces_soc: float = Field(
         default=0.8, ge=0, le=1, description="state of charge at departure of requests to faces that name none"

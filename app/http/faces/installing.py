@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 from app.http.faces.ors.routes import router as ors
 from app.http.faces.osrm.routes import router as osrm
+from app.http.faces.valhalla.routes import router as valhalla
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -14,11 +15,14 @@ if TYPE_CHECKING:
 
     from app.settings import FaceName, Settings
 
-FACES: Final[Mapping[FaceName, APIRouter]] = {"osrm": osrm, "ors": ors}
+FACES: Final[Mapping[FaceName, APIRouter]] = {
+    "osrm": osrm,
+    "ors": ors,
+    "valhalla": valhalla,
+}
 
 
 def install_faces(app: FastAPI, settings: Settings) -> None:
     """Serve the faces that the settings name."""
     for name in settings.faces:
-        if name in FACES:
-            app.include_router(FACES[name])
+        app.include_router(FACES[name])

@@ -71,7 +71,9 @@ def test_roles_hold_each_other() -> None:
     ]
 
 
-@pytest.mark.parametrize("path", ["/osrm/route/v1/driving/8,46;9,46", "/ors/v2/directions/driving-car/json"])
+@pytest.mark.parametrize(
+    "path", ["/osrm/route/v1/driving/8,46;9,46", "/ors/v2/directions/driving-car/json", "/valhalla/route"]
+)
 def test_faces_cost_as_much_as_what_they_ask_and_are_for_readers(path: str) -> None:
     for method in ("GET", "POST"):
         assert need_of(method, path) == need_of("POST", "/route")

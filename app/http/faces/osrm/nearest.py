@@ -33,12 +33,9 @@ def asked_nearest(asked: OsrmRequest) -> int:
 
 def nearest_answer(asked: OsrmRequest, electric: Electric, number: int, service: Service) -> dict[str, object]:
     """The nearest roads, and their nodes, as OSRM answers them."""
-    sent = range_request(asked.places[0], electric)
-    places, nodes = roads_near(service, sent, number)
-    asked.check_moved([places[0].distance_m])
+    roads = roads_near(service, range_request(asked.places[0], electric), number)
+    asked.check_moved([roads[0].place.distance_m])
     written: dict[str, object] = {"code": "Ok"}
     if not asked.flag("skip_waypoints"):
-        written["waypoints"] = [
-            {"nodes": list(ends), **waypoint(place)} for place, ends in zip(places, nodes, strict=True)
-        ]
+        written["waypoints"] = [{"nodes": list(road.nodes), **waypoint(road.place)} for road in roads]
     return written

@@ -1,0 +1,1 @@
+"""Valhalla 3: route, isochrone, sources_to_targets, height, locate and status (docs/faces.md)."""
