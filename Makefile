@@ -27,6 +27,7 @@ BROWSERS := chromium chromium-browser google-chrome
 BROWSER_PACKAGES := chromium fonts-dejavu-core
 DATABASE_PACKAGES := postgresql
 NODE_PACKAGES := nodejs npm
+FRONT_ENDS := tests/app/http/faces/clients
 CANDIDATES = $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python)
 
 .PHONY: help serve manual test test-jit test-nojit browser node postgresql nginx fuzz soak lint check format bench prove lock clean
@@ -42,7 +43,7 @@ manual: $(VENV)/.manual ## Build the manual that the service shows at /manual
 test: test-jit test-nojit ## Run all tests in PROCESSES processes, then the small ones again without compilation
 
 # A file's tests stay in one process, so that what its fixtures make is made once. PROCESSES=0: no other, for a debugger.
-test-jit: $(VENV)/.dev $(VENV)/.clients browser postgresql nginx
+test-jit: $(VENV)/.dev $(VENV)/.clients $(VENV)/.generators browser postgresql nginx
 	$(BIN)/python -m pytest --numprocesses $(PROCESSES) --dist loadfile $(PYTEST_ARGS)
 
 # Takes about 20 s, of which most is collecting, which every process would do for itself.
@@ -146,13 +147,20 @@ $(VENV)/.manual: $(VENV)/.runtime $(wildcard docs/*.md docs/*/*.md docs/manual/*
 	$(BIN)/python -m docs.manual
 	touch $@
 
+# Front ends that tests let ask the faces of other engines, by their lock file; no script of theirs is run.
+$(VENV)/.clients: $(FRONT_ENDS)/package-lock.json $(VENV)/.created | node
+	mkdir -p $(VENV)/clients
+	cp $(FRONT_ENDS)/package.json $(FRONT_ENDS)/package-lock.json $(VENV)/clients
+	npm ci --prefix $(VENV)/clients --ignore-scripts --legacy-peer-deps --no-audit --no-fund --silent
+	touch $@
+
 # What generates clients from the OpenAPI document, in environments of its own, since it wants other versions.
-$(VENV)/.clients: $(wildcard tests/app/clients/*/*lock*) $(VENV)/.created | node
-	$(BIN)/python -m venv $(VENV)/clients/python
-	$(VENV)/clients/python/bin/python -m pip --disable-pip-version-check install --quiet --require-hashes \
+$(VENV)/.generators: $(wildcard tests/app/clients/*/*lock*) $(VENV)/.created | node
+	$(BIN)/python -m venv $(VENV)/generators/python
+	$(VENV)/generators/python/bin/python -m pip --disable-pip-version-check install --quiet --require-hashes \
 		--requirement tests/app/clients/python/requirements.lock
-	cp tests/app/clients/typescript/package.json tests/app/clients/typescript/package-lock.json $(VENV)/clients
-	npm ci --prefix $(VENV)/clients --silent --no-audit --no-fund --ignore-scripts
+	cp tests/app/clients/typescript/package.json tests/app/clients/typescript/package-lock.json $(VENV)/generators
+	npm ci --prefix $(VENV)/generators --silent --no-audit --no-fund --ignore-scripts
 	touch $@
 
 $(VENV)/.created:

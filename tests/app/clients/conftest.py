@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from fastapi import FastAPI
 
 HERE: Final = Path(__file__).resolve().parent
-GENERATORS: Final = Path(sys.prefix) / "clients"  # what `make test` puts there
+GENERATORS: Final = Path(sys.prefix) / "generators"  # what `make test` puts there
 START_S: Final = 30.0
 
 
