@@ -1,7 +1,7 @@
 # Every target does its own set-up: it finds Python >= 3.11, makes .venv and installs the locked dependencies.
 # Variables: PYTHON (interpreter to use), HOST and PORT (serve), ARGS (serve, bench, prove), PYTEST_ARGS and PROCESSES
-# (test), FUZZ (fuzz: files, api or both), SECONDS_OF_FUZZ (of each) and SEED, SECONDS_OF_SOAK and CLIENTS (soak),
-# RECORDINGS (prove: folder of real drives).
+# (test), FUZZ (fuzz: files, api, faces or several), SECONDS_OF_FUZZ (of each) and SEED, SECONDS_OF_SOAK and CLIENTS
+# (soak), RECORDINGS (prove: folder of real drives).
 
 SHELL := /bin/bash
 .SHELLFLAGS := -euo pipefail -c
@@ -19,7 +19,7 @@ PYTEST_ARGS ?=
 PROCESSES ?= 2
 SECONDS_OF_FUZZ ?= 300
 SEED ?= 0
-FUZZ ?= files api
+FUZZ ?= files api faces
 SECONDS_OF_SOAK ?= 1800
 CLIENTS ?= 64
 RECORDINGS ?= $(wildcard ../shared/data/recordings/bmw-i3)
@@ -30,13 +30,16 @@ NODE_PACKAGES := nodejs npm
 FRONT_ENDS := tests/app/http/faces/clients
 CANDIDATES = $(or $(PYTHON),python3 python3.13 python3.12 python3.11 python)
 
-.PHONY: help serve manual test test-jit test-nojit browser node postgresql nginx fuzz soak lint check format bench prove lock clean
+.PHONY: help serve manual test test-jit test-nojit browser node clients postgresql nginx fuzz soak
+.PHONY: lint check format bench prove lock clean
 
 help: ## List the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-8s %s\n", $$1, $$2 }' Makefile
 
 serve: $(VENV)/.runtime $(VENV)/.manual ## Serve the HTTP interface on http://127.0.0.1:8000
 	$(BIN)/joulepath serve --host $(HOST) --port $(PORT) $(ARGS)
+
+clients: $(VENV)/.clients ## Bring the front ends into .venv that tests let ask the faces of other engines
 
 manual: $(VENV)/.manual ## Build the manual that the service shows at /manual
 
@@ -50,11 +53,12 @@ test-jit: $(VENV)/.dev $(VENV)/.clients $(VENV)/.generators browser postgresql n
 test-nojit: $(VENV)/.dev
 	NUMBA_DISABLE_JIT=1 $(BIN)/python -m pytest -m nojit $(PYTEST_ARGS)
 
-fuzz: $(VENV)/.dev ## Give damaged files to every reader, then odd requests to a service; FUZZ=files or FUZZ=api for one
+fuzz: $(VENV)/.dev ## Give damaged files to readers, odd requests to a service; FUZZ=files, api or faces for one
 	@for part in $(FUZZ); do case "$$part" in \
 		files) OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.fuzz $(SECONDS_OF_FUZZ) $(SEED);; \
 		api) OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.fuzz.api $(SECONDS_OF_FUZZ) $(SEED);; \
-		*) echo "make: FUZZ is $$part, allowed: files, api" >&2; exit 2;; esac; done
+		faces) OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.fuzz.faces $(SECONDS_OF_FUZZ) $(SEED);; \
+		*) echo "make: FUZZ is $$part, allowed: files, api, faces" >&2; exit 2;; esac; done
 
 soak: $(VENV)/.dev ## Let CLIENTS of all kinds ask a service for SECONDS_OF_SOAK; prints times, memory and what is wrong
 	OPENBLAS_NUM_THREADS=1 $(BIN)/python -m tests.faults.soak $(SECONDS_OF_SOAK) $(CLIENTS) $(SEED)

@@ -36,7 +36,7 @@ def encoded(lonlat: NDArray[np.float64], decimals: int, height_m: NDArray[np.flo
 
 def decoded(text: str, decimals: int) -> NDArray[np.float64]:
     """The line of a text, float64 (k, 2) lon, lat [deg]; raises ValueError for what is no encoded line."""
-    characters = np.frombuffer(text.encode("ascii", "replace"), np.uint8).astype(np.int64) - FIRST
+    characters = np.frombuffer(text.encode("utf-8", "surrogatepass"), np.uint8).astype(np.int64) - FIRST
     if characters.size == 0 or characters.min() < 0 or characters.max() >= 2 * MORE:
         raise ValueError("characters from ? to ~")
     ends = np.flatnonzero(characters < MORE)

@@ -46,6 +46,20 @@ def test_nearest_to_places_all_over_the_map_is_what_looking_at_every_road_finds(
         assert away_m[tree.nearest(point)] == pytest.approx(float(away_m.min()), abs=1e-6)
 
 
+def test_roads_near_a_place_are_those_that_looking_at_every_road_finds_nearest(graph, tree):
+    roads = np.sort(tree.boxes.road)
+    rng = np.random.default_rng(5)
+    west, south, east, north = graph.meta.bbox
+    for lat, lon in zip(rng.uniform(south, north, 20).tolist(), rng.uniform(west, east, 20).tolist(), strict=True):
+        point = Point(lat, lon)
+        away_m = distances_m(graph, point)
+        found = tree.near(point, 7)
+        assert len(set(found)) == 7
+        assert set(found) <= set(roads.tolist())
+        assert away_m[found] == pytest.approx(np.sort(away_m[roads])[:7], abs=1e-6)
+    assert len(tree.near(point, 10 * roads.size)) == roads.size
+
+
 def test_the_place_on_a_line_nearest_to_a_place_is_that_of_a_geometry_library(graph, tree):
     rng = np.random.default_rng(3)
     west, south, east, north = graph.meta.bbox

@@ -120,6 +120,18 @@ def test_place_on_a_node_keeps_off_the_link_ends(graph, roads, corner):
         assert END_MARGIN_M * 0.999 <= position.offset_m <= length - END_MARGIN_M * 0.999
 
 
+def test_places_on_near_roads_begin_with_the_nearest_and_end_at_the_limit(graph, roads):
+    here = place(100.0, 50.0)
+    near = roads.near("here", here, 5000.0, 3)
+    assert near[0] == roads.snap("here", here, 5000.0)[0]
+    assert len(near) == 3
+    assert len({met.link_idx for met in near}) == 3
+    assert [met.distance_m for met in near] == sorted(met.distance_m for met in near)
+    assert len(roads.near("here", here, near[1].distance_m + 1.0, 5)) == 2
+    with pytest.raises(PointFarFromRoadError):
+        roads.near("here", here, 1.0, 3)
+
+
 def test_nearest_road_on_a_high_latitude_counts_metres_not_degrees(graph, roads):
     # 700 m east of the west side and 900 m south of the north side; in degrees the north side would be nearer
     snapped, _ = roads.snap("start", place(700.0, 3100.0), 1000.0)

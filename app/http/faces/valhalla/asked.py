@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from routing.weights import Weights
 
 PLAIN: Final = frozenset({"auto"})
-MILES: Final = frozenset({"mi", "miles"})
-UNITS: Final = frozenset({"km", "kilometers", "kilometres"}) | MILES
+MILES: Final = ("mi", "miles")
+UNITS: Final = ("km", "kilometers", "kilometres", *MILES)
 KM_A_MILE: Final = 1.609344
 LONGEST: Final = 200
 HARD: Final = ("exclude_tolls", "exclude_highways", "exclude_ferries", "exclude_tunnels", "exclude_bridges")
@@ -180,7 +180,7 @@ class ValhallaRequest:
             sent = self.places("shape", most, few=123, missing=114, bad=134)
             return [(place["lon"], place["lat"]) for place in sent], {"shape": sent}
         form = self.fields.get("shape_format", "polyline6")
-        if form not in DECIMALS or not isinstance(text, str):
+        if form not in tuple(DECIMALS) or not isinstance(text, str):
             raise ValhallaError(164, f"'{str(form)[:LONGEST]}', but {', '.join(DECIMALS)}")
         try:
             line = decoded(text, DECIMALS[form])

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
@@ -108,7 +107,7 @@ async def _asked(request: Request, defaults: dict[str, Any] | None = None) -> Va
         body = request.query_params.get("json", "").encode()
     try:
         sent = await read_json(body)
-    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
         raise ValhallaError(100) from error
     if not isinstance(sent, dict):
         raise ValhallaError(100, "an object")

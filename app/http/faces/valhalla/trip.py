@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from routing.guidance.step import Step
     from routing.route.route import Route
 
-BREAKS: Final = frozenset({"break", "break_through"})
-TYPES: Final = BREAKS | {"via", "through"}
+BREAKS: Final = ("break", "break_through")
+TYPES: Final = (*BREAKS, "via", "through")
 SHAPES: Final = ("polyline6", "polyline5", "geojson", "no_shape")
 MOST_FURTHER: Final = 2
 MOST_HEIGHTS: Final = 20_000
@@ -43,7 +43,7 @@ def asked_trip(asked: ValhallaRequest, electric: Electric) -> RouteRequest:
     for k, place in enumerate(places):
         kind = place.get("type", "break")
         if kind not in TYPES:
-            raise ValhallaError(130, f"locations[{k}] of type {', '.join(sorted(TYPES))}")
+            raise ValhallaError(130, f"locations[{k}] of type {', '.join(TYPES)}")
         if kind in ("through", "break_through") and 0 < k < len(places) - 1:
             asked.warn(299, f"locations[{k}] is {kind}, but the vehicle may turn there")
     asked.check_heeded()
