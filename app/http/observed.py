@@ -23,6 +23,7 @@ if TYPE_CHECKING:
 
 LOG: Final = logging.getLogger(ACCESS)
 KEY_NAME: Final = "key_name"  # in the state of a request whose key was looked at
+PLACES_IN_PATH: Final = "/osrm/"  # of addresses that have places there, not in the query
 _SANE_ID: Final = re.compile(rb"[A-Za-z0-9][A-Za-z0-9._:-]{0,63}")
 
 
@@ -60,6 +61,8 @@ class Observed:
         span = trace.get_current_span()
         if span.is_recording():  # that of the framework, where OpenTelemetry is set up; it has the query, with places
             span.set_attributes({"url.query": "REDACTED", "request_id": observed.request_id})
+            if PLACES_IN_PATH in scope["path"]:
+                span.set_attribute("url.path", "REDACTED")
         try:
             with observing(observed):
                 await self.app(scope, receive, send_observed)

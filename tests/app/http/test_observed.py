@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).resolve().parents[3]
 ROUTE: dict[str, Any] = {"start": [8.0, 46.5], "goal": [8.02, 46.52], "soc": 0.5}
-# prints the spans of one GET /range by a service with OpenTelemetry set up
+# prints the spans of GET /range, and of one that has its place in the path, by a service with OpenTelemetry set up
 TRACED = """
 import json, sys
 from opentelemetry import trace
@@ -52,6 +52,7 @@ settings = Settings(graph_dirs=(graphs,), default_graph="grid", database_url=dat
 with TestClient(create_app(settings)) as client:
     parent = {"traceparent": "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01", "X-Request-Id": "mine"}
     client.get("/range?lat=46.5&lon=8&soc=0.5", headers=parent)
+    client.get("/osrm/nearest/v1/driving/8,46.5", headers=parent)
 spans = [(s.name, f"{s.context.trace_id:032x}", dict(s.attributes or {})) for s in exporter.get_finished_spans()]
 print(json.dumps(spans, default=str))
 """
@@ -209,7 +210,9 @@ def test_json_line_of_an_exception_is_one_line_of_json() -> None:
     assert json.loads(line)["exception"].startswith("Traceback")
 
 
-def test_requests_are_traced_where_opentelemetry_is_set_up_without_their_query(graph_dir: Path, tmp_path: Path) -> None:
+def test_requests_are_traced_where_opentelemetry_is_set_up_without_the_places_in_them(
+    graph_dir: Path, tmp_path: Path
+) -> None:
     command = [sys.executable, "-c", TRACED, str(graph_dir), f"sqlite:///{tmp_path / 'x.sqlite'}"]
     ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
     assert ran.returncode == 0, ran.stderr

@@ -11,7 +11,7 @@ from starlette.concurrency import run_in_threadpool
 
 from app.http.admission import Cost
 from app.http.faces.answering import face_route
-from app.http.faces.osrm.asked import OsrmRequest, options_from_json, places_from
+from app.http.faces.osrm.asked import FORMATS, OsrmRequest, options_from_json, places_from
 from app.http.faces.osrm.errors import OsrmCode, OsrmError, osrm_problem
 from app.http.faces.osrm.nearest import asked_nearest, nearest_answer
 from app.http.faces.osrm.route import asked_route, route_answer
@@ -23,7 +23,7 @@ from app.schemas.place import MAX_PLACES
 from app.schemas.route import MAX_VIA
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from app.http.admission import Admission
     from app.service.service import Service
@@ -31,74 +31,63 @@ if TYPE_CHECKING:
 router = APIRouter(prefix="/osrm", route_class=face_route(osrm_problem), include_in_schema=False)
 
 OsrmService = Literal["route", "table", "nearest"]
-SERVICES: Final = ("route", "table", "nearest")
+SERVICES: Final[tuple[OsrmService, ...]] = ("route", "table", "nearest")
 ELSEWHERE: Final = ("match", "trip", "tile")  # of OSRM, not of this face
-MOST: Final = {"route": MAX_VIA + 2, "table": MAX_PLACES, "nearest": 1}
+MOST: Final[Mapping[OsrmService, int]] = {"route": MAX_VIA + 2, "table": MAX_PLACES, "nearest": 1}
 FORM: Final = "application/x-www-form-urlencoded"
 
 
-@router.get("/{kind}/{version}/{profile}/{coordinates:path}")
-async def answer_address(
-    kind: str,
-    version: str,
-    profile: str,
-    coordinates: str,
-    request: Request,
-    service: RunningService,
-    searches: Searches,
-) -> Response:
-    """What an address asks for."""
-    name = _known(kind, version)
-    text, _, form = coordinates.rpartition(".")
-    options = dict(request.query_params)
-    if form in ("json", "flatbuffers"):
-        coordinates, options = text, {"format": form} | options
-    asked = OsrmRequest(profile, places_from(coordinates, MOST[name]), options)
-    return await _answered(name, asked, request, service, searches)
+def _add(name: OsrmService) -> None:
+    """Add the addresses of one service, each by its own name, so that logs and metrics tell them apart."""
+
+    async def answer_address(
+        profile: str, coordinates: str, request: Request, service: RunningService, searches: Searches
+    ) -> Response:
+        text, _, form = coordinates.rpartition(".")
+        options = dict(request.query_params)
+        if form in FORMATS:
+            coordinates, options = text, {"format": form} | options
+        asked = OsrmRequest(profile, places_from(coordinates, MOST[name]), options)
+        return await _answered(name, asked, request, service, searches)
+
+    async def answer_body(profile: str, request: Request, service: RunningService, searches: Searches) -> Response:
+        options, own = await _body(request)
+        coordinates = options.pop("coordinates", "")
+        asked = OsrmRequest(profile, places_from(coordinates, MOST[name]), dict(request.query_params) | options, own)
+        return await _answered(name, asked, request, service, searches)
+
+    router.add_api_route(f"/{name}/v1/{{profile}}/{{coordinates:path}}", answer_address, methods=["GET"])
+    router.add_api_route(f"/{name}/v1/{{profile}}", answer_body, methods=["POST"])
 
 
-@router.post("/{kind}/{version}/{profile}")
-async def answer_body(
-    kind: str, version: str, profile: str, request: Request, service: RunningService, searches: Searches
-) -> Response:
-    """What a body asks for: a JSON object, or a form as Mapbox's clients send it."""
-    name = _known(kind, version)
-    own: Any = None
-    if request.headers.get("Content-Type", "").partition(";")[0].strip().lower() == FORM:
-        body = await request.body()
-        options = dict(parse_qsl(body.decode("utf-8", "replace"), keep_blank_values=True))
-    else:
-        try:
-            sent = await request.json()
-        except (ValueError, RecursionError) as error:
-            raise OsrmError(OsrmCode.INVALID_QUERY, "the body", "unreadable", "JSON") from error
-        options = options_from_json(sent)
-        own = sent.get("ev")
-    coordinates = options.pop("coordinates", "")
-    asked = OsrmRequest(profile, places_from(coordinates, MOST[name]), dict(request.query_params) | options, own)
-    return await _answered(name, asked, request, service, searches)
+for _name in SERVICES:
+    _add(_name)
 
 
 @router.api_route("/{rest:path}", methods=["GET", "HEAD", "POST", "PUT", "DELETE", "PATCH"])
 async def answer_nothing(rest: str) -> Response:
     """What any other address is answered with."""
     kind, _, further = rest.partition("/")
-    if kind in (*SERVICES, *ELSEWHERE):
-        _known(kind, further.partition("/")[0])
-    elif further:
+    version = further.partition("/")[0]
+    if kind in ELSEWHERE:
+        raise OsrmError(OsrmCode.NOT_IMPLEMENTED, "service", kind, f"one of {', '.join(SERVICES)}")
+    if kind not in SERVICES and further:
         raise OsrmError(OsrmCode.INVALID_SERVICE, "service", kind[:200], f"one of {', '.join(SERVICES)}")
+    if kind in SERVICES and version not in ("", "v1"):
+        raise OsrmError(OsrmCode.INVALID_VERSION, "version", version[:200], "v1")
     raise OsrmError(OsrmCode.INVALID_URL, "the address", rest[:200], "/osrm/SERVICE/v1/PROFILE/COORDINATES")
 
 
-def _known(kind: str, version: str) -> OsrmService:
-    if kind in ELSEWHERE:
-        raise OsrmError(OsrmCode.NOT_IMPLEMENTED, "service", kind, f"one of {', '.join(SERVICES)}")
-    if version != "v1":
-        raise OsrmError(OsrmCode.INVALID_VERSION, "version", version[:200], "v1")
-    for name in SERVICES:
-        if kind == name:
-            return name
-    raise OsrmError(OsrmCode.INVALID_SERVICE, "service", kind[:200], f"one of {', '.join(SERVICES)}")
+async def _body(request: Request) -> tuple[dict[str, str], Any]:
+    """Options of a body, a JSON object or a form as Mapbox's clients send it, and the object `ev`."""
+    if request.headers.get("Content-Type", "").partition(";")[0].strip().lower() == FORM:
+        body = await request.body()
+        return dict(parse_qsl(body.decode("utf-8", "replace"), keep_blank_values=True)), None
+    try:
+        sent = await request.json()
+    except (ValueError, RecursionError) as error:
+        raise OsrmError(OsrmCode.INVALID_QUERY, "the body", "unreadable", "JSON") from error
+    return options_from_json(sent), sent.get("ev")
 
 
 async def _answered(

@@ -16,7 +16,7 @@ from app.http.faces.valhalla.maneuvers import maneuver
 from app.schemas.route import MAX_VIA
 from energy.stops import FunctionalClass
 from routing.graph.earth import great_circle_m
-from routing.guidance.step import StepType, TravelMode
+from routing.guidance.step import StepType
 from routing.route.route import LegEnd
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ class _Trip:
     def __init__(self, asked: ValhallaRequest, found: FoundRoutes, route: Route) -> None:
         self.asked, self.found, self.driven = asked, found, route
         self.line = route_line(route, found.answer)
-        self.steps = found.steps(route, asked.language)
+        self.steps = () if asked.directions_type == "none" else found.steps(route, asked.language)
         self.km_a_unit = asked.km_a_unit
 
     def written(self) -> dict[str, Any]:
@@ -94,7 +94,7 @@ class _Trip:
             "locations": self._locations(),
             "legs": self._legs(),
             "summary": self._summary(
-                route.distance_m, route.duration_s + route.stop_s, (0, self.line.lonlat.shape[0] - 1), self.steps
+                route.distance_m, route.duration_s + route.stop_s, (0, self.line.lonlat.shape[0] - 1)
             ),
             "status_message": "Found route between points",
             "status": 0,
@@ -126,7 +126,7 @@ class _Trip:
         return groups
 
     def _legs(self) -> list[dict[str, Any]]:
-        by_leg: list[list[Step]] = [[]]
+        by_leg: list[list[Step]] = [[] for _ in self.driven.legs] if not self.steps else [[]]
         for step in self.steps:
             by_leg[-1].append(step)
             if step.type is StepType.ARRIVE:
@@ -157,7 +157,7 @@ class _Trip:
                 for position, step in enumerate(steps)
             ]
         way_m, time_s = sum(leg.to_m - leg.from_m for leg in legs), sum(leg.duration_s for leg in legs)
-        written["summary"] = self._summary(way_m, time_s, (begin, end), steps)
+        written["summary"] = self._summary(way_m, time_s, (begin, end))
         written |= self._shape(begin, end)
         whole_j = sum(leg.energy_j for leg in legs)
         first, last = electric_leg(legs[0]), electric_leg(legs[-1])
@@ -189,14 +189,15 @@ class _Trip:
         heights = np.interp(at, along_m, heights_along(self.driven)[begin : end + 1])
         return {"elevation_interval": round(apart_m * unit, 3), "elevation": (heights * unit).round(1)}
 
-    def _summary(self, way_m: float, time_s: float, rows: tuple[int, int], steps: Sequence[Step]) -> dict[str, Any]:
+    def _summary(self, way_m: float, time_s: float, rows: tuple[int, int]) -> dict[str, Any]:
         west, south, east, north = box_of(self.line.lonlat[rows[0] : rows[1] + 1])
         ends = np.asarray(self.driven.links.geometry_end_idx, np.int64)
         inside = np.flatnonzero((ends > rows[0]) & (ends <= rows[1]))
         links = np.asarray(self.driven.links.link_idx, np.int64)[inside]
+        ferries = self.found.graph.ferries
         return {
             "has_highway": bool((self.found.graph.functional_class[links] == FunctionalClass.MOTORWAY).any()),
-            "has_ferry": any(step.mode is TravelMode.FERRY for step in steps),
+            "has_ferry": ferries is not None and bool(np.isin(links, ferries.link).any()),
             "min_lat": south,
             "min_lon": west,
             "max_lat": north,
