@@ -10,8 +10,8 @@ from app.conversions.place import DECIMALS
 from app.exports.content import data_note, summary_of
 from app.exports.track import times_of, track_of
 from app.exports.xml import add, document
-from routing.guidance.instructions import instruction_of
 from routing.graph.snap import road_point
+from routing.guidance.instructions import instruction_of
 from routing.guidance.steps import steps_of
 
 if TYPE_CHECKING:

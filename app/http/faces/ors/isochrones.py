@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Final
 
-from app.http.faces.areas import area_of, box_of_rings
+from app.http.faces.areas import area_of, box_of_rings, origin_of
 from app.http.faces.electric import range_request
 from app.http.faces.ors.asked import METRES, places_from
 from app.http.faces.ors.errors import OrsError, OrsKind, OrsService, metadata, unsupported
@@ -90,9 +90,9 @@ def isochrones_geojson(body: IsochronesBody, found: Sequence[RangeFeatureCollect
     square = METRES[body.area_units] ** 2
     for group, ranged in enumerate(found):
         bands = [feature for feature in ranged.features if feature.properties.kind == "band"]
-        center = ranged.features[-1].geometry.coordinates
+        center = origin_of(ranged)
         for value, band in _by_value(body, values, bands):
-            area = area_of(band, center)  # type: ignore[arg-type]
+            area = area_of(band, center)
             properties: dict[str, Any] = {"group_index": group, "value": value, "center": center}
             if "area" in body.attributes:
                 properties["area"] = round(1e6 * area.area_km2 * (area.shares[:1] or (0.0,))[0] / square, 4)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from shapely import Polygon
 
-from app.http.faces.areas import area_of
+from app.http.faces.areas import area_of, origin_of
 from app.http.faces.electric import range_request
 from app.http.faces.valhalla.asked import is_number, lonlat_sent
 from app.http.faces.valhalla.errors import ValhallaError
@@ -83,13 +83,13 @@ def isochrone_answer(asked: ValhallaRequest, found: Sequence[RangeFeatureCollect
     areas: dict[tuple[str, float], Any] = {}
     for (metric, values), ranged in zip(_by_metric(asked).items(), found, strict=True):
         bands = [feature for feature in ranged.features if feature.properties.kind == "band"]
-        origin = ranged.features[-1].geometry.coordinates
+        origin = origin_of(ranged)
         for band in bands:
             properties: Any = band.properties
             value = float(properties.soc_left if metric == "charge" else properties.limit)
             nearest = min(values, key=lambda sent, value=value: abs(sent - value))  # type: ignore[misc]
             if abs(nearest - value) < 1e-9 * max(1.0, nearest):
-                areas[metric, nearest] = (area_of(band, origin), properties)  # type: ignore[arg-type]
+                areas[metric, nearest] = (area_of(band, origin), properties)
     contours = _contours(asked)
     features = []
     for k in sorted(range(len(contours)), key=lambda k: _size(contours[k]), reverse=True):
@@ -158,7 +158,7 @@ def _geometry(polygons: Sequence[Rings], *, filled: bool) -> dict[str, Any]:
 
 def _locations(asked: ValhallaRequest, found: Sequence[RangeFeatureCollection]) -> list[dict[str, Any]]:
     """The place asked for, and where it met the road."""
-    snapped = found[0].features[-1].geometry.coordinates
+    snapped = origin_of(found[0])
     (place,) = asked.fields["locations"]
     return [
         {
