@@ -37,17 +37,21 @@ MEDIA_TYPES: Final[Mapping[AnswerFormat, str]] = {
 
 
 def accepted_format(accept: str, offered: Sequence[AnswerFormat]) -> AnswerFormat:
-    """The format that an Accept header ranks highest; the first one offered where it names none of them.
+    """The format that an Accept header ranks highest (RFC 9110 section 12.5.1); the first one where it takes none.
 
-    Of two that are wanted as much the first in the header (RFC 9110 section 12.5.1).
+    Of those that are wanted as much, the first that the header names, then the first that is offered.
     """
-    by_name = {MEDIA_TYPES[form].partition(";")[0]: form for form in offered}
-    best, best_rank = offered[0], 0.0
-    for part in accept.split(","):
+    wanted: dict[str, tuple[float, int]] = {}
+    for position, part in enumerate(accept.split(",")):
         name, *parameters = (piece.strip().lower() for piece in part.split(";"))
-        rank = _quality(parameters)
-        if name in by_name and rank > best_rank:
-            best, best_rank = by_name[name], rank
+        wanted.setdefault(name, (_quality(parameters), -position))
+    best, best_rank = offered[0], (0.0, 0)
+    for form in offered:
+        name = MEDIA_TYPES[form].partition(";")[0]
+        any_of_type = f"{name.partition('/')[0]}/*"
+        quality, place = wanted.get(name) or (wanted.get(any_of_type, wanted.get("*/*", (0.0, 0)))[0], -len(wanted) - 1)
+        if quality > 0.0 and (quality, place) > best_rank:
+            best, best_rank = form, (quality, place)
     return best
 
 
@@ -55,7 +59,8 @@ def _quality(parameters: list[str]) -> float:
     for parameter in parameters:
         if parameter.startswith("q="):
             try:
-                return float(parameter[2:])
+                quality = float(parameter[2:])
             except ValueError:
                 return 0.0
+            return quality if 0.0 <= quality <= 1.0 else 0.0
     return 1.0
