@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING
 
+import geopandas
 import pytest
 from typer.testing import CliRunner
 
@@ -62,3 +63,22 @@ def test_format_that_there_is_not_is_refused(more: tuple[str, ...], said: str) -
     result = CliRunner().invoke(cli, ["range", "--origin", "46.5,8.003", "--soc", "0.1", *more])
     assert result.exit_code != 0
     assert said in " ".join(result.output.split())
+
+
+def test_rows_of_a_batch_have_the_parts_and_lines_that_they_ask_for(tmp_path: Path) -> None:
+    trip = {"start": [8.001, 46.5], "goal": [8.0, 46.515], "soc": 0.5}
+    lean = {"fields": ["routes.energy_kwh", "routes.geometry"], "geometry_format": "polyline5", "compact": True}
+    requests, out = tmp_path / "requests.jsonl", tmp_path / "results.jsonl"
+    requests.write_text("\n".join(map(json.dumps, (trip, trip | lean, trip | {"fields": ["routes.x"]}))), "utf-8")
+    printed("batch", str(requests), "--out", str(out))
+    whole, few, refused = (json.loads(line) for line in out.read_text("utf-8").splitlines())
+    (route,) = whole["response"]["routes"]
+    (parts,) = few["response"]["routes"]
+    assert set(few["response"]) == {"routes"}
+    assert parts["energy_kwh"] == float(f"{route['energy_kwh']:.6g}")
+    assert isinstance(parts["geometry"], str)
+    assert refused["problem"]["errors"][0]["field"] == "fields[0]"
+    table = tmp_path / "results.parquet"
+    printed("batch", str(requests), "--out", str(table))
+    frame = geopandas.read_parquet(table)
+    assert frame.geometry[0].equals(frame.geometry[1])
