@@ -130,7 +130,7 @@ def _features(
         features=[
             *(
                 _band(band, understood.by, coordinates_of, colour)
-                for band, colour in zip(answer.bands, band_colours(_levels(answer)), strict=True)
+                for band, colour in zip(answer.bands, band_colours(band_levels(answer)), strict=True)
             ),
             place_feature(answer.origin, "origin"),
         ],
@@ -145,7 +145,7 @@ def _features(
     )
 
 
-def _levels(answer: RangeAnswer) -> list[float]:
+def band_levels(answer: RangeAnswer) -> list[float]:
     """What bands are ordered by, growing inwards: charge left, or the less that is taken."""
     return [-(band.limit or 0.0) if band.soc_left_frac is None else band.soc_left_frac for band in answer.bands]
 

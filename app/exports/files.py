@@ -40,7 +40,7 @@ def links_csv(content: RouteContent) -> bytes:
 
 def pairs_csv(answer: MatrixResponse) -> bytes:
     """A line for each pair of places."""
-    rows = pair_rows(answer)
+    rows = _numbered_pairs(answer)
     return csv_file(compact_rows(rows) if answer.request.compact else rows, PAIR_COLUMNS)
 
 
@@ -80,7 +80,7 @@ def range_geoparquet(content: RangeContent) -> bytes:
 
 def pairs_parquet(answer: MatrixResponse) -> bytes:
     """A row for each pair of places."""
-    return _parquet(pair_rows(answer), PAIR_COLUMNS, {})
+    return parquet_file(_numbered_pairs(answer), PAIR_COLUMNS)
 
 
 def geoparquet(
@@ -92,16 +92,24 @@ def geoparquet(
     if shapes:
         column["bbox"] = shapely.total_bounds(list(shapes)).tolist()
     about = {"version": "1.1.0", "primary_column": GEOMETRY, "columns": {GEOMETRY: column}}
-    return _parquet(placed, {**columns, GEOMETRY: "binary"}, {"geo": json.dumps(about)})
+    return parquet_file(placed, {**columns, GEOMETRY: "binary"}, {"geo": json.dumps(about)})
 
 
-def _parquet(rows: Sequence[Mapping[str, Any]], columns: Mapping[str, str], metadata: Mapping[str, str]) -> bytes:
+def parquet_file(
+    rows: Sequence[Mapping[str, Any]], columns: Mapping[str, str], metadata: Mapping[str, str] | None = None
+) -> bytes:
+    """Rows as Parquet; columns: Arrow types by their names."""
     import pyarrow as pa  # which takes long to import
     from pyarrow import parquet
 
     fields = [pa.field(name, pa.type_for_alias(kind)) for name, kind in columns.items()]
-    schema = pa.schema(fields, metadata=dict(metadata))
+    schema = pa.schema(fields, metadata=dict(metadata or {}))
     with pa.BufferOutputStream() as out:
         parquet.write_table(pa.Table.from_pylist([dict(row) for row in rows], schema=schema), out)
         written: bytes = out.getvalue().to_pybytes()
     return written
+
+
+def _numbered_pairs(answer: MatrixResponse) -> list[dict[str, Any]]:
+    """A row for each pair, places by their position."""
+    return pair_rows(answer, range(len(answer.sources)), range(len(answer.targets)))

@@ -10,6 +10,7 @@ import shapely
 from app.conversions.lean.colours import MARKERS, band_colours, route_colour
 from app.conversions.lean.lines import drawn
 from app.conversions.place import DECIMALS
+from app.conversions.range import band_levels
 from app.exports.content import data_note, summary_of
 from app.exports.tables import BAND_FIGURES, ROUTE_FIGURES, band_rows, route_rows
 from app.exports.xml import add, document
@@ -58,8 +59,7 @@ def range_kml(content: RangeContent) -> bytes:
     """An area for each band, the outermost first, and the origin."""
     root, folder = _begun("joulepath range", data_note(content.graph))
     answer, rows = content.answer, band_rows(content)
-    levels = [-(band.limit or 0.0) if band.soc_left_frac is None else band.soc_left_frac for band in answer.bands]
-    for band, row, colour in zip(answer.bands, rows, band_colours(levels), strict=True):
+    for band, row, colour in zip(answer.bands, rows, band_colours(band_levels(answer)), strict=True):
         mark = add(folder, "Placemark")
         add(mark, "name", _band_name(row))
         style = add(mark, "Style")

@@ -12,7 +12,7 @@ from energy.units import JOULE_PER_KWH
 from routing.queries import LIMIT_UNITS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
+    from collections.abc import Iterable, Mapping, Sequence
 
     from app.exports.content import RangeContent, RouteContent
     from app.schemas.matrix import MatrixResponse
@@ -141,16 +141,16 @@ def band_rows(content: RangeContent) -> list[dict[str, Any]]:
     ]
 
 
-def pair_rows(answer: MatrixResponse) -> list[dict[str, Any]]:
-    """A row for each pair, sources in order and for each of them the targets, both by their position."""
+def pair_rows(answer: MatrixResponse, sources: Sequence[object], targets: Sequence[object]) -> list[dict[str, Any]]:
+    """A row for each pair, sources in order and for each of them the targets, both by what they are called."""
     return [
         {
-            "source": i,
-            "target": j,
+            "source": source,
+            "target": target,
             **{name: getattr(answer, name)[i][j] for name in PAIR_FIGURES},
         }
-        for i in range(len(answer.sources))
-        for j in range(len(answer.targets))
+        for i, source in enumerate(sources)
+        for j, target in enumerate(targets)
     ]
 
 

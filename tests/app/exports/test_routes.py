@@ -14,13 +14,15 @@ import pytest
 
 from app.exports.xml import clean
 from app.schemas.lean.formats import AnswerFormat
+from app.schemas.place import LineString
 from app.schemas.route import RouteRequest
+from app.service.service import Service
+from tests.app.charged import ROUTE as CHARGED
+from tests.app.charged import charged_settings
 from tests.app.exports.expected_gpx import checked_gpx, texts
 
 if TYPE_CHECKING:
     from pathlib import Path
-
-    from app.service.service import Service
 
 TRIP: dict[str, Any] = {"start": [8.001, 46.5], "via": [[8.02, 46.505]], "goal": [8.0, 46.515], "soc": 0.5}
 
@@ -63,6 +65,26 @@ def test_gpx_has_steps_as_a_route_where_they_are_asked_for(service: Service) -> 
     steps = answer.routes[0].steps
     assert steps is not None
     assert texts(root, "rte/rtept/name") == [step.instruction for step in steps]
+
+
+def test_time_passes_at_charging_stops(tmp_path: Path) -> None:
+    service = Service(charged_settings(tmp_path))
+    sent = RouteRequest.model_validate(CHARGED)
+    (route,) = service.route(sent).routes
+    assert route.charging is not None
+    root = checked_gpx(service.route_in(AnswerFormat.GPX, sent))
+    times = [datetime.fromisoformat(time) for time in texts(root, "trk/trkseg/trkpt/time")]
+    stops = route.charging.stops
+    assert len(stops) > 0
+    assert isinstance(route.geometry, LineString)
+    assert len(times) == len(route.geometry.coordinates) + len(stops)
+    assert (times[-1] - times[0]).total_seconds() == pytest.approx(route.total_s, abs=0.5)
+    since_s = [(time - times[0]).total_seconds() for time in times]
+    for stop in stops:
+        arrived = min(range(len(since_s)), key=lambda k: abs(since_s[k] - stop.arrive_s))
+        assert since_s[arrived] == pytest.approx(stop.arrive_s, abs=0.5)
+        assert since_s[arrived + 1] == pytest.approx(stop.depart_s, abs=0.5)
+    assert texts(root, "wpt/type").count("charging stop") == len(stops)
 
 
 @pytest.mark.parametrize(
