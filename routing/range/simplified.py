@@ -203,7 +203,9 @@ def _rounded(
     vertex_of[kept] = vertex.ravel()
     ends = np.unique(np.sort(np.column_stack((vertex_of[kept], vertex_of[lines.after[kept]])), axis=1), axis=0)
     place_m = (place - place[0]) * scale
-    segments = shapely.linestrings(place_m[ends])
+    segments = np.asarray(shapely.linestrings(place_m[ends]))
+    alone = ends[:, 0] == ends[:, 1]  # the origin; trees find no lines without length
+    segments[alone] = shapely.points(place_m[ends[alone, 0]])
     near = shapely.STRtree(segments).query(segments, predicate="dwithin", distance=2.0 * most_m)
     near = near[:, near[0] < near[1]]
     first, second = ends[near[0]], ends[near[1]]

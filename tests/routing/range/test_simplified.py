@@ -13,6 +13,7 @@ from routing.places import Point
 from routing.range.rings import rings_of, shape_of
 from routing.range.simplified import ROUNDING_FRAC, simplified_rings
 
+pytestmark = pytest.mark.nojit
 HOME = Point(0.0, 0.0)
 CELL_DEG = 1e-3
 TOLERANCE_M = 150.0
@@ -76,6 +77,12 @@ def test_outline_that_the_origin_is_near_to_keeps_it_on_its_side() -> None:
     (drawn,) = simpler([shapely.MultiPolygon([shapely.geometry.polygon.orient(notch)])], 2000.0)
     assert drawn.is_valid
     assert not shapely.contains_xy(drawn, 0.0, 0.0)
+
+
+def test_rounding_keeps_the_origin_in_an_area_that_is_small_beside_the_tolerance() -> None:
+    triangle = shapely.Polygon([(-0.0005, -0.0025), (0.0015, -0.0005), (-0.0005, 0.0015)])
+    (drawn,) = simpler([shapely.MultiPolygon([triangle])], 2000.0)
+    assert shapely.contains_xy(drawn, 0.0, 0.0)
 
 
 def test_coordinates_have_as_many_decimals_as_the_tolerance_asks_for() -> None:
