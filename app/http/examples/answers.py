@@ -56,6 +56,18 @@ ROUTE_REQUESTS: Final[dict[str, Any]] = {
             "links": False,
         },
     },
+    "lean": {
+        "summary": "A simplified line as a text, six digits, no list of links",
+        "value": {
+            "start": [-36.781, 44.4401],
+            "goal": [-36.2298, 44.2838],
+            "soc": 0.8,
+            "links": False,
+            "geometry_format": "polyline6",
+            "overview": "simplified",
+            "compact": True,
+        },
+    },
     "pareto": {
         "summary": "Few routes between the fastest and the thriftiest, one within 5 % of any other way",
         "value": {
