@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from typing import TYPE_CHECKING, Any, Final, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Final, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, NaiveDatetime, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, NaiveDatetime, ValidationError, model_validator
 
 from app.errors.validation import validation_detail
 from app.http.faces.electric import PROFILE_FORM, Electric, electric_from, profile_fields
@@ -33,6 +33,12 @@ class OrsPart(BaseModel):
 
     model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
+    @model_validator(mode="before")
+    @classmethod
+    def _without_nulls(cls, sent: object) -> object:
+        """A field that is null is left out; clients send so what they do not ask for."""
+        return {name: value for name, value in sent.items() if value is not None} if isinstance(sent, dict) else sent
+
 
 class Options(OrsPart):
     """Further options, of which only our own can be heeded."""
@@ -50,7 +56,7 @@ class Options(OrsPart):
 class OrsBody(OrsPart):
     """What all services are asked."""
 
-    id: str | None = Field(default=None, max_length=1000)
+    id: Annotated[str, Field(max_length=1000)] | int | None = None
     profile: str | None = Field(default=None, max_length=300)
     profile_name: str | None = Field(default=None, max_length=300)
     options: Options = Options()

@@ -97,8 +97,8 @@ def info() -> dict[str, Any]:
 
 
 def metadata(
-    asked_id: str | None, service: str, query: dict[str, Any], profile: str, attribution: str
+    asked_id: str | int | None, service: str, query: dict[str, Any], profile: str, attribution: str
 ) -> dict[str, Any]:
     """What an answer says of its request, of whose data it is, and of its engine."""
-    written: dict[str, Any] = {} if asked_id is None else {"id": asked_id}
+    written: dict[str, Any] = {} if asked_id is None else {"id": str(asked_id)}
     return {**written, "attribution": attribution, "service": service, "query": {**query, "profile": profile}, **info()}

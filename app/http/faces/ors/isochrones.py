@@ -33,9 +33,6 @@ def asked_isochrones(body: IsochronesBody, electric: Electric) -> list[RangeRequ
         raise unsupported(OrsService.ISOCHRONES, "intersections")
     if body.location_type == "destination" and body.range_type in ("time", "distance"):
         raise unsupported(OrsService.ISOCHRONES, f"location_type=destination with range_type={body.range_type}")
-    for name in ("reachfactor", "total_pop"):
-        if name in body.attributes:
-            raise unsupported(OrsService.ISOCHRONES, f"attributes={name}")
     if body.time is not None:
         weather = electric.drive.get("conditions") or {}
         if isinstance(weather, dict):

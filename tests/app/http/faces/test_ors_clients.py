@@ -225,7 +225,6 @@ def test_directions_that_can_not_be_answered_have_a_number_of_openrouteservice(
     [
         (3003, {"range": [-5]}),
         (3003, {"range": [600], "range_type": "money"}),
-        (3005, {"range": [600], "attributes": ["total_pop"]}),
         (3005, {"range": [600], "location_type": "destination"}),
         (3004, {"range": [1000], "interval": 1}),
     ],
@@ -248,3 +247,22 @@ def test_get_has_start_and_end_in_its_address(served: ServedMap, own: Any) -> No
     query = "start=-36.78,44.44&end=-36.1817,44.1088&api_key=none"
     found = served.ask(f"/ors/v2/directions/driving-car?{query}")
     assert found["features"][0]["properties"]["summary"]["distance"] == pytest.approx(own["distance_m"], abs=0.06)
+
+
+def test_calls_of_the_plug_in_of_qgis_are_answered_with_what_it_reads(served: ServedMap) -> None:
+    """As ORS Tools 2 sends them (ORStools/proc and ORStools/common of GIScience/orstools-qgis-plugin)."""
+    sent = {"coordinates": PLACES, "preference": "recommended", "geometry": "true", "instructions": "false"}
+    sent |= {"elevation": True, "id": None, "options": None, "extra_info": []}
+    (line, *_) = served.ask("/ors/v2/directions/driving-car/geojson?", sent)["features"]
+    assert {len(point) for point in line["geometry"]["coordinates"]} == {3}
+    assert set(line["properties"]["summary"]) >= {"distance", "duration"}
+    area = {"locations": [ALSENWICK], "range_type": "time", "range": [300, 600], "attributes": ["total_pop"], "id": 7}
+    found = served.ask("/ors/v2/isochrones/driving-car?", {**area, "location_type": "start", "smoothing": 0})
+    for feature in found["features"]:
+        assert len(feature["geometry"]["coordinates"][0]) > 3
+        assert {len(point) for point in feature["geometry"]["coordinates"][0]} == {2}
+        assert len(feature["properties"]["center"]) == 2
+    matrix = {"locations": [ALSENWICK, VALLEY_ROAD], "sources": [0], "destinations": [1], "id": "Matrix"}
+    rows = served.ask("/ors/v2/matrix/driving-car?", {**matrix, "metrics": ["duration", "distance"]})
+    assert rows["durations"][0][0] > 0.0
+    assert rows["distances"][0][0] > 0.0
