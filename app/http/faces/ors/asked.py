@@ -56,12 +56,16 @@ class Options(OrsPart):
 class OrsBody(OrsPart):
     """What all services are asked."""
 
-    id: Annotated[str, Field(max_length=1000)] | int | None = None
+    id: Annotated[str, Field(max_length=1000)] | Annotated[int, Field(ge=-(2**53), le=2**53)] | None = None
     profile: str | None = Field(default=None, max_length=300)
     profile_name: str | None = Field(default=None, max_length=300)
     options: Options = Options()
     ev: Any = None
     optimized: bool | str | None = None
+
+    def query(self) -> dict[str, Any]:
+        """The body as answers repeat it, without what is of any form."""
+        return self.model_dump(mode="json", exclude_defaults=True, exclude={"ev", "options"})
 
     def electric(self, profile: str, usual_soc: float, service: OrsService) -> Electric:
         """What profile and body say of vehicle, charge and weather; refuses options that can't be heeded."""

@@ -244,7 +244,7 @@ def directions_json(body: DirectionsBody, found: FoundRoutes, profile: str) -> d
         "metadata": metadata(
             body.id,
             "routing",
-            body.model_dump(mode="json", exclude_defaults=True),
+            body.query(),
             profile,
             found.graph.meta.attribution,
         ),
@@ -261,7 +261,7 @@ def directions_geojson(body: DirectionsBody, found: FoundRoutes, profile: str) -
         "metadata": metadata(
             body.id,
             "routing",
-            body.model_dump(mode="json", exclude_defaults=True),
+            body.query(),
             profile,
             found.graph.meta.attribution,
         ),

@@ -105,7 +105,7 @@ def isochrones_geojson(body: IsochronesBody, found: Sequence[RangeFeatureCollect
                     "geometry": {"type": "Polygon", "coordinates": area.main},
                 }
             )
-    query = body.model_dump(mode="json", exclude_defaults=True)
+    query = body.query()
     return {
         "type": "FeatureCollection",
         "bbox": box_of_rings([feature["geometry"]["coordinates"] for feature in features]) or [],

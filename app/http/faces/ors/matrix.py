@@ -57,7 +57,7 @@ def matrix_json(body: MatrixBody, found: MatrixResponse, profile: str) -> dict[s
         written["socs"] = [[rounded(value) for value in row] for row in found.soc_end]
     written["destinations"] = [_location(place, named=body.resolve_locations) for place in found.targets]
     written["sources"] = [_location(place, named=body.resolve_locations) for place in found.sources]
-    query = body.model_dump(mode="json", exclude_defaults=True)
+    query = body.query()
     return written | {"metadata": metadata(body.id, "matrix", query, profile, found.terrain.attribution)}
 
 

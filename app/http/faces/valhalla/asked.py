@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from app.errors.problems import shortened
 from app.http.faces.electric import PROFILE_FORM, Electric, electric_from, profile_fields
 from app.http.faces.polylines import decoded
 from app.http.faces.valhalla.errors import ValhallaError
@@ -78,7 +79,7 @@ class ValhallaRequest:
         options = self._options(str(self.fields.get("costing")))
         if any(options.get(name) is True for name in HARD):
             self.warn(208, HARD_IGNORED)
-        left = sorted(str(name)[:LONGEST] for name in options if name not in HEEDED and name not in HARD)
+        left = sorted(shortened(name, LONGEST) for name in options if name not in HEEDED and name not in HARD)
         if left:
             self.warn(299, f"costing options without effect: {', '.join(left[:20])}")
 
@@ -110,7 +111,7 @@ class ValhallaRequest:
     def asked_id(self) -> dict[str, str]:
         """The name that a request is given."""
         name = self.fields.get("id")
-        return {} if name is None else {"id": str(name)[:1000]}
+        return {} if name is None else {"id": shortened(str(name)[:LONGEST], LONGEST)}
 
     @property
     def km_a_unit(self) -> float:
@@ -177,8 +178,8 @@ class ValhallaRequest:
         """The places of a shape, as longitude, latitude [deg], and the field that they were sent in."""
         text = self.fields.get("encoded_polyline")
         if text is None:
-            sent = self.places("shape", most, few=123, missing=114, bad=134)
-            return [(place["lon"], place["lat"]) for place in sent], {"shape": sent}
+            places = [lonlat_sent(place) for place in self.places("shape", most, few=123, missing=114, bad=134)]
+            return places, {"shape": [{"lon": lon, "lat": lat} for lon, lat in places]}
         form = self.fields.get("shape_format", "polyline6")
         if form not in tuple(DECIMALS) or not isinstance(text, str):
             raise ValhallaError(164, f"'{str(form)[:LONGEST]}', but {', '.join(DECIMALS)}")

@@ -6,11 +6,12 @@ from typing import TYPE_CHECKING, Any, Final
 
 import numpy as np
 
+from app.errors.problems import shortened
 from app.http.faces.electric import route_request
 from app.http.faces.figures import electric_leg, electric_route, kwh, notes_of
 from app.http.faces.lines import box_of, distinct, heights_along, places_of, route_line
 from app.http.faces.polylines import encoded
-from app.http.faces.valhalla.asked import lonlat_sent
+from app.http.faces.valhalla.asked import LONGEST, lonlat_sent
 from app.http.faces.valhalla.errors import ValhallaError
 from app.http.faces.valhalla.maneuvers import maneuver
 from app.schemas.route import MAX_VIA
@@ -32,6 +33,7 @@ if TYPE_CHECKING:
 BREAKS: Final = ("break", "break_through")
 TYPES: Final = (*BREAKS, "via", "through")
 SHAPES: Final = ("polyline6", "polyline5", "geojson", "no_shape")
+NAMES: Final = ("name", "street", "city", "state", "postal_code", "country")  # that come back with a location
 MOST_FURTHER: Final = 2
 MOST_HEIGHTS: Final = 20_000
 FEET: Final = 3.280839895
@@ -105,7 +107,7 @@ class _Trip:
 
     def _locations(self) -> list[dict[str, Any]]:
         return [
-            {**{name: value for name, value in place.items() if name in ("name", "street", "city")}}
+            {name: shortened(text, LONGEST) for name in NAMES if isinstance(text := place.get(name), str)}
             | {"type": place.get("type", "break"), "lat": place["lat"], "lon": place["lon"], "original_index": k}
             for k, place in enumerate(self.asked.fields["locations"])
         ]
