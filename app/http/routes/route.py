@@ -65,10 +65,16 @@ async def find_route(
     missing, `furthest` where, and `remedy` what would make it feasible. With `charging`, stops are planned that make it
     reachable: one route for each plan, or `no_plan` with what would help, by kind and value.
     """
-    # a graph that the vehicle has not met under these conditions is made ready first
-    known = isinstance(sent.vehicle, str | None) and sent.conditions is None and sent.effects is None
-    cost = Cost.LONG if sent.pareto is not None or sent.charging is not None else Cost.SHORT if known else Cost.MIDDLE
     chosen = form or accepted_format(accept, ROUTE_FORMATS)
     return await searches.run(
-        request, lambda: answer_in(request, chosen, service.route_in(chosen, sent), "route"), cost
+        request, lambda: answer_in(request, chosen, service.route_in(chosen, sent), "route"), likely_cost(sent)
     )
+
+
+def likely_cost(sent: RouteRequest) -> Cost:
+    """How long a request is likely to take."""
+    if sent.pareto is not None or sent.charging is not None:
+        return Cost.LONG
+    # a graph that the vehicle has not met under these conditions is made ready first
+    known = isinstance(sent.vehicle, str | None) and sent.conditions is None and sent.effects is None
+    return Cost.SHORT if known else Cost.MIDDLE

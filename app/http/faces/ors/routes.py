@@ -18,6 +18,7 @@ from app.http.faces.ors.errors import UNKNOWN_PARAMETER, OrsError, OrsKind, OrsS
 from app.http.faces.ors.isochrones import asked_isochrones, isochrones_geojson
 from app.http.faces.ors.matrix import asked_matrix, matrix_json
 from app.http.routes.access import GEOJSON, JSON, RunningService, Searches, long_answer
+from app.http.routes.route import likely_cost
 from app.observation import Stage, stage
 from app.schemas.as_json import as_json
 
@@ -161,7 +162,7 @@ async def _directions(
         raise OrsError(number, f"Unsupported export format '{form[:200]}': {', '.join(FORMS)}.")
     asked = body_from(DirectionsBody, sent, OrsService.DIRECTIONS).model_copy(update={"format": form})
     route = asked_directions(asked, asked.electric(profile, service.settings.faces_soc, OrsService.DIRECTIONS))
-    cost = Cost.SHORT if route.charging is None and route.alternatives is None else Cost.LONG
+    cost = likely_cost(route)
 
     def answer() -> Response:
         found = service.found_routes(route)

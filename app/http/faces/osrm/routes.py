@@ -17,6 +17,7 @@ from app.http.faces.osrm.nearest import asked_nearest, nearest_answer
 from app.http.faces.osrm.route import asked_route, route_answer
 from app.http.faces.osrm.table import asked_table, table_answer
 from app.http.routes.access import RunningService, Searches, long_answer
+from app.http.routes.route import likely_cost
 from app.observation import Stage, stage
 from app.schemas.as_json import as_json
 from app.schemas.place import MAX_PLACES
@@ -96,7 +97,7 @@ async def _answered(
     electric = asked.electric(service.settings.faces_soc)
     if name == "route":
         sent = asked_route(asked, electric)
-        cost = Cost.SHORT if sent.charging is None and sent.alternatives is None else Cost.LONG
+        cost = likely_cost(sent)
         return await searches.run(
             request, lambda: _written(request, partial(route_answer, asked, service.found_routes(sent))), cost
         )

@@ -19,6 +19,7 @@ from app.http.faces.valhalla.places import height_answer, locate_answer
 from app.http.faces.valhalla.trip import asked_trip, trip_answer
 from app.http.json_body import read_json
 from app.http.routes.access import JSON, RunningService, Searches, long_answer
+from app.http.routes.route import likely_cost
 from app.observation import Stage, stage
 from app.schemas.as_json import as_json
 
@@ -37,7 +38,7 @@ async def answer_route(request: Request, service: RunningService, searches: Sear
     """A trip, and alternates."""
     asked = await _asked(request)
     sent = asked_trip(asked, asked.electric(service.settings.faces_soc))
-    cost = Cost.SHORT if sent.charging is None and sent.alternatives is None else Cost.LONG
+    cost = likely_cost(sent)
     return await searches.run(
         request, lambda: _written(request, partial(trip_answer, asked, service.found_routes(sent))), cost
     )
