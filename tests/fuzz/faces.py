@@ -216,15 +216,15 @@ def fault_of(address: str, answer: Response) -> str:
         return ""
     if answer.headers["content-type"] == PROBLEM_TYPE and (answer.status_code == 413 or "%0A" in address):
         return ""  # what no face has seen
-    told = answer.json()
+    said = answer.json()
     if address.startswith("/osrm"):
-        known = told.get("code") in set(OsrmCode) and isinstance(told.get("message"), str)
+        known = said.get("code") in set(OsrmCode) and isinstance(said.get("message"), str)
     elif address.startswith("/valhalla"):
-        known = told.get("error_code") in TEXTS and told.get("status_code") == answer.status_code
+        known = said.get("error_code") in TEXTS and said.get("status_code") == answer.status_code
     else:
-        error = told.get("error", {})
+        error = said.get("error", {})
         known = (
-            isinstance(error.get("code"), int) and bool(error.get("message")) and "timestamp" in told.get("info", {})
+            isinstance(error.get("code"), int) and bool(error.get("message")) and "timestamp" in said.get("info", {})
         )
     return "" if known else f"a {answer.status_code} in another form: {answer.text[:200]}"
 
@@ -233,13 +233,13 @@ def ask(client: TestClient, seed: int, places: Sequence[list[float]] = PLACES) -
     """The request of a seed as text, and how it ended: its status, or what is wrong with the answer."""
     method, address, body, media_type = odd_request(seed, places)
     headers = {"Content-Type": media_type} if media_type else {}
-    told = f"{method} {address[:300]} {body[:1000]!r}"
+    request = f"{method} {address[:300]} {body[:1000]!r}"
     try:
         answer = client.request(method, address, content=body, headers=headers)
     except Exception as error:  # a fault of the service comes through
         at = traceback.extract_tb(error.__traceback__)[-1]
-        return told, f"{error!r} at {at.filename}:{at.lineno}"
-    return told, fault_of(address, answer) or str(answer.status_code)
+        return request, f"{error!r} at {at.filename}:{at.lineno}"
+    return request, fault_of(address, answer) or str(answer.status_code)
 
 
 def main(seconds: float, seed: int) -> int:
@@ -252,9 +252,9 @@ def main(seconds: float, seed: int) -> int:
         with TestClient(create_app(settings, service)) as client:
             until, at = time.monotonic() + seconds, seed * 1_000_000
             while time.monotonic() < until:
-                told, end = ask(client, at)
+                request, end = ask(client, at)
                 if not end.isdecimal():
-                    print(f"request of seed {at}: {end}\n{told}", flush=True)
+                    print(f"request of seed {at}: {end}\n{request}", flush=True)
                 ends[end] += 1
                 at += 1
     print(f"{ends.total()} requests: {dict(ends.most_common())}")

@@ -85,15 +85,15 @@ def face_route(form: Form) -> type[APIRoute]:
 
 def refused(error: Exception, request: Request, form: Form) -> Response:
     """An error in an engine's form; raises it where it is a fault of the service."""
-    told = error.refusal if isinstance(error, RefusedBodyError) else error
-    problem = problem_of(told, request.url.path)
+    raised = error.refusal if isinstance(error, RefusedBodyError) else error
+    problem = problem_of(raised, request.url.path)
     if problem.code is ErrorCode.INTERNAL:
         raise error
     note_problem(problem.code.value)
-    answer = form(problem, told if isinstance(told, FaceError) else None, request.scope["path"])
+    answer = form(problem, raised if isinstance(raised, FaceError) else None, request.scope["path"])
     headers = {}
     if answer.status in ASK_LATER:
-        headers["Retry-After"] = str(told.retry_s if isinstance(told, OverloadedError) else RETRY_S)
+        headers["Retry-After"] = str(raised.retry_s if isinstance(raised, OverloadedError) else RETRY_S)
     return Response(as_json(answer.body), answer.status, headers, media_type=JSON)
 
 

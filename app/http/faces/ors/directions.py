@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from routing.weights import Weights
 
 WEIGHTS: Final[Mapping[str, Weights]] = {"recommended": ECO, "fastest": FASTEST, "shortest": SHORTEST}
+EXTENSIONS: Final = "urn:joulepath:gpx"  # of another namespace than GPX's, as its schema demands
 WARNING: Final = 4  # openrouteservice numbers its warnings 1 to 3
 
 
@@ -212,13 +213,13 @@ class Written:
             height = self.heights[self.rows[step.geometry_first]]
             fields = step_fields(step, self.rows, self.metres, html=False, manoeuvre=False)
             points.append(
-                f'<rtept lat="{lat:.6f}" lon="{lon:.6f}"><ele>{height:.1f}</ele><name>{escape(fields["name"])}</name>'
-                f"<desc>{escape(fields['instruction'])}</desc><extensions><distance>{fields['distance']}</distance>"
-                f"<duration>{fields['duration']}</duration><type>{fields['type']}</type><step>{k}</step>"
-                f"<energy_kwh>{fields['ev']['energy_kwh']}</energy_kwh><soc_start>{fields['ev']['soc_start']}"
-                "</soc_start></extensions></rtept>"
+                f'<rtept lat="{lat:.6f}" lon="{lon:.6f}"><ele>{height:.1f}</ele><name>{_xml(fields["name"])}</name>'
+                f"<desc>{_xml(fields['instruction'])}</desc><extensions><ev:distance>{fields['distance']}</ev:distance>"
+                f"<ev:duration>{fields['duration']}</ev:duration><ev:type>{fields['type']}</ev:type><ev:step>{k}</ev:step>"
+                f"<ev:energy_kwh>{fields['ev']['energy_kwh']}</ev:energy_kwh><ev:soc_start>{fields['ev']['soc_start']}"
+                "</ev:soc_start></extensions></rtept>"
             )
-        return f"<rte><name>{escape(self.route.name)}</name>{''.join(points)}</rte>"
+        return f"<rte><name>{_xml(self.route.name)}</name>{''.join(points)}</rte>"
 
     def as_trk(self) -> str:
         """A track of the GPX answer: the line with heights."""
@@ -226,7 +227,7 @@ class Written:
             f'<trkpt lat="{lat:.6f}" lon="{lon:.6f}"><ele>{height:.1f}</ele></trkpt>'
             for (lon, lat), height in zip(self.lonlat.tolist(), self.heights.tolist(), strict=True)
         )
-        return f"<trk><name>{escape(self.route.name)}</name><trkseg>{points}</trkseg></trk>"
+        return f"<trk><name>{_xml(self.route.name)}</name><trkseg>{points}</trkseg></trk>"
 
 
 def written_routes(body: DirectionsBody, found: FoundRoutes, profile: str) -> list[Written]:
@@ -271,13 +272,18 @@ def directions_geojson(body: DirectionsBody, found: FoundRoutes, profile: str) -
 def directions_gpx(body: DirectionsBody, found: FoundRoutes, profile: str) -> str:
     """Routes as GPX 1.1: a route with steps, and a track."""
     routes = written_routes(body, found, profile)
-    attribution = escape(found.graph.meta.attribution)
+    attribution = _xml(found.graph.meta.attribution)
     return (
         '<?xml version="1.0" encoding="UTF-8"?><gpx version="1.1" creator="joulepath" '
-        'xmlns="http://www.topografix.com/GPX/1/1"><metadata><name>joulepath directions</name>'
+        f'xmlns="http://www.topografix.com/GPX/1/1" xmlns:ev="{EXTENSIONS}"><metadata><name>joulepath directions</name>'
         f"<desc>{attribution}</desc></metadata>{''.join(route.as_rte() for route in routes)}"
         f"{''.join(route.as_trk() for route in routes)}</gpx>"
     )
+
+
+def _xml(text: str) -> str:
+    """A text as XML has it, without characters that XML 1.0 does not allow."""
+    return escape("".join(letter for letter in text if letter >= " " and letter not in "\ufffe\uffff"))
 
 
 def _union(boxes: list[list[float]]) -> list[float]:

@@ -119,8 +119,8 @@ def _by_value(
 ) -> list[tuple[float, BandFeature]]:
     """Bands with the value that they were asked for by, ascending; by charge, the most of it left first."""
     if body.range_type == "charge":
-        left = {round(band.properties.soc_left, 9): band for band in bands}  # type: ignore[union-attr,arg-type]
-        chosen = [(value, left[round(value, 9)]) for value in reversed(values) if round(value, 9) in left]
+        by_soc = {round(band.properties.soc_left, 9): band for band in bands}  # type: ignore[union-attr,arg-type]
+        chosen = [(value, by_soc[round(value, 9)]) for value in reversed(values) if round(value, 9) in by_soc]
     else:
         ordered = sorted(bands, key=lambda band: band.properties.limit)  # type: ignore[union-attr,arg-type,return-value]
         chosen = list(zip(values, ordered, strict=True))

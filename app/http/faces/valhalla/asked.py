@@ -79,9 +79,9 @@ class ValhallaRequest:
         options = self._options(str(self.fields.get("costing")))
         if any(options.get(name) is True for name in HARD):
             self.warn(208, HARD_IGNORED)
-        left = sorted(shortened(name, LONGEST) for name in options if name not in HEEDED and name not in HARD)
-        if left:
-            self.warn(299, f"costing options without effect: {', '.join(left[:20])}")
+        unheeded = sorted(shortened(name, LONGEST) for name in options if name not in HEEDED and name not in HARD)
+        if unheeded:
+            self.warn(299, f"costing options without effect: {', '.join(unheeded[:20])}")
 
     def _options(self, costing: str) -> Mapping[str, Any]:
         every = self.fields.get("costing_options")

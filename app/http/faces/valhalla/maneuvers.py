@@ -69,8 +69,8 @@ def maneuver_type(step: Step) -> int:
         return FERRY_ENTER if step.mode is TravelMode.FERRY else FERRY_EXIT
     modifier = step.modifier or Modifier.STRAIGHT
     if step.type in SIDED:
-        straight, right, left = SIDED[step.type]
-        return right if modifier.value.endswith("right") else left if modifier.value.endswith("left") else straight
+        side = 1 if modifier.value.endswith("right") else 2 if modifier.value.endswith("left") else 0
+        return SIDED[step.type][side]
     if modifier is Modifier.UTURN and step.drives_left:
         return UTURN_RIGHT
     return TURNS[modifier]

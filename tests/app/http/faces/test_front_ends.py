@@ -95,10 +95,10 @@ def drawn(page: Page, address: str, places: list[list[float]]) -> Any:
     page.goto(address)
     page.wait_for_function("() => window.directions")
     page.evaluate("(places) => window.directions.setWaypoints(places)", places)
-    page.wait_for_function("() => window.told.length > 0 && window.directions.routelines.length > 0")
+    page.wait_for_function("() => window.answers.length > 0 && window.directions.routelines.length > 0")
     return page.evaluate(
         """() => ({
-            code: window.told.at(-1).code,
+            code: window.answers.at(-1).code,
             snapped: window.directions.snappointsCoordinates,
             legs: window.directions.routelines.map((route) =>
                 [...new Set(route.map((part) => part.properties.legIndex))]),

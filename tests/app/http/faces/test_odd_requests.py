@@ -29,10 +29,10 @@ def test_odd_requests_are_answered_or_refused_in_the_engines_own_form(client: Te
     ends: Counter[str] = Counter()
     faults = []
     for seed in range(SEEDS):
-        told, end = ask(client, seed, CORNERS)
+        request, end = ask(client, seed, CORNERS)
         ends[end] += 1
         if not end.isdecimal():
-            faults.append(f"{end}: {told}")
+            faults.append(f"{end}: {request}")
     assert not faults, "\n".join(faults)
     assert ends["200"] > 0.05 * SEEDS
     assert ends["400"] > 0.05 * SEEDS

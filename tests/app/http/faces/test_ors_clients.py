@@ -91,6 +91,9 @@ def test_directions_as_gpx_are_a_route_with_steps_and_a_track(served: ServedMap)
     root = ElementTree.fromstring(answer.text)
     assert answer.headers["content-type"].startswith("application/gpx+xml")
     assert root.find(f"{GPX}rte/{GPX}rtept/{GPX}desc") is not None
+    kwh = [float(at.text) for at in root.iter("{urn:joulepath:gpx}energy_kwh")]
+    assert len(kwh) == len(root.findall(f"{GPX}rte/{GPX}rtept"))
+    assert sum(kwh) > 1.0
     assert len(root.findall(f"{GPX}trk/{GPX}trkseg/{GPX}trkpt/{GPX}ele")) > 100
 
 
@@ -119,8 +122,8 @@ def test_alternatives_and_units_are_heeded_by_routingpy(routed: Any) -> None:
     wanted = {"share_factor": 0.6, "target_count": 3, "weight_factor": 1.4}
     found = routed.directions(PLACES, "driving-car", alternative_routes=wanted, format="geojson")
     assert len(found) > 1
-    one = routed.directions(PLACES, "driving-car", units="km", format="json")
-    assert one.distance == pytest.approx(found[0].distance, abs=100)
+    in_km = routed.directions(PLACES, "driving-car", units="km", format="json")
+    assert in_km.distance == pytest.approx(found[0].distance, abs=100)
 
 
 def test_profile_and_options_say_vehicle_charge_and_weather(routed: Any) -> None:
