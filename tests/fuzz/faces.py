@@ -43,6 +43,16 @@ NAMES: Final = ("ev", "id", "units", "options", "type", "soc", "range", "x" * 30
 PROFILES: Final = (
     *("driving", "car", "driving-car", "auto", "ev", "ev@0.5", "ev:vw-id4@0.8", "ev:", "ev@", "ev@.", "ev:@", "ev@9"),
     *("ev:nothing", "foot", "ev:a@b@c", "e" * 300, "ev@1e3", "ev:vw-id4@0.8\n", "EV", "..", "ev@٣"),
+    *(
+        "ev,ambient_c=-5",
+        "ev@0.5,soc=0.6,charging=true",
+        "ev,",
+        "ev,soc",
+        "ev,soc=nan",
+        "ev,=",
+        "ev,no=1,",
+        "ev,x=\udfff",
+    ),
 )
 OSRM_OPTIONS: Final = (
     *("alternatives", "steps", "annotations", "geometries", "overview", "continue_straight", "waypoints", "bearings"),

@@ -22,8 +22,10 @@ if TYPE_CHECKING:
 
     Place = Sequence[float]  # longitude, latitude [deg]
 
-PROFILE: Final = re.compile(r"ev(?::(?P<vehicle>[^@]{1,200}))?(?:@(?P<soc>[0-9]{0,3}(?:\.[0-9]{1,9})?))?\Z", re.ASCII)
-PROFILE_FORM: Final = "ev, ev:VEHICLE or ev:VEHICLE@CHARGE, such as ev:vw-id4@0.8"
+PROFILE: Final = re.compile(
+    r"ev(?::(?P<vehicle>[^@,]{1,200}))?(?:@(?P<soc>[0-9]{0,3}(?:\.[0-9]{1,9})?))?(?:,(?P<fields>.{1,400}))?\Z", re.ASCII
+)
+PROFILE_FORM: Final = "ev, ev:VEHICLE or ev:VEHICLE@CHARGE, such as ev:vw-id4@0.8 or ev:vw-id4@0.8,ambient_c=-5"
 DRIVE_FIELDS: Final = ("vehicle", "soc", "reserve_soc", "graph", "conditions", "effects", "stops")
 OWN_FIELDS: Final = (*DRIVE_FIELDS, "weighting", "charging")
 WEIGHTINGS: Final[tuple[NamedWeighting, ...]] = get_args(NamedWeighting)
@@ -67,14 +69,22 @@ OWN_PARAMETERS: Final = frozenset(ElectricParameters.model_fields)
 
 
 def profile_fields(profile: str, plain: frozenset[str]) -> dict[str, Any] | None:
-    """Vehicle and charge that a profile name says: {} for a plain one such as `driving`, None for what is neither."""
+    """What a profile name says, as fields of our own: {} for a plain one such as `driving`, None for what is neither.
+
+    Raises RequestValidationError for fields behind commas that there are not, or not so.
+    """
     if profile in plain:
         return {}
     found = PROFILE.match(profile)
     if found is None or found["soc"] == "":
         return None
     said: dict[str, Any] = {} if found["vehicle"] is None else {"vehicle": found["vehicle"]}
-    return said if found["soc"] is None else said | {"soc": float(found["soc"])}
+    if found["soc"] is not None:
+        said["soc"] = float(found["soc"])
+    if found["fields"] is None:
+        return said
+    pairs = [part.partition("=") for part in found["fields"].split(",")]
+    return said | read(ElectricParameters, {name: value for name, _, value in pairs}).long_form()
 
 
 def electric_from(profile: Mapping[str, Any], sent: object, usual_soc: float, field: str = "ev") -> Electric:
@@ -89,11 +99,14 @@ def electric_from(profile: Mapping[str, Any], sent: object, usual_soc: float, fi
     for name, value in own.items():
         if name not in OWN_FIELDS:
             raise OwnFieldError(f"{field}.{name}", value, f"one of {', '.join(OWN_FIELDS)}")
-    weighting = own.get("weighting")
+    fields = {**profile, **own}
+    if isinstance(own.get("conditions"), dict):
+        fields["conditions"] = {**profile.get("conditions", {}), **own["conditions"]}
+    weighting = fields.get("weighting")
     if weighting is not None and weighting not in WEIGHTINGS:
         raise OwnFieldError(f"{field}.weighting", weighting, f"one of {', '.join(WEIGHTINGS)}")
-    drive = {name: own[name] for name in DRIVE_FIELDS if name in own}
-    return Electric({"soc": usual_soc, **profile, **drive}, weighting, own.get("charging"))
+    drive = {name: fields[name] for name in DRIVE_FIELDS if name in fields}
+    return Electric({"soc": usual_soc, **drive}, weighting, fields.get("charging"))
 
 
 def route_request(

@@ -57,6 +57,38 @@ def test_route_from_a_place_to_itself_is_in_osrms_form(client: TestClient) -> No
         ]
 
 
+def test_profile_names_say_vehicle_charge_and_weather_in_every_face(client: TestClient) -> None:
+    profile = "ev:vw-id4@0.6,ambient_c=-10,road=wet,weighting=fastest"
+    asked = {"start": A, "goal": B, "vehicle": "vw-id4", "soc": 0.6, "conditions": {"ambient_c": -10.0, "road": "wet"}}
+    own = client.post("/route", json={**asked, "weights": {"time": 1.0}}).json()["routes"][0]
+    osrm = client.get(f"/osrm/route/v1/{profile}/{A[0]},{A[1]};{B[0]},{B[1]}").json()["routes"][0]["ev"]
+    ors = client.post(f"/ors/v2/directions/{profile}", json={"coordinates": [A, B]}).json()["routes"][0]["ev"]
+    trip = client.post("/valhalla/route", json={"locations": [NAMED[0], NAMED[2]], "costing": profile}).json()["trip"]
+    for found in (osrm, ors, trip["ev"]):
+        assert found["energy_kwh"] == pytest.approx(own["energy_kwh"], abs=1e-5)
+        assert found["soc_start"] == 0.6
+
+
+def test_fields_of_a_request_go_before_those_of_its_profile(client: TestClient) -> None:
+    profile = "ev@0.6,ambient_c=-10,wind_speed_mps=3"
+    both = {"coordinates": [A, B], "ev": {"soc": 0.5, "conditions": {"ambient_c": 20.0}}}
+    alone = {"coordinates": [A, B], "ev": {"soc": 0.5, "conditions": {"ambient_c": 20.0, "wind_speed_mps": 3.0}}}
+    answers = [client.post(f"/ors/v2/directions/{name}", json=sent) for name, sent in ((profile, both), ("ev", alone))]
+    assert answers[0].json()["routes"] == answers[1].json()["routes"]
+
+
+@pytest.mark.parametrize(
+    "profile", ["ev,soc=2", "ev,soc", "ev,=", "ev,no_such_field=1", "ev@0.5,ambient_c=warm", "ev,"]
+)
+def test_profile_names_that_can_not_be_read_are_refused_in_every_face(client: TestClient, profile: str) -> None:
+    osrm = client.get(f"/osrm/route/v1/{profile}/{A[0]},{A[1]};{B[0]},{B[1]}")
+    assert (osrm.status_code, osrm.json()["code"]) == (400, "InvalidValue")
+    ors = client.post(f"/ors/v2/directions/{profile}", json={"coordinates": [A, B]})
+    assert (ors.status_code, ors.json()["error"]["code"]) == (400, 2003)
+    trip = client.post("/valhalla/route", json={**TRIP, "costing": profile})
+    assert (trip.status_code, trip.json()["error_code"] in (100, 125)) == (400, True)
+
+
 def test_bodies_of_osrm_say_the_same_as_addresses(client: TestClient) -> None:
     address = client.get(f"/osrm/route/v1/ev@0.6/{OSRM}?steps=true&radiuses=;100;unlimited&soc=0.5").json()
     body = {"coordinates": [A, C, B], "steps": True, "radiuses": [None, 100, "unlimited"], "ev": {"soc": 0.5}}
