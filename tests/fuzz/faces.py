@@ -51,7 +51,6 @@ PROFILES: Final = (
         "ev,soc=nan",
         "ev,=",
         "ev,no=1,",
-        "ev,x=\udfff",
     ),
 )
 OSRM_OPTIONS: Final = (
