@@ -329,6 +329,7 @@ def _properties(
     remedy = route.remedy
     with_links = understood.links and asks_for(asked, "links")
     with_steps = understood.steps and asks_for(asked, "steps")
+    told = steps_of(graph, route, asked=asked_places(understood)) if with_steps else ()
     return {
         "name": route.name,
         "weights": None if route.weights is None else _weights(route.weights),
@@ -358,12 +359,12 @@ def _properties(
         "charging": charging,
         "legs": [_leg(leg) for leg in route.legs],
         "links": link_rows(drawing.drawn.links) if with_links else None,
-        "steps": step_answers(steps_of(graph, route, asked=_asked(understood)), drawing.kept) if with_steps else None,
+        "steps": step_answers(told, drawing.kept) if with_steps else None,
     }
 
 
-def _asked(understood: RouteRequest) -> list[Point]:
-    """Via points and goal."""
+def asked_places(understood: RouteRequest) -> list[Point]:
+    """Via points and goal as they were asked for."""
     return [point_from_place(place) for place in (*understood.via, understood.goal)]
 
 

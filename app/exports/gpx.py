@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element
 
 from app.conversions.charging.plans import departure_of
 from app.conversions.place import DECIMALS
+from app.conversions.route import asked_places
 from app.exports.content import data_note, summary_of
 from app.exports.track import times_of, track_of
 from app.exports.xml import add, document
@@ -85,7 +86,7 @@ def _steps(root: Element, content: RouteContent, route: Route) -> None:
     steps = add(root, "rte")
     add(steps, "name", route.name)
     add(steps, "desc", summary_of(route))
-    for step in steps_of(content.graph, route):
+    for step in steps_of(content.graph, route, asked=asked_places(content.understood)):
         point = add(steps, "rtept", lat=_degrees(step.at[0]), lon=_degrees(step.at[1]))
         add(point, "name", instruction_of(step))
         add(point, "desc", f"{step.distance_m:.0f} m, charge {100.0 * step.soc_start_frac:.1f} %")

@@ -134,6 +134,7 @@ MEANT: Final[Mapping[str, str]] = {
     "standstill_s": "time at standstill [s]",
     "start": "where the journey begins",
     "state": "how far it is",
+    "station": "the station, null of a stay that is taken anyway",
     "station_id": "id of the station",
     "station_name": "name of the station, null where it has none",
     "stats": "what the search did",

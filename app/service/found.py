@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from app.conversions.route import asked_places
 from routing.guidance.steps import steps_of
 
 if TYPE_CHECKING:
@@ -29,4 +30,4 @@ class FoundRoutes:
 
     def steps(self, route: Route, language: str = "") -> tuple[Step, ...]:
         """What a driver is told on one of the routes; language: in which roads are named, where the map has that."""
-        return steps_of(self.graph, route, language=language)
+        return steps_of(self.graph, route, asked=asked_places(self.request), language=language)

@@ -9,7 +9,7 @@ from joulepath_client import Client
 from joulepath_client.api.graphs import list_graphs
 from joulepath_client.api.range_ import find_range
 from joulepath_client.api.route import find_route
-from joulepath_client.models import LatLon, Problem, RangeFeatureCollection, RouteRequest, RouteResponse
+from joulepath_client.models import LatLon, LineString, Problem, RangeFeatureCollection, RouteRequest, RouteResponse
 from joulepath_client.models.graph_list import GraphList
 
 client = Client(base_url=sys.argv[1])
@@ -19,6 +19,8 @@ graphs = list_graphs.sync(client=client)
 assert isinstance(graphs, GraphList)
 found = find_route.sync(client=client, body=trip)
 assert isinstance(found, RouteResponse)
+line = found.routes[0].geometry
+assert isinstance(line, LineString)
 area = find_range.sync(client=client, lat=46.51, lon=8.01, soc=0.5, graph="grid", bands="3")
 assert isinstance(area, RangeFeatureCollection)
 trip.graph = "atlantis"
@@ -29,7 +31,7 @@ print(
         {
             "graphs": sorted(graph.name for graph in graphs.graphs),
             "energy_kwh": found.routes[0].energy_kwh,
-            "points": len(found.routes[0].geometry.coordinates),
+            "points": len(line.coordinates),
             "bands": len(area.features),
             "problem": [refused.code, refused.status],
         }

@@ -14,11 +14,11 @@ const graphs = await client.GET("/graphs");
 const found = await client.POST("/route", { body: trip });
 const area = await client.GET("/range", { params: { query: { lat: 46.51, lon: 8.01, soc: 0.5, graph: "grid", bands: "3" } } });
 const refused = await client.POST("/route", { body: { ...trip, graph: "atlantis" } });
-if (!graphs.data || !found.data || !area.data || !refused.error) throw new Error("not as expected");
+if (!graphs.data || !found.data || !area.data || typeof area.data === "string" || !refused.error) throw new Error("not as expected");
 const problem: components["schemas"]["Problem"] = refused.error;
-if (!("routes" in found.data)) throw new Error("GeoJSON, which was not asked for");
+if (typeof found.data === "string" || !("routes" in found.data)) throw new Error("GeoJSON, which was not asked for");
 const route = found.data.routes[0];
-if (!route?.geometry) throw new Error("no route");
+if (!route?.geometry || typeof route.geometry === "string") throw new Error("no route");
 console.log(JSON.stringify({
   graphs: graphs.data.graphs.map((graph) => graph.name).sort(),
   energy_kwh: route.energy_kwh,
