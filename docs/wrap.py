@@ -19,10 +19,9 @@ GLUED: Final = re.compile(r"(?:[-*+]|#+|=+|-+|\d+[.)])$|[>|]|```|~~~")  # begins
 
 
 def pages() -> list[Path]:
-    """All pages that people read, but for the licence."""
-    return sorted(
-        [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("deploy/*.md"), *ROOT.glob("data/**/*.md")]
-    )
+    """All pages that people write, but for the licence; those of the reference are written from the code."""
+    found = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("deploy/*.md"), *ROOT.glob("data/**/*.md")]
+    return sorted(page for page in found if page.parent != ROOT / "docs" / "reference")
 
 
 def wrapped(page: str) -> str:
