@@ -31,7 +31,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_every_page_of_the_documentation_is_in_the_manual(site: Path) -> None:
-    for page in (*(ROOT / "docs").glob("*.md"), *(ROOT / "docs" / "adr").glob("*.md")):
+    for page in (path for folder in ("", "adr", "tutorials") for path in (ROOT / "docs" / folder).glob("*.md")):
         assert (site / page.relative_to(ROOT).with_suffix(".html")).is_file(), page.name
 
 

@@ -34,7 +34,7 @@ BLOCK: Final = re.compile(r"^```(\w+)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 SAVED: Final = re.compile(r"`([\w.-]+)`:$")
 OPENED: Final = re.compile(r"\((http://127\.0\.0\.1:\d+[^)]*)\)")
 COMPILING: Final = "compiling kernels, "
-PATIENCE_MS: Final = 60_000
+PATIENCE_MS: Final = 20_000
 
 
 class Block(NamedTuple):
@@ -128,9 +128,15 @@ class Reader:
             settings["JOULEPATH_DEFAULT_GRAPH"] = options[1]
         else:
             assert not options, options
+        for name, value in settings.items():
+            if port := re.fullmatch(r"http://127\.0\.0\.1:(\d+)", value):
+                self._serve_files(int(port[1]))
+                settings[name] = self._here(value)
         self._addresses[SERVICE] = self._running.enter_context(served(self._folder.parent, **settings))
 
     def _serve_files(self, port: int) -> None:
+        if f"http://127.0.0.1:{port}" in self._addresses:  # since the service was told of the page's address
+            return
         handler = partial(_Quiet, directory=str(self._folder))
         server = self._running.enter_context(ThreadingHTTPServer(("127.0.0.1", 0), handler))
         Thread(target=server.serve_forever, daemon=True).start()
