@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING
 
 import pytest
@@ -16,6 +17,9 @@ pytestmark = pytest.mark.nojit
 
 # what was decided, and what changed, keeps the names of its day
 PAGES = [page for page in pages() if page.parent.name != "adr" and page.name != "CHANGELOG.md"]
+WRITTEN = [page for page in PAGES if page.parent.name in ("docs", "tutorials")]
+SENTENCE_END = re.compile(r"(?<=[.:?])\s+(?=[A-Z`*])")
+MOST_WORDS = 32
 MOST_NAMED = {"architecture.md": 150, "glossary.md": 60}
 
 
@@ -36,6 +40,17 @@ def test_what_is_not_there_is_found(tmp_path: Path, text: str) -> None:
         f"see `{text}` and `energy/units.py: JOULE_PER_KWH` and `energy.chain.chain.Chain`\n", encoding="utf-8"
     )
     assert [each.text for each in named_in(page) if each.missing is not None] == [text]
+
+
+@pytest.mark.parametrize("page", WRITTEN, ids=lambda page: page.name)
+def test_page_opens_with_what_it_is_for_in_a_few_short_sentences(page: Path) -> None:
+    title, opening = page.read_text(encoding="utf-8").split("\n\n")[:2]
+    assert title.startswith("# ")
+    assert not opening.startswith(("|", "```", "- ", "!", "<", "#")), "it opens with no prose"
+    sentences = SENTENCE_END.split(opening)
+    assert 2 <= len(sentences) <= 5, sentences
+    for sentence in sentences:
+        assert len(sentence.split()) <= MOST_WORDS, f"too dense: {sentence}"
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
