@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING
 
 import pytest
 
+from benchmarks.browser import CHROMIUM_VARIABLE
 from tests.docs.tutorial import TUTORIALS, Reader, blocks, matches
 
 if TYPE_CHECKING:
@@ -19,8 +21,8 @@ def test_blocks_of_a_tutorial_print_what_it_shows(page: Path, tmp_path: Path, mo
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "home"))
     monkeypatch.setenv("COLUMNS", "120")
     monkeypatch.setenv("no_proxy", "127.0.0.1")
-    for name in ("JOULEPATH_GRAPH_DIRS", "JOULEPATH_DEFAULT_GRAPH"):
-        monkeypatch.delenv(name, raising=False)
+    for name in [name for name in os.environ if name.startswith("JOULEPATH_") and name != CHROMIUM_VARIABLE]:
+        monkeypatch.delenv(name)
     folder = tmp_path / "reader"
     folder.mkdir()
     monkeypatch.chdir(folder)

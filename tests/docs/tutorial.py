@@ -117,7 +117,8 @@ class Reader:
             self._serve(words[2:], settings)
         elif words[:1] == ["joulepath"]:
             assert not settings
-            cli(words[1:], standalone_mode=False)
+            code = cli(words[1:], standalone_mode=False)
+            assert not code, f"{line!r} ends with {code}"
         elif words[:3] == ["python", "-m", "http.server"]:
             self._serve_files(int(words[3]))
         else:
