@@ -74,11 +74,12 @@ export function basemapStyle(tiles, theme, base) {
   return { version: 8, name: `joulepath ${theme}`, glyphs: GLYPHS_URL, sources, layers };
 }
 
+const layer = (id, type, paint, rest) => ({ id, type, source: "roads", "source-layer": id, paint, ...rest });
+const width = (at8, at14) => ["interpolate", ["exponential", 1.4], ["zoom"], 8, at8, 14, at14, 18, at14 * 4];
+
 /** Land, water and borders, from below to above; they shade through, so that hills stay visible in woods. */
 function groundLayers(colours) {
-  const layer = (id, type, paint, rest) => ({ id, type, source: "roads", "source-layer": id, paint, ...rest });
   const cover = ["match", ["get", "class"], ...Object.entries(colours.cover).flat(), colours.land];
-  const width = (at8, at14) => ["interpolate", ["exponential", 1.4], ["zoom"], 8, at8, 14, at14, 18, at14 * 4];
   return [
     layer("landcover", "fill", { "fill-color": cover, "fill-opacity": 0.75, "fill-antialias": false }),
     layer("landuse", "fill", { "fill-color": colours.built, "fill-opacity": 0.7, "fill-antialias": false }, { minzoom: 8 }),
