@@ -1,4 +1,4 @@
-"""The picture of the tutorial on a front end of one's own; run as `python -m docs.draw_front_end` to renew it.
+"""The picture of the tutorial on a front end of one's own: `python -m docs.tutorials.draw_front_end` renews it.
 
 The page is the one that the tutorial shows, on another origin than the service's.
 """
@@ -20,7 +20,7 @@ from playwright.sync_api import sync_playwright
 from benchmarks.browser import launched, served
 from benchmarks.web import WAIT_MS
 
-DOCS: Final = Path(__file__).resolve().parent
+DOCS: Final = Path(__file__).resolve().parents[1]
 PICTURE: Final = DOCS / "images" / "own-front-end.png"
 SERVICE: Final = "http://127.0.0.1:8000"
 ANSWERED: Final = "() => document.getElementById('said').textContent.includes('kWh')"
