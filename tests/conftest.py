@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import os
 from typing import TYPE_CHECKING
 
 import pytest
 from hypothesis import settings
+from playwright.sync_api import sync_playwright
+
+from benchmarks.browser import NoBrowserError, chromium_path, launched
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
     from pathlib import Path
+
+    from playwright.sync_api import Browser
 
 # a slow or busy machine is no failure; the same examples each time, so that what passed passes anywhere
 settings.register_profile("same", deadline=None, derandomize=True)
@@ -25,6 +31,24 @@ def data_home(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
         patch.setenv("XDG_DATA_HOME", str(folder))
         patch.delenv("JOULEPATH_DATABASE_URL", raising=False)
         yield folder
+
+
+@pytest.fixture(scope="session")
+def chromium() -> str:
+    """Path of a Chromium; skips where there is none, except in CI."""
+    try:
+        return chromium_path()
+    except NoBrowserError as error:
+        if os.environ.get("CI"):
+            pytest.fail(f"{error}. CI must have it")
+        pytest.skip(str(error))
+
+
+@pytest.fixture(scope="session")
+def browser(chromium: str) -> Iterator[Browser]:
+    """A browser without a window, one for all tests of a process: Playwright can't be started twice in it."""
+    with sync_playwright() as playwright, launched(playwright) as running:
+        yield running
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:

@@ -395,6 +395,7 @@ class ChargingHaltProperties(ChargingHaltAnswer):
 
     kind: Literal["halt"] = "halt"
     route: str = Field(description="name of its route")
+    marker_color: str = Field(alias="marker-color", description="colour of the marker, by simplestyle-spec")
 
 
 class ChargingHaltFeature(Answered):

@@ -17,7 +17,9 @@ PAGES = sorted(TUTORIALS.glob("*.md"))
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
-def test_blocks_of_a_tutorial_print_what_it_shows(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_blocks_of_a_tutorial_print_what_it_shows(
+    page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, request: pytest.FixtureRequest
+) -> None:
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "home"))
     monkeypatch.setenv("COLUMNS", "120")
     monkeypatch.setenv("no_proxy", "127.0.0.1")
@@ -28,7 +30,7 @@ def test_blocks_of_a_tutorial_print_what_it_shows(page: Path, tmp_path: Path, mo
     monkeypatch.chdir(folder)
     read = list(blocks(page.read_text(encoding="utf-8")))
     assert sum(block.language == "text" for block in read) >= 2
-    with Reader(folder) as reader:
+    with Reader(folder, lambda: request.getfixturevalue("browser")) as reader:
         for block in read:
             reader.follow(block)
 

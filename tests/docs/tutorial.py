@@ -8,7 +8,6 @@ what the page there says. `…` stands for what varies: within a line, or for an
 from __future__ import annotations
 
 import io
-import os
 import re
 import shlex
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
@@ -18,14 +17,15 @@ from pathlib import Path
 from threading import Thread
 from typing import TYPE_CHECKING, Any, Final, NamedTuple, Self
 
-import pytest
-from playwright.sync_api import expect, sync_playwright
+from playwright.sync_api import expect
 
 from app.cli.main import cli
-from benchmarks.browser import NoBrowserError, chromium_path, launched, served
+from benchmarks.browser import served
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
+
+    from playwright.sync_api import Browser
 
 ROOT: Final = Path(__file__).resolve().parents[2]
 TUTORIALS: Final = ROOT / "docs" / "tutorials"
@@ -63,10 +63,10 @@ def matches(shown: str, printed: str) -> bool:
 
 
 class Reader:
-    """Follows blocks one after the other, in a folder that is the current one."""
+    """Follows blocks one after the other, in a folder that is the current one; browser: asked for where a page is."""
 
-    def __init__(self, folder: Path) -> None:
-        self._folder = folder
+    def __init__(self, folder: Path, browser: Callable[[], Browser]) -> None:
+        self._folder, self._browser = folder, browser
         self._names: dict[str, Any] = {}
         self._printed = ""
         self._addresses: dict[str, str] = {}
@@ -152,20 +152,14 @@ class Reader:
             assert matches(block.text, self._printed), f"shown:\n{block.text}\nprinted:\n{self._printed}"
 
     def _look(self, address: str, shown: str) -> None:
-        try:
-            chromium_path()
-        except NoBrowserError as error:
-            if os.environ.get("CI"):
-                pytest.fail(f"{error}. CI must have it")
-            pytest.skip(str(error))
-        with sync_playwright() as playwright, launched(playwright) as browser:
-            page = browser.new_page(viewport={"width": 900, "height": 600})
-            faults: list[str] = []
-            page.on("pageerror", lambda error: faults.append(str(error)))
-            page.goto(address)
-            for line in shown.splitlines():
-                expect(page.locator("body")).to_contain_text(line, timeout=PATIENCE_MS)
-            assert not faults, "\n".join(faults)
+        page = self._browser().new_page(viewport={"width": 900, "height": 600})
+        faults: list[str] = []
+        page.on("pageerror", lambda error: faults.append(str(error)))
+        page.goto(address)
+        for line in shown.splitlines():
+            expect(page.locator("body")).to_contain_text(line, timeout=PATIENCE_MS)
+        page.close()
+        assert not faults, "\n".join(faults)
 
 
 class _Quiet(SimpleHTTPRequestHandler):

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final, Protocol
 
 import pytest
-from playwright.sync_api import expect, sync_playwright
+from playwright.sync_api import expect
 
-from benchmarks.browser import ROOT, NoBrowserError, chromium_path, launched
+from benchmarks.browser import ROOT
 from energy.vehicle.files import load_vehicle
 from energy.vehicle.vehicle import Vehicle
 from tests.app.recorded import write_winter
@@ -38,17 +37,6 @@ class Visit(Protocol):
         self, query: str = "", *, width: int = 1280, height: int = 800, dark: bool = False, opened: bool = True
     ) -> MapPage:
         """A page of that size; its address ends in the query. opened: False to do that later."""
-
-
-@pytest.fixture(scope="session")
-def chromium() -> str:
-    """Path of a Chromium; skips where there is none, except in CI."""
-    try:
-        return chromium_path()
-    except NoBrowserError as error:
-        if os.environ.get("CI"):
-            pytest.fail(f"{error}. CI must have it")
-        pytest.skip(str(error))
 
 
 @pytest.fixture(scope="session")
@@ -81,13 +69,6 @@ def elsewhere(served: ServedMap, recordings: Path) -> dict[str, Any]:
     found = done(served, recordings=["road/*.csv"], vehicle=CAR, graph="coquimbo")
     assert found["warnings"] == []
     return found
-
-
-@pytest.fixture(scope="session")
-def browser(chromium: str) -> Iterator[Browser]:
-    """A browser without a window."""
-    with sync_playwright() as playwright, launched(playwright) as running:
-        yield running
 
 
 @pytest.fixture

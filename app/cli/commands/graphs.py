@@ -219,7 +219,7 @@ def _own_folder(name: str) -> Path:
 
 
 def _say_written(out: Path, nodes: int, links: int, dropped: Mapping[str, int]) -> None:
-    console = Console(stderr=True)
+    console = Console(stderr=True, soft_wrap=True)
     console.print(f"{out}: {nodes} nodes, {links} directed links", highlight=False)
     for reason, count in dropped.items():
         console.print(f"  left out, {reason}: {count}", style="dim", highlight=False)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import pytest
 
 from app.conversions.charging.plans import PlannedStops
+from app.conversions.lean.colours import MARKERS
 from app.conversions.route import route_features_json, route_response
 from app.schemas.route import RouteFeatureCollection, RouteRequest
 from joulepath.charging import plan_of
@@ -69,11 +70,13 @@ def test_halts_are_told_like_stops_but_apart_from_them(halted: tuple[World, Plan
     assert [source.key for source in found.charging.sources] == ["drawn"]
     assert found.charging.totals.waiting_s == 0.0
     features = RouteFeatureCollection.model_validate_json(
-        route_features_json(answer, UNDERSTOOD, world.graph, planned)
-    ).model_dump(mode="json")["features"]
+        route_features_json(answer, UNDERSTOOD.model_copy(update={"compact": False}), world.graph, planned)
+    ).model_dump(mode="json", by_alias=True)["features"]
     points = [feature for feature in features if feature["properties"].get("kind") == "halt"]
     kept = [halt.model_dump(mode="json") for halt in found.charging.halts]
-    assert [point["properties"] for point in points] == [{**halt, "kind": "halt", "route": "best"} for halt in kept]
+    assert [point["properties"] for point in points] == [
+        {**halt, "kind": "halt", "route": "best", "marker-color": MARKERS["halt"]} for halt in kept
+    ]
     assert [point["geometry"]["coordinates"] for point in points] == [
         [halt["at"]["lon"], halt["at"]["lat"]] for halt in kept
     ]

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import os
 from typing import TYPE_CHECKING
 
 import pytest
-from playwright.sync_api import sync_playwright
 
-from benchmarks.browser import NoBrowserError, chromium_path, launched
 from tests.app.http.faces.front_ends import packages, served_pages
 from tests.web.served import serving
 
@@ -33,19 +30,6 @@ def pages() -> Iterator[str]:
     packages()
     with served_pages() as address:
         yield address
-
-
-@pytest.fixture(scope="session")
-def browser() -> Iterator[Browser]:
-    """A browser without a window; skips where there is none, except in CI."""
-    try:
-        chromium_path()
-    except NoBrowserError as error:
-        if os.environ.get("CI"):
-            pytest.fail(f"{error}. CI must have it")
-        pytest.skip(str(error))
-    with sync_playwright() as playwright, launched(playwright) as running:
-        yield running
 
 
 @pytest.fixture
