@@ -111,7 +111,7 @@ export function placesPanel(app, element) {
       type: "text", id, value: placeText(place), placeholder: "latitude, longitude", autocomplete: "off", spellcheck: "false",
       inputmode: "text", "aria-describedby": `${id}-message`, dataset: { key, shown: placeText(place) },
       on: {
-        change: () => setTimeout(() => take(key)), // after the focus has gone on, which a new row would catch
+        change: () => setTimeout(() => leave(key)), // after the focus has gone on, which a new row would catch
         keydown: (event) => event.key === "Enter" && take(key),
       },
     });
@@ -124,6 +124,11 @@ export function placesPanel(app, element) {
       el("button", { type: "button", class: "icon-button", "aria-pressed": String(waiting === key), "aria-label": `Set ${title.toLowerCase()} on the map`, title: "Set on the map", dataset: { key: `${key}-aim` }, on: { click: () => pick(key) } }, icon("aim")),
       el("button", { type: "button", class: "icon-button", "aria-label": `Remove ${title.toLowerCase()}`, title: "Remove", dataset: { key: `${key}-remove` }, disabled: !place, on: { click: () => put(key, null) } }, icon("close")),
     );
+  }
+
+  /** Take over what was typed, unless the row was only drawn anew while it is still typed in. */
+  function leave(key) {
+    if (document.activeElement?.dataset.key !== key) take(key);
   }
 
   /** Take over what was typed for a place, or say beside it what is wrong. */
