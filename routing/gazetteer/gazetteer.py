@@ -7,7 +7,7 @@ import math
 import sqlite3
 from contextlib import closing, contextmanager, suppress
 from dataclasses import replace
-from queue import Empty, LifoQueue
+from queue import Empty, Full, LifoQueue
 from typing import TYPE_CHECKING, Any, Final
 from urllib.parse import quote
 
@@ -346,7 +346,7 @@ def _kept(database: sqlite3.Connection, idle: LifoQueue[sqlite3.Connection]) -> 
         raise
     try:
         idle.put_nowait(database)
-    except Exception:  # full meanwhile
+    except Full:  # meanwhile
         database.close()
 
 

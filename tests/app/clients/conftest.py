@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 import threading
@@ -32,9 +33,12 @@ def run(command: Sequence[str | Path], folder: Path, **environment: str) -> str:
 
 @pytest.fixture(scope="session")
 def generators() -> Path:
-    """The folder of the generators of clients."""
+    """The folder of the generators of clients; skips where they are missing, except in CI."""
     if not (GENERATORS / "python").is_dir() or not (GENERATORS / "node_modules").is_dir():
-        pytest.fail(f"no generators of clients in {GENERATORS}: make test brings them")
+        reason = f"no generators of clients in {GENERATORS}; `make test` brings them where there is npm"
+        if os.environ.get("CI"):
+            pytest.fail(f"{reason}. CI must have them")
+        pytest.skip(reason)
     return GENERATORS
 
 
